@@ -1,0 +1,1 @@
+"""The Viser app, figures and the offline page."""

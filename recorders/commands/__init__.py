@@ -1,0 +1,1 @@
+"""Commands of this room: each parses, makes one call, prints."""

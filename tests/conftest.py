@@ -1,0 +1,24 @@
+"""What many tests need: a small house worked out by hand, and the real houses where they are at hand."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+PROCTHOR = Path(os.environ.get("LIOS_PROCTHOR", Path(__file__).resolve().parents[2] / "shared" / "procthor"))
+
+
+@pytest.fixture(scope="session")
+def procthor() -> Path:
+    """The folder of real ProcTHOR houses; skips where it is absent."""
+    if not (PROCTHOR / "multi_room_train.jsonl.gz").exists():
+        pytest.skip(f"no ProcTHOR houses at {PROCTHOR}; set LIOS_PROCTHOR to their folder")
+    return PROCTHOR
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Tests do not read or write the user's cache."""
+    os.environ["LIOS_CACHE"] = str(tmp_path_factory.mktemp("lios-cache"))

@@ -1,0 +1,1 @@
+"""What the robot believes about where things are. The only room that imports torch."""

@@ -1,0 +1,61 @@
+"""Where may things be? For each item type, the probability of finding it in each unsearched container."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue
+from workbench.worlds.house import ContainerId, ItemType
+from workbench.worlds.knowledge import Knowledge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Belief:
+    """Probabilities with their axes.
+
+    Attributes:
+        item_types: axis 0.
+        containers: axis 1, unsearched containers in the plan's order.
+        probability: float64, shape (item types, containers), within [0, 1], read-only. Entry (o, c) is the
+            chance that at least one instance of o is in c; rows need not add up to 1.
+        estimator: which estimator made it, with a short hash of its weights: "fcnn@1a2b3c4d".
+
+    Raises:
+        BadValue: another shape, or an entry that is no probability.
+    """
+
+    item_types: tuple[ItemType, ...]
+    containers: tuple[ContainerId, ...]
+    probability: npt.NDArray[np.float64]
+    estimator: str
+
+    def __post_init__(self) -> None:
+        p = np.array(self.probability, dtype=np.float64)
+        shape = (len(self.item_types), len(self.containers))
+        if p.shape != shape:
+            raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
+        if not np.isfinite(p).all() or (p < 0).any() or (p > 1).any():
+            raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
+        p.flags.writeable = False
+        object.__setattr__(self, "probability", p)
+
+    def of(self, item_type: ItemType) -> npt.NDArray[np.float64]:
+        """The row of an item type, shape (containers,). Raises ValueError when it is not in the belief."""
+        return self.probability[self.item_types.index(item_type)]
+
+
+class Estimator(Protocol):
+    """Turns what is known into a belief. Deterministic: the same knowledge gives the same belief."""
+
+    @property
+    def name(self) -> str:
+        """Its name with a short hash of its weights: "fcnn@1a2b3c4d"."""
+        ...
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        """The belief over knowledge.unsearched, given all that has been seen so far."""
+        ...

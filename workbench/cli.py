@@ -1,0 +1,150 @@
+"""The `lios` command: finds commands by entry point, groups them in its help, and turns errors into one line.
+
+Exit codes: 0 fine, 1 failed, 2 bad usage or bad input, 3 finished with loss.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+import click
+import typer
+
+from workbench import __version__
+from workbench.errors import LiosError
+from workbench.terminal import say
+
+PANELS: dict[str, tuple[str, ...]] = {
+    "Run": ("demo", "record", "plan", "evaluate", "train"),
+    "Replay": ("replay", "compare"),
+    "Look": ("view", "render", "figures", "capsule", "report"),
+    "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
+    "Places": ("houses", "site", "spot"),
+}
+"""In which group of the help a command stands; a user's own stand under "More"."""
+
+GROUP_HELP = {
+    "evaluate": "Measure beliefs, search policies, planners, replay, Spot runs.",
+    "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
+    "houses": "Generate, inspect and compare houses.",
+    "site": "Check or draft the survey file of a real place.",
+    "spot": "Simulate, record or run a Spot.",
+}
+
+
+class Commands(click.Group):
+    """A group whose commands are entry points; each is imported only when it is needed."""
+
+    def __init__(self, name: str | None, found: dict[str, EntryPoint], **kwargs: Any) -> None:
+        super().__init__(name, **kwargs)
+        self._found = found
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        order = [n for names in PANELS.values() for n in names]
+        names = {full.split(".")[0] for full in self._found}
+        return sorted(names, key=lambda n: (order.index(n) if n in order else len(order), n))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name in self._found:
+            return _load(cmd_name, self._found[cmd_name])
+        below = {n.partition(".")[2]: e for n, e in self._found.items() if n.startswith(cmd_name + ".")}
+        if not below:
+            return None
+        return Commands(cmd_name, below, help=GROUP_HELP.get(cmd_name, ""), no_args_is_help=True)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        shown = self.list_commands(ctx)
+        panels = {title: [n for n in names if n in shown] for title, names in PANELS.items()}
+        rest = [n for n in shown if not any(n in names for names in panels.values())]
+        panels["Commands" if ctx.parent else "More"] = rest
+        for title, names in panels.items():
+            if not names:
+                continue
+            with formatter.section(title):
+                commands = [(n, self.get_command(ctx, n)) for n in names]
+                formatter.write_dl([(n, c.get_short_help_str(80)) for n, c in commands if c is not None])
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            from difflib import get_close_matches
+
+            near = get_close_matches(args[0], self.list_commands(ctx), n=2)
+            if near:
+                error.message += f" Did you mean {' or '.join(near)}?"
+            raise
+
+
+def _load(name: str, entry: EntryPoint) -> click.Command:
+    try:
+        function = entry.load()
+    except ImportError as error:
+        reason = str(error)
+
+        def unavailable() -> None:
+            raise click.ClickException(f"this command cannot be loaded: {reason}")
+
+        return click.Command(name, callback=unavailable, help="(cannot be loaded here)")
+    app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    app.command(name=name)(function)
+    return typer.main.get_command(app)
+
+
+def app() -> Commands:
+    """The command tree."""
+    found = {entry.name: entry for entry in entry_points(group="lios.commands")}
+    group = Commands(
+        "lios",
+        found,
+        help="Record, replay, inspect and evaluate robot object search and task planning.",
+        epilog="lios COMMAND --help shows examples. Start with: lios demo",
+        no_args_is_help=True,
+        params=[
+            click.Option(["--debug"], is_flag=True, expose_value=False, help="Show tracebacks."),
+        ],
+    )
+    return click.version_option(__version__, prog_name="lios-workbench")(group)
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Run a command and exit with its code. No traceback reaches a user unless --debug is given."""
+    args = list(sys.argv[1:] if argv is None else argv)
+    debug = "--debug" in args
+    args = [a for a in args if a != "--debug"]
+    sys.exit(run(args, debug=debug))
+
+
+def run(args: list[str], *, debug: bool = False) -> int:
+    """Run a command line and return its exit code."""
+    try:
+        code = app().main(args=args, prog_name="lios", standalone_mode=False)
+    except click.exceptions.Exit as error:
+        return error.exit_code
+    except click.exceptions.Abort:
+        say("Stopped.")
+        return 1
+    except click.ClickException as error:
+        say(f"lios: {error.format_message()}")
+        return 2
+    except LiosError as error:
+        if debug:
+            raise
+        say(f"lios: {error}")
+        return error.exit_code
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+    except KeyboardInterrupt:
+        say("Stopped.")
+        return 1
+    except Exception as error:  # noqa: BLE001 - the edge: one line instead of a traceback
+        if debug:
+            raise
+        say(f"lios: an error that should not happen: {type(error).__name__}: {error}. Run with --debug.")
+        return 1
+    return code if isinstance(code, int) else 0

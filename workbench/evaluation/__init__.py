@@ -1,0 +1,1 @@
+"""Trials, tables and statistics; running many, here or on a cluster."""

@@ -1,0 +1,1 @@
+"""The one closed loop: look, believe, plan, act. It yields events."""

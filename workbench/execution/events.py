@@ -1,0 +1,111 @@
+"""What happens in a run? The events that the closed loop yields, in domain types.
+
+Every event has a stamp in nanoseconds since the Unix epoch and the number of the decision that it belongs to:
+decision 0 is what comes before the first plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from workbench.beliefs.belief import Belief
+from workbench.planning.plans import PlanStep
+from workbench.planning.strategy import Decision
+from workbench.search.find_costs import FindCosts
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import ContainerId, Item, ItemId, LocationId
+
+
+class RunStatus(StrEnum):
+    """How a run ended."""
+
+    DONE = "done"
+    NO_PLAN = "no-plan"
+    """Proven: the goal cannot be met any more, with nothing left to search that could help."""
+    NOTHING_LEFT = "nothing-left-to-search"
+    OUT_OF_BUDGET = "out-of-planning-budget"
+    PLANNER_FAILED = "planner-failed"
+    """The strategy raised, hung or returned an illegal action."""
+    UNDETERMINED = "undetermined"
+    """Replay only: the log does not hold what the run would have seen."""
+    ABORTED = "aborted"
+    """An operator or a fault of the robot stopped it."""
+    STEP_LIMIT = "step-limit"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observed:
+    """A container's content became known. known_at_start: before the run began."""
+
+    stamp_ns: int
+    decision: int
+    container: ContainerId
+    items: tuple[Item, ...]
+    robot_at: LocationId
+    known_at_start: bool = False
+    support: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Believed:
+    stamp_ns: int
+    decision: int
+    belief: Belief
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Costed:
+    stamp_ns: int
+    decision: int
+    find_costs: FindCosts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planned:
+    """A decision: the plan, why it was made, and how long each part of making it took (wall clock)."""
+
+    stamp_ns: int
+    decision: int
+    robot_at: LocationId
+    reason: str
+    made: Decision
+    belief_s: float
+    planning_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Acted:
+    """An action ended. cost is 0 for what was refused before it began; success tells which."""
+
+    stamp_ns: int
+    decision: int
+    index: int
+    start_ns: int
+    step: PlanStep
+    cost: float
+    success: bool
+    travel_m: float = 0.0
+    path: tuple[Point, ...] = ()
+    standing: Pose | None = None
+    items: tuple[ItemId, ...] = ()
+    reason: str = ""
+    support: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ended:
+    """The end. cost is what is charged: own_cost when done, the task's failure cost otherwise."""
+
+    stamp_ns: int
+    decision: int
+    status: RunStatus
+    cost: float
+    own_cost: float
+    reason: str
+    searches: int
+    travel_m: float
+    unseen: ContainerId | None = None
+
+
+Event = Observed | Believed | Costed | Planned | Acted | Ended

@@ -1,0 +1,1 @@
+"""Tasks, goals, PDDL with `find`, solvers and strategies."""

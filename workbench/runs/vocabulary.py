@@ -1,0 +1,215 @@
+"""What stands in a log? One frozen class a topic, written and checked by msgspec, with its JSON Schema.
+
+Wire names follow DESIGN.md section 5; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
+brings a reader for the old one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import msgspec
+
+SCHEMA_VERSION = 1
+
+NANO = 1_000_000_000
+
+
+class Stamp(msgspec.Struct, frozen=True, order=True):
+    """Nanoseconds since the Unix epoch in Foxglove's JSON form."""
+
+    sec: int
+    nsec: int
+
+    @classmethod
+    def of(cls, stamp_ns: int) -> Stamp:
+        return cls(stamp_ns // NANO, stamp_ns % NANO)
+
+    @property
+    def ns(self) -> int:
+        return self.sec * NANO + self.nsec
+
+
+class SeenItem(msgspec.Struct, frozen=True):
+    id: str
+    type: str
+
+
+class Observation(msgspec.Struct, frozen=True, kw_only=True):
+    """A container's content became known."""
+
+    stamp: Stamp
+    decision: int
+    container: str
+    items: tuple[SeenItem, ...]
+    robot_at: str
+    known_at_start: bool = False
+    support: str = ""
+
+
+class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
+    """probability[i][j]: item_types[i] in containers[j]; within [0, 1]."""
+
+    stamp: Stamp
+    decision: int
+    item_types: tuple[str, ...]
+    containers: tuple[str, ...]
+    probability: tuple[tuple[float, ...], ...]
+    estimator: str
+
+
+class FindCosts(msgspec.Struct, frozen=True, kw_only=True):
+    """metres[i][j][k]: finding item_types[i] from origins[j], carried to targets[k]."""
+
+    stamp: Stamp
+    decision: int
+    item_types: tuple[str, ...]
+    origins: tuple[str, ...]
+    targets: tuple[str, ...]
+    metres: tuple[tuple[tuple[float, ...], ...], ...]
+    kind: str
+    belief_model: str
+
+
+class Step(msgspec.Struct, frozen=True, kw_only=True):
+    action: str
+    origin: str
+    target: str
+    item_types: tuple[str, ...] = ()
+    items: tuple[str, ...] = ()
+    cost: float = 0.0
+
+
+class Stop(msgspec.Struct, frozen=True, kw_only=True):
+    """A container in the order in which the search policy intends to look."""
+
+    container: str
+    probability: float
+    reached: float
+    leg_m: float
+
+
+class WayNotTaken(msgspec.Struct, frozen=True, kw_only=True):
+    title: str
+    cost: float
+    why_not: str = ""
+
+
+class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
+    stamp: Stamp
+    decision: int
+    robot_at: str
+    reason: str
+    status: str
+    steps: tuple[Step, ...]
+    expected_cost: float
+    lower_bound: float | None
+    optimal: bool
+    solver: str
+    note: str = ""
+    search_order: tuple[Stop, ...] = ()
+    alternatives: tuple[WayNotTaken, ...] = ()
+
+
+class Timing(msgspec.Struct, frozen=True, kw_only=True):
+    """Wall-clock seconds of a decision; apart from the others, so that the same seed gives the same bytes."""
+
+    stamp: Stamp
+    decision: int
+    belief_s: float
+    planning_s: float
+
+
+class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
+    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres."""
+
+    stamp: Stamp
+    decision: int
+    index: int
+    start: Stamp
+    action: str
+    origin: str
+    target: str
+    item_types: tuple[str, ...]
+    items: tuple[str, ...]
+    cost: float
+    success: bool
+    travel_m: float = 0.0
+    path: tuple[tuple[float, float], ...] = ()
+    reason: str = ""
+    support: str = ""
+
+
+class Outcome(msgspec.Struct, frozen=True, kw_only=True):
+    """cost is what is charged: own_cost when done, the failure cost otherwise."""
+
+    stamp: Stamp
+    decision: int
+    status: str
+    cost: float
+    own_cost: float
+    reason: str
+    searches: int
+    travel_m: float
+    unseen: str | None = None
+
+
+class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
+    """What every container held at the start; simulation only, hidden by readers unless asked."""
+
+    stamp: Stamp
+    contents: dict[str, tuple[SeenItem, ...]]
+
+
+class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """Metadata record `lios.run`, every value printed as text in MCAP."""
+
+    run_id: str
+    schema_version: int
+    place: str
+    scenario: str
+    strategy: str
+    estimator: str
+    seed: int
+    started: Stamp
+    title: str = ""
+    source: str = "simulation"
+    """simulation, spot, import, or replay."""
+    origin_run: str = ""
+    """For a replay, the run id of the log that it was made from."""
+    origin_sha256: str = ""
+    code_version: str = ""
+    code_revision: str = ""
+    code_dirty: bool = False
+    weights_sha256: str = ""
+    inertial_frame: str = ""
+
+
+DomainEvent = (
+    Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth
+)
+
+TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
+    {
+        "/search/observation": Observation,
+        "/search/belief": BeliefUpdate,
+        "/search/find_cost": FindCosts,
+        "/search/plan": PlanComputed,
+        "/search/timing": Timing,
+        "/search/action": ActionFinished,
+        "/search/outcome": Outcome,
+        "/search/truth": GroundTruth,
+    }
+)
+"""Topic by topic. The schema's name is "lios." and the class's name."""
+
+TOPIC_OF: Mapping[type[msgspec.Struct], str] = MappingProxyType({cls: topic for topic, cls in TOPICS.items()})
+
+REPEATABLE = tuple(topic for topic in TOPICS if topic != "/search/timing")
+"""Topics whose bytes are the same for the same seed."""
+
+
+def schema_name(event_class: type[msgspec.Struct]) -> str:
+    """ "lios.Observation" for Observation."""
+    return f"lios.{event_class.__name__}"

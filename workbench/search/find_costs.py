@@ -1,0 +1,74 @@
+"""The table of find costs: what finding each item type costs from each location to each location."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+
+BeliefModel = Literal["independent", "exists", "exclusive"]
+"""What P(a) means once other containers turned out empty (FINDINGS.md; docs/concepts)."""
+
+FindCostKind = Literal["optimistic", "pessimistic", "model"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FindCosts:
+    """Costs with their axes.
+
+    Attributes:
+        item_types: axis 0.
+        origins: axis 1, where a find starts.
+        targets: axis 2, where it ends with the item in hand.
+        metres: float64, shape (item types, origins, targets), read-only, at least 0, in cost units
+            (metres and their equivalents).
+        kind: optimistic, pessimistic or model.
+        belief_model: for kind "model", what P(a) means.
+    """
+
+    item_types: tuple[ItemType, ...]
+    origins: tuple[LocationId, ...]
+    targets: tuple[LocationId, ...]
+    metres: npt.NDArray[np.float64]
+    kind: FindCostKind
+    belief_model: BeliefModel = "independent"
+
+    def __post_init__(self) -> None:
+        metres = np.array(self.metres, dtype=np.float64)
+        shape = (len(self.item_types), len(self.origins), len(self.targets))
+        if metres.shape != shape:
+            raise BadValue("find costs", metres.shape, f"of shape {shape} (item types, origins, targets)")
+        if not np.isfinite(metres).all() or (metres < 0).any():
+            raise BadValue("find costs", "a negative or non-finite entry", "finite and at least 0")
+        metres.flags.writeable = False
+        object.__setattr__(self, "metres", metres)
+
+    def of(self, item_type: ItemType, origin: LocationId, target: LocationId) -> float:
+        """One cost. Raises ValueError when a label is not on its axis."""
+        return float(
+            self.metres[
+                self.item_types.index(item_type), self.origins.index(origin), self.targets.index(target)
+            ]
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchStop:
+    """One container in the order in which a search policy intends to look.
+
+    Attributes:
+        container: where.
+        probability: chance that the object is found here, given that it was not found at earlier stops.
+        reached: chance that the search comes this far.
+        leg_m: metres from the stop before (or the origin).
+    """
+
+    container: ContainerId
+    probability: float
+    reached: float
+    leg_m: float

@@ -1,0 +1,71 @@
+"""How commands talk: data to standard output, words for people to standard error, progress on a terminal only."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
+
+import msgspec
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import track
+from rich.table import Table
+
+T = TypeVar("T")
+
+
+def say(text: str) -> None:
+    """A line for people, on standard error. Markup in it is shown, never interpreted."""
+    Console(stderr=True, soft_wrap=True).print(escape(text), highlight=False)
+
+
+def emit_json(answer: Any) -> None:
+    """A machine's answer, on standard output: one JSON document, keys in the order given."""
+    sys.stdout.buffer.write(msgspec.json.format(msgspec.json.encode(answer), indent=2))
+    sys.stdout.buffer.write(b"\n")
+    sys.stdout.buffer.flush()
+
+
+def emit_text(text: str) -> None:
+    """A person's answer, on standard output."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def emit_table(
+    rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | None = None, title: str = ""
+) -> None:
+    """Rows as a table on standard output; numbers to the right, missing values as a dash."""
+    names = list(columns or (rows[0].keys() if rows else ()))
+    table = Table(title=title or None, title_justify="left")
+    for name in names:
+        numeric = any(isinstance(row.get(name), int | float) for row in rows)
+        table.add_column(escape(name.replace("_", " ")), justify="right" if numeric else "left")
+    for row in rows:
+        table.add_row(*(escape(_shown(row.get(name))) for name in names))
+    console = Console(file=sys.stdout)
+    if not console.is_terminal:
+        console = Console(file=sys.stdout, width=max(120, 18 * len(names)))
+    console.print(table)
+
+
+def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
+    """The items again, with a progress bar on standard error when that is a terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield from items
+        return
+    yield from track(items, description=escape(title), total=total, console=console, transient=True)
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return (
+            f"{value:.0f}" if abs(value) >= 10_000 else f"{value:.3g}" if abs(value) < 1 else f"{value:.2f}"
+        )
+    return str(value)

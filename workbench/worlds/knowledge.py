@@ -1,0 +1,116 @@
+"""What does the robot know right now? A frozen view, advanced by what it sees and does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from workbench.worlds.house import (
+    START,
+    ContainerId,
+    Contents,
+    FloorPlan,
+    Item,
+    ItemId,
+    ItemType,
+    LocationId,
+)
+from workbench.worlds.travel import TravelCosts
+
+Fact = tuple[str, tuple[ItemId, ...]]
+"""A property of items that preparing has brought about: ("boiled", (egg,))."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Knowledge:
+    """The robot's state as it knows it. Planning receives this and never the truth.
+
+    Attributes:
+        plan, travel: the place and its travel costs.
+        robot_at: where the robot stands.
+        holding: the item in its hand.
+        items_at: per location, the items known to be there now; every searched container has an entry.
+        first_seen: per searched container, what it held when it was first looked into.
+        facts: what preparing has brought about, e.g. ("boiled", (egg,)).
+        visited: containers searched in this run, in order; those known at the start are not among them.
+        closed: containers that could not be searched (a failed look); no longer candidates.
+    """
+
+    plan: FloorPlan
+    travel: TravelCosts
+    robot_at: LocationId = START
+    holding: Item | None = None
+    items_at: Mapping[LocationId, tuple[Item, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    first_seen: Contents = field(default_factory=lambda: MappingProxyType({}))
+    facts: frozenset[Fact] = frozenset()
+    visited: tuple[ContainerId, ...] = ()
+    closed: frozenset[ContainerId] = frozenset()
+
+    @property
+    def unsearched(self) -> tuple[ContainerId, ...]:
+        """Containers that can be reached and have not been looked into, in the plan's order."""
+        return tuple(
+            c.id
+            for c in self.plan.containers
+            if c.id not in self.first_seen
+            and c.id not in self.closed
+            and self.travel.reaches(LocationId(c.id))
+        )
+
+    def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
+        """Known instances of a type that stand somewhere (not the held one), in sorted order of place."""
+        return tuple(
+            (location, item)
+            for location in sorted(self.items_at)
+            for item in self.items_at[location]
+            if item.type == item_type
+        )
+
+    def knows(self, item_type: ItemType) -> bool:
+        """Whether an instance's place is known, the hand included."""
+        return (self.holding is not None and self.holding.type == item_type) or bool(self.where(item_type))
+
+    def moved(self, location: LocationId) -> Knowledge:
+        return replace(self, robot_at=location)
+
+    def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
+        """After looking into a container."""
+        first = MappingProxyType({**self.first_seen, container: items})
+        there = MappingProxyType({**self.items_at, LocationId(container): items})
+        visited = (*self.visited, container) if in_run else self.visited
+        return replace(self, first_seen=first, items_at=there, visited=visited)
+
+    def shut(self, container: ContainerId) -> Knowledge:
+        """After a container turned out to be impossible to search."""
+        return replace(self, closed=self.closed | {container})
+
+    def picked(self, item: Item) -> Knowledge:
+        """After picking an item up at robot_at."""
+        left = tuple(i for i in self.items_at.get(self.robot_at, ()) if i.id != item.id)
+        there = MappingProxyType({**self.items_at, self.robot_at: left})
+        return replace(self, holding=item, items_at=there)
+
+    def placed(self) -> Knowledge:
+        """After putting the held item down at robot_at."""
+        if self.holding is None:
+            return self
+        here = (*self.items_at.get(self.robot_at, ()), self.holding)
+        there = MappingProxyType({**self.items_at, self.robot_at: here})
+        return replace(self, holding=None, items_at=there)
+
+    def lost(self, item: ItemId) -> Knowledge:
+        """After an item turned out not to be where it was believed to be."""
+        there = {loc: tuple(i for i in items if i.id != item) for loc, items in self.items_at.items()}
+        return replace(self, items_at=MappingProxyType(there))
+
+    def with_facts(self, facts: frozenset[Fact]) -> Knowledge:
+        return replace(self, facts=facts)
+
+
+def knowledge_at_start(plan: FloorPlan, travel: TravelCosts, known: Contents) -> Knowledge:
+    """What the robot knows before its first step: the place, and the contents of the given containers."""
+    knowledge = Knowledge(plan=plan, travel=travel)
+    for container in sorted(known):
+        knowledge = knowledge.seen(container, tuple(known[container]), in_run=False)
+    return knowledge

@@ -1,0 +1,75 @@
+"""How far is it from one location to another? All pairs, along collision-free paths.
+
+Only locations that can be reached from the start are in the matrix, so every entry is finite; the others are
+listed by name. Absence is None, never a large number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import ContainerId, LocationId
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TravelCosts:
+    """Metres along the shortest path between all pairs of reachable locations.
+
+    Attributes:
+        locations: the axis of the matrix: START first, then reachable containers in the plan's order.
+        metres: float64, shape (locations, locations), read-only, symmetric up to measured costs, zero diagonal.
+        unreachable: containers that no path leads to.
+
+    Raises:
+        BadValue: a matrix of another shape, or with an entry that is negative or not finite.
+    """
+
+    locations: tuple[LocationId, ...]
+    metres: npt.NDArray[np.float64]
+    unreachable: tuple[ContainerId, ...] = ()
+    _index: Mapping[LocationId, int] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        metres = np.array(self.metres, dtype=np.float64)
+        n = len(self.locations)
+        if metres.shape != (n, n):
+            raise BadValue("travel costs", metres.shape, f"a square matrix of {n} locations")
+        if not np.isfinite(metres).all() or (metres < 0).any():
+            raise BadValue("travel costs", "a negative or non-finite entry", "finite metres, at least 0")
+        metres.flags.writeable = False
+        object.__setattr__(self, "metres", metres)
+        object.__setattr__(self, "_index", {name: i for i, name in enumerate(self.locations)})
+        if len(self._index) != n:
+            raise BadValue("locations of the travel costs", self.locations, "different from one another")
+
+    def index(self, location: LocationId) -> int:
+        """The row and column of a location. Raises KeyError when it cannot be reached."""
+        return self._index[location]
+
+    def reaches(self, location: LocationId) -> bool:
+        return location in self._index
+
+    def between(self, a: LocationId, b: LocationId) -> float | None:
+        """Metres from a to b, or None when one of them cannot be reached."""
+        if a not in self._index or b not in self._index:
+            return None
+        return float(self.metres[self._index[a], self._index[b]])
+
+
+class Paths(Protocol):
+    """The way itself, for those who walk or draw it."""
+
+    def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a to b in the map frame, both ends included, or None when there is no way."""
+        ...
+
+    def standing_pose(self, location: LocationId) -> Pose | None:
+        """Where the robot stands to use a location, facing it; None when unreachable."""
+        ...
