@@ -142,7 +142,7 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except KeyboardInterrupt:
         say("Stopped.")
         return 1
-    except Exception as error:  # noqa: BLE001 - the edge: one line instead of a traceback
+    except Exception as error:
         if debug:
             raise
         say(f"lios: an error that should not happen: {type(error).__name__}: {error}. Run with --debug.")

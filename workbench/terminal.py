@@ -33,9 +33,7 @@ def emit_text(text: str) -> None:
     sys.stdout.flush()
 
 
-def emit_table(
-    rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | None = None, title: str = ""
-) -> None:
+def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | None = None, title: str = "") -> None:
     """Rows as a table on standard output; numbers to the right, missing values as a dash."""
     names = list(columns or (rows[0].keys() if rows else ()))
     table = Table(title=title or None, title_justify="left")
@@ -65,7 +63,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return (
-            f"{value:.0f}" if abs(value) >= 10_000 else f"{value:.3g}" if abs(value) < 1 else f"{value:.2f}"
-        )
+        return f"{value:.0f}" if abs(value) >= 10_000 else f"{value:.3g}" if abs(value) < 1 else f"{value:.2f}"
     return str(value)

@@ -186,9 +186,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     inertial_frame: str = ""
 
 
-DomainEvent = (
-    Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth
-)
+DomainEvent = Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth
 
 TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
     {

@@ -51,9 +51,7 @@ class FindCosts:
     def of(self, item_type: ItemType, origin: LocationId, target: LocationId) -> float:
         """One cost. Raises ValueError when a label is not on its axis."""
         return float(
-            self.metres[
-                self.item_types.index(item_type), self.origins.index(origin), self.targets.index(target)
-            ]
+            self.metres[self.item_types.index(item_type), self.origins.index(origin), self.targets.index(target)]
         )
 
 

@@ -178,6 +178,4 @@ class House:
 
     def holders(self, item_type: ItemType) -> tuple[ContainerId, ...]:
         """The containers that hold an instance of a type, in the plan's order."""
-        return tuple(
-            c.id for c in self.plan.containers if any(i.type == item_type for i in self.contents[c.id])
-        )
+        return tuple(c.id for c in self.plan.containers if any(i.type == item_type for i in self.contents[c.id]))

@@ -53,9 +53,7 @@ class Knowledge:
         return tuple(
             c.id
             for c in self.plan.containers
-            if c.id not in self.first_seen
-            and c.id not in self.closed
-            and self.travel.reaches(LocationId(c.id))
+            if c.id not in self.first_seen and c.id not in self.closed and self.travel.reaches(LocationId(c.id))
         )
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
