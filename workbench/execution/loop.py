@@ -1,0 +1,313 @@
+"""The one closed loop: look, believe, plan, act, until the goal is met or nothing can be done.
+
+Simulation, robot and replay run this same loop over their World. It plans, walks the plan until something is
+learnt, and plans again; a find executes one look at a time (paper, Sec. IV: "the robot replans after each
+observation until the goal is met"). Every end is a status, never an exception.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, field
+
+from workbench.beliefs.belief import Estimator
+from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned, RunStatus
+from workbench.execution.goal_check import is_met
+from workbench.execution.legality import why_illegal
+from workbench.planning.actions import facts_after
+from workbench.planning.plans import PlanStatus, PlanStep
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.planning.tasks import Task
+from workbench.search.costs import ActionCosts
+from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.world import Done, Looked, Refused, Unseen, World
+
+MOST_REFUSALS = 3
+"""The same step refused this often ends the run: the world does not do what the plan needs."""
+
+Stopwatch = Callable[[], float]
+
+
+def run_task(
+    world: World,
+    strategy: Strategy,
+    estimator: Estimator,
+    task: Task,
+    *,
+    costs: ActionCosts,
+    seed: int = 0,
+    max_steps: int = 500,
+    stopwatch: Stopwatch = time.perf_counter,
+) -> Iterator[Event]:
+    """Runs one task in one world with one strategy; yields what happens, ending with Ended.
+
+    Args:
+        world: what answers: simulated, a robot, or a log.
+        strategy: what plans. It sees a frozen view, never the truth.
+        estimator: what believes.
+        task: the goal, its failure cost and its planning budget.
+        costs: action costs; moves cost their metres.
+        seed: handed to the strategy with every view.
+        max_steps: actions after which the run ends with STEP_LIMIT.
+        stopwatch: seconds, for how long planning took; events are otherwise stamped by the world's clock.
+    """
+    return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch).events()
+
+
+def outcome_of(events: list[Event]) -> Ended:
+    """The end of a run. Raises ValueError when the events have none."""
+    for event in reversed(events):
+        if isinstance(event, Ended):
+            return event
+    raise ValueError("these events hold no end of a run")
+
+
+@dataclass(slots=True)
+class _Run:
+    """The state of one run while it goes on."""
+
+    world: World
+    strategy: Strategy
+    estimator: Estimator
+    task: Task
+    costs: ActionCosts
+    seed: int
+    max_steps: int
+    stopwatch: Stopwatch
+    knowledge: Knowledge = field(init=False)
+    decision: int = 0
+    steps: int = 0
+    searches: int = 0
+    cost: float = 0.0
+    travel_m: float = 0.0
+    planning_s: float = 0.0
+    refusals: dict[tuple[str, LocationId, tuple[ItemId, ...]], int] = field(default_factory=dict)
+    ended: Ended | None = None
+    reason: str = "start"
+
+    def events(self) -> Iterator[Event]:
+        yield from self._start()
+        while self.ended is None:
+            if is_met(self.task.goal, self.knowledge):
+                self._end(RunStatus.DONE, "the goal is met")
+            elif self.planning_s >= self.task.budget_s:
+                self._end(RunStatus.OUT_OF_BUDGET, f"planning took its whole budget of {self.task.budget_s:g} s")
+            else:
+                yield from self._decide_and_act()
+        yield self.ended
+
+    def _start(self) -> Iterator[Event]:
+        known = self.world.known_at_start()
+        self.knowledge = knowledge_at_start(self.world.plan, self.world.travel, known)
+        for container in sorted(known):
+            yield Observed(
+                stamp_ns=self.world.now_ns(),
+                decision=0,
+                container=container,
+                items=tuple(known[container]),
+                robot_at=START,
+                known_at_start=True,
+            )
+
+    def _decide_and_act(self) -> Iterator[Event]:
+        self.decision += 1
+        began = self.stopwatch()
+        belief = self.estimator.believe(self.knowledge, self.strategy.relevant_types(self.task))
+        believed = self.stopwatch()
+        made = self.strategy.decide(
+            View(
+                knowledge=self.knowledge,
+                belief=belief,
+                task=self.task,
+                costs=self.costs,
+                budget_s=self.task.budget_s - self.planning_s,
+                seed=self.seed,
+            )
+        )
+        planned = self.stopwatch()
+        self.planning_s += planned - began
+        stamp = self.world.now_ns()
+        yield Believed(stamp_ns=stamp, decision=self.decision, belief=belief)
+        if made.find_costs is not None:
+            yield Costed(stamp_ns=stamp, decision=self.decision, find_costs=made.find_costs)
+        yield Planned(
+            stamp_ns=stamp,
+            decision=self.decision,
+            robot_at=self.knowledge.robot_at,
+            reason=self.reason,
+            made=made,
+            belief_s=believed - began,
+            planning_s=planned - believed,
+        )
+        yield from self._walk(made)
+
+    def _walk(self, made: Decision) -> Iterator[Event]:
+        """Walks the plan until something is learnt, something is refused, or the plan is done."""
+        if made.plan.status is not PlanStatus.SOLVED:
+            self._end(*_end_without_plan(made, nothing_left=not self.knowledge.unsearched))
+            return
+        if made.look_on_the_way:
+            yield from self._look(ContainerId(made.look_on_the_way[0]), (), why="a look on the way")
+            return
+        if not made.plan.steps:
+            self._end(RunStatus.PLANNER_FAILED, "the plan is empty, but the goal is not met")
+            return
+        for step in made.plan.steps:
+            wrong = why_illegal(step, self.knowledge, made)
+            if wrong is not None:
+                self._end(RunStatus.PLANNER_FAILED, f"illegal step '{step}': {wrong}")
+                return
+            if step.action == "find":
+                yield from self._look(made.search_order[0].container, step.item_types, why="")
+                return
+            if not (yield from self._act(step)):
+                return
+        self.reason = "the plan is done"
+
+    def _look(self, container: ContainerId, sought: tuple[str, ...], *, why: str) -> Iterator[Event]:
+        """Goes to a container and looks into it: one step of a find."""
+        place = LocationId(container)
+        if container not in self.knowledge.unsearched:
+            self._end(RunStatus.PLANNER_FAILED, f"wants to look into {container}, which is not unsearched")
+            return
+        if self.knowledge.robot_at != place:
+            went = yield from self._act(
+                PlanStep(
+                    action="move",
+                    origin=self.knowledge.robot_at,
+                    target=place,
+                    cost=self.world.travel.between(self.knowledge.robot_at, place) or 0.0,
+                )
+            )
+            if not went:
+                return
+        step = PlanStep(action="search", origin=place, target=place, cost=self.costs.search)
+        answer = self.world.look_into(container)
+        if isinstance(answer, Unseen):
+            self._end(
+                RunStatus.UNDETERMINED,
+                f"nobody opened {container} while this was recorded",
+                unseen=container,
+            )
+            return
+        self.searches += 1
+        yield self._acted(step, answer, self.costs.search)
+        if isinstance(answer, Refused):
+            self.knowledge = self.knowledge.shut(container)
+            self.reason = f"could not search {container}: {answer.reason}"
+            return
+        self.knowledge = self.knowledge.seen(container, answer.items)
+        found = sorted({item.type for item in answer.items if item.type in sought})
+        seen = f"found {', '.join(found)} in {container}" if found else f"searched {container}"
+        self.reason = f"{seen} ({why})" if why else seen
+        yield Observed(
+            stamp_ns=answer.end_ns,
+            decision=self.decision,
+            container=container,
+            items=answer.items,
+            robot_at=place,
+            support=answer.support,
+        )
+
+    def _act(self, step: PlanStep) -> Generator[Event, None, bool]:
+        """Executes one step other than a find; returns whether to go on with the plan."""
+        answer = self._ask(step)
+        yield self._acted(step, answer, answer.travel_m if step.action == "move" else self.costs.manipulation)
+        if isinstance(answer, Refused):
+            self._refused(step, answer)
+            return False
+        self._advance(step)
+        return self.ended is None
+
+    def _ask(self, step: PlanStep) -> Done | Refused:
+        if step.action == "move":
+            return self.world.go_to(step.target)
+        if step.action == "pick":
+            return self.world.pick(step.items[0])
+        if step.action == "place":
+            return self.world.place(step.items[0])
+        return self.world.prepare(step.action, step.items)
+
+    def _advance(self, step: PlanStep) -> None:
+        knowledge = self.knowledge
+        if step.action == "move":
+            self.knowledge = knowledge.moved(step.target)
+        elif step.action == "pick":
+            self.knowledge = knowledge.picked(_item_here(knowledge, step.items[0]))
+        elif step.action == "place":
+            self.knowledge = knowledge.placed()
+        else:
+            self.knowledge = knowledge.with_facts(facts_after(step, knowledge.facts))
+
+    def _refused(self, step: PlanStep, answer: Refused) -> None:
+        """What a refusal teaches: an item is not there, a container cannot be reached."""
+        if answer.at is not None:
+            self.knowledge = self.knowledge.moved(answer.at)
+        if step.action == "pick":
+            self.knowledge = self.knowledge.lost(step.items[0])
+        elif step.action == "move" and step.target in self.knowledge.unsearched:
+            self.knowledge = self.knowledge.shut(ContainerId(step.target))
+        self.reason = f"'{step}' was refused: {answer.reason}"
+        key = (step.action, step.target, step.items)
+        self.refusals[key] = self.refusals.get(key, 0) + 1
+        if self.refusals[key] >= MOST_REFUSALS:
+            self._end(RunStatus.ABORTED, f"{self.reason} ({MOST_REFUSALS} times)")
+
+    def _acted(self, step: PlanStep, answer: Done | Looked | Refused, cost: float) -> Acted:
+        done = not isinstance(answer, Refused)
+        travel = 0.0 if isinstance(answer, Looked) else answer.travel_m
+        charged = cost if done else travel
+        self.cost += charged
+        self.travel_m += travel
+        self.steps += 1
+        if self.steps >= self.max_steps and self.ended is None:
+            self._end(RunStatus.STEP_LIMIT, f"{self.max_steps} actions without meeting the goal")
+        return Acted(
+            stamp_ns=answer.end_ns,
+            decision=self.decision,
+            index=self.steps,
+            start_ns=answer.start_ns,
+            step=step,
+            cost=charged,
+            success=done,
+            travel_m=travel,
+            path=() if isinstance(answer, Looked) else answer.path,
+            standing=self.world.paths.standing_pose(step.target) if done else None,
+            items=step.items,
+            reason=answer.reason if isinstance(answer, Refused) else "",
+            support="" if isinstance(answer, Refused) else answer.support,
+        )
+
+    def _end(self, status: RunStatus, reason: str, *, unseen: ContainerId | None = None) -> None:
+        done = status is RunStatus.DONE
+        self.ended = Ended(
+            stamp_ns=self.world.now_ns(),
+            decision=self.decision,
+            status=status,
+            cost=self.cost if done or status is RunStatus.UNDETERMINED else self.task.failure_cost,
+            own_cost=self.cost,
+            reason=reason,
+            searches=self.searches,
+            travel_m=self.travel_m,
+            unseen=unseen,
+        )
+
+
+def _end_without_plan(made: Decision, *, nothing_left: bool) -> tuple[RunStatus, str]:
+    plan = made.plan
+    if plan.status is PlanStatus.TIMED_OUT:
+        return RunStatus.OUT_OF_BUDGET, plan.note or "no plan was found within the planning budget"
+    if plan.status is PlanStatus.SOLVER_FAILED:
+        return RunStatus.PLANNER_FAILED, plan.note or "the solver failed"
+    if nothing_left:
+        return RunStatus.NOTHING_LEFT, plan.note or "every container is searched and the goal is not met"
+    return RunStatus.NO_PLAN, plan.note or "no sequence of actions meets the goal"
+
+
+def _item_here(knowledge: Knowledge, item_id: ItemId) -> Item:
+    for item in knowledge.items_at.get(knowledge.robot_at, ()):
+        if item.id == item_id:
+            return item
+    raise KeyError(item_id)

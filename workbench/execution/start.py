@@ -1,0 +1,29 @@
+"""What does the robot know before it starts? A seeded choice: at least 80 % of the containers are unsearched."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.errors import BadValue
+from workbench.worlds.house import ContainerId, FloorPlan
+
+MOST_KNOWN_SHARE = 0.2
+"""At most this share of the containers is known at the start (DESIGN.md, the loop)."""
+
+
+def known_at_start(
+    plan: FloorPlan, *, rng: np.random.Generator, most: float = MOST_KNOWN_SHARE
+) -> tuple[ContainerId, ...]:
+    """Draws which containers' contents are known, in the plan's order.
+
+    The number is drawn evenly from 0 to the given share of the containers, rounded down; 0 knows none.
+
+    Raises:
+        BadValue: a share outside [0, 1].
+    """
+    if not 0 <= most <= 1:
+        raise BadValue("share of containers known at the start", most, "within [0, 1]")
+    containers = [container.id for container in plan.containers]
+    count = int(rng.integers(0, int(most * len(containers)) + 1))
+    chosen = set(rng.choice(len(containers), size=count, replace=False).tolist()) if count else set[int]()
+    return tuple(c for i, c in enumerate(containers) if i in chosen)
