@@ -15,7 +15,7 @@ import typer
 
 from workbench import __version__
 from workbench.errors import LiosError
-from workbench.terminal import say
+from workbench.terminal import emit_text, say
 
 PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train"),
@@ -127,6 +127,9 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except click.exceptions.Abort:
         say("Stopped.")
         return 1
+    except click.exceptions.NoArgsIsHelpError as error:
+        emit_text(error.format_message())
+        return 0
     except click.ClickException as error:
         say(f"lios: {error.format_message()}")
         return 2
