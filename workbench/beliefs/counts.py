@@ -1,0 +1,125 @@
+"""How often did a container of this kind, in a room of this kind, hold this item? The estimator without learning.
+
+Smoothed in three steps, each drawn towards the step before where little was seen: how often any container holds
+the item; how much more often this type of container holds things than others; this type of room and container.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.belief import Belief
+from workbench.beliefs.examples import Examples
+from workbench.beliefs.weights import Tensor, Weights
+from workbench.errors import BadValue, MalformedFile
+from workbench.worlds.house import ItemType
+from workbench.worlds.knowledge import Knowledge
+
+Floats = npt.NDArray[np.float64]
+
+PSEUDO_ITEM = 10.0
+PSEUDO_CONTAINER = 8.0
+PSEUDO_TRIPLE = 5.0
+"""How many unseen examples the step before is worth, chosen by log loss on validation houses."""
+
+LEAST, MOST = 1e-4, 0.98
+"""No count makes a place impossible or certain."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CountsTable:
+    """P(held | room kind, container type, item type), with one more row for a name never seen on each axis.
+
+    Attributes:
+        rooms, containers, items: the names of the axes, without the last row.
+        probability: float64, shape (rooms + 1, containers + 1, items + 1), read-only.
+    """
+
+    rooms: tuple[str, ...]
+    containers: tuple[str, ...]
+    items: tuple[str, ...]
+    probability: Floats
+
+    def look_up(self, kinds: tuple[str, ...], types: tuple[str, ...], items: tuple[str, ...]) -> Floats:
+        """Probabilities, shape (items, containers); a container is given by its room's kind and its type."""
+        r = _places(self.rooms, kinds)
+        c = _places(self.containers, types)
+        o = _places(self.items, items)
+        return self.probability[r[None, :], c[None, :], o[:, None]]
+
+
+def smooth(examples: Examples) -> CountsTable:
+    """The table of smoothed shares."""
+    shape = (len(examples.rooms) + 1, len(examples.containers) + 1, len(examples.items) + 1)
+    seen, held = np.zeros(shape), np.zeros(shape)
+    at = tuple(examples.triples.T)
+    seen[at], held[at] = examples.seen, examples.held
+    base = (held.sum() + 0.05) / (seen.sum() + 1.0)
+    item = _share(held.sum((0, 1)), seen.sum((0, 1)), base, PSEUDO_ITEM)
+    container = _share(held.sum((0, 2)), seen.sum((0, 2)), base, PSEUDO_ITEM)
+    pair = _share(held.sum(2), seen.sum(2), container[None, :], PSEUDO_ITEM)
+    guess = np.clip(container[:, None] * item[None, :] / base, LEAST, MOST)
+    both = _share(held.sum(0), seen.sum(0), guess, PSEUDO_CONTAINER)
+    lift = pair / container[None, :]
+    triple = _share(held, seen, np.clip(both[None] * lift[:, :, None], LEAST, MOST), PSEUDO_TRIPLE)
+    triple = np.clip(triple, LEAST, MOST)
+    triple.flags.writeable = False
+    return CountsTable(rooms=examples.rooms, containers=examples.containers, items=examples.items, probability=triple)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CountsEstimator:
+    """Looks the probability up; what has been seen in the run changes nothing."""
+
+    name: str
+    table: CountsTable
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        unsearched = knowledge.unsearched
+        kind = {room.id: room.kind for room in knowledge.plan.rooms}
+        container = {c.id: c for c in knowledge.plan.containers}
+        kinds = tuple(kind[container[c].room] for c in unsearched)
+        types = tuple(container[c].type for c in unsearched)
+        probability = self.table.look_up(kinds, types, item_types)
+        return Belief(item_types=item_types, containers=unsearched, probability=probability, estimator=self.name)
+
+
+def counts_tensors(examples: Examples) -> dict[str, Tensor]:
+    """What a weights file of counts holds: the examples themselves, as the names' indices and two counts."""
+    return {
+        "triples": examples.triples.astype(np.int32),
+        "seen": examples.seen.astype(np.float32),
+        "held": examples.held.astype(np.float32),
+    }
+
+
+def counts_settings(examples: Examples) -> dict[str, list[str]]:
+    """The names of the axes, for the header of a weights file."""
+    return {"rooms": [*examples.rooms], "containers": [*examples.containers], "items": [*examples.items]}
+
+
+def counts_from(weights: Weights) -> CountsEstimator:
+    """The estimator of a weights file. Raises MalformedFile."""
+    names = {axis: weights.names(axis) for axis in ("rooms", "containers", "items")}
+    triples = weights.tensor("triples", None, 3).astype(np.int64)
+    seen = weights.tensor("seen", len(triples)).astype(np.float64)
+    held = weights.tensor("held", len(triples)).astype(np.float64)
+    try:
+        examples = Examples(**names, triples=triples, seen=seen, held=held)
+    except BadValue as error:
+        raise MalformedFile(weights.path, str(error).rstrip("."), "Train it again with lios train") from None
+    return CountsEstimator(name=weights.name, table=smooth(examples))
+
+
+def _share(held: Floats, seen: Floats, prior: Floats | float, pseudo: float) -> Floats:
+    return np.asarray((held + pseudo * prior) / (seen + pseudo))
+
+
+def _places(names: tuple[str, ...], wanted: tuple[str, ...]) -> npt.NDArray[np.intp]:
+    index = {name: i for i, name in enumerate(names)}
+    return np.array([index.get(name, len(names)) for name in wanted], dtype=np.intp)

@@ -1,0 +1,43 @@
+"""Which estimators are there? One readable table: a name and how its weights become an estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.counts import counts_from
+from workbench.beliefs.weights import Weights, read_weights
+from workbench.errors import UnknownName
+
+EstimatorFactory = Callable[[Weights], Estimator]
+"""Makes an estimator of its weights."""
+
+ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType({"counts": counts_from})
+"""The estimators by name: smoothed counts, the paper's network, and the best one here."""
+
+
+def estimator(name: str, *, weights: Path | None = None) -> Estimator:
+    """An estimator by name, with the shipped weights unless others are given.
+
+    Raises:
+        UnknownName: no such estimator.
+        FileMissing, MalformedFile: weights that cannot be read or belong to another estimator.
+    """
+    if name not in ESTIMATORS:
+        raise UnknownName("estimator", name, ESTIMATORS)
+    if weights is None:
+        return _shipped(name)
+    return ESTIMATORS[name](read_weights(weights, estimator=name))
+
+
+def shipped_weights(name: str) -> Path:
+    """The weights file that this distribution ships for an estimator."""
+    return Path(__file__).resolve().parents[1] / "data" / "weights" / f"{name}.safetensors"
+
+
+@lru_cache(maxsize=8)
+def _shipped(name: str) -> Estimator:
+    return ESTIMATORS[name](read_weights(shipped_weights(name), estimator=name))

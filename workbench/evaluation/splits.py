@@ -1,0 +1,75 @@
+"""Which houses are learnt from, tuned on and tested on? One split by house, shared by every evaluation.
+
+The shared ProcTHOR files are split by index, never by row: no container of a house stands on both sides.
+Test houses are looked at once, after everything has been chosen on the validation houses.
+
+    multi_room_train.jsonl.gz    0-79 train, 80-99 validation, 100-119 test (older layout, AI2-THOR items only)
+    single_room_train.jsonl.gz   0-399 train, 400-449 validation, 450-499 test
+
+Any other file is one's own: none of its houses was learnt from, so all of them may be measured on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+from types import MappingProxyType
+
+from workbench.errors import UnknownName
+
+
+class Split(StrEnum):
+    """The part of the houses."""
+
+    TRAIN = "train"
+    VALIDATION = "validation"
+    TEST = "test"
+    ALL = "all"
+
+
+MULTI_ROOM = "multi_room_train.jsonl.gz"
+SINGLE_ROOM = "single_room_train.jsonl.gz"
+
+SPLITS: Mapping[str, Mapping[Split, range]] = MappingProxyType(
+    {
+        MULTI_ROOM: MappingProxyType(
+            {Split.TRAIN: range(80), Split.VALIDATION: range(80, 100), Split.TEST: range(100, 120)}
+        ),
+        SINGLE_ROOM: MappingProxyType(
+            {Split.TRAIN: range(400), Split.VALIDATION: range(400, 450), Split.TEST: range(450, 500)}
+        ),
+    }
+)
+"""Indices of the houses of each part, by the file's name."""
+
+
+def split_of(name: str) -> Split:
+    """A part by its name. Raises UnknownName for another one."""
+    try:
+        return Split(name)
+    except ValueError:
+        raise UnknownName("part of the houses", name, [part.value for part in Split]) from None
+
+
+def is_shared(path: Path | str) -> bool:
+    """Whether a file is one of the shared ones, which are split."""
+    return Path(path).name in SPLITS
+
+
+def split_indices(path: Path | str, part: Split | str, *, houses: int) -> tuple[int, ...]:
+    """The indices of a part of a file of houses, in order.
+
+    Args:
+        path: the file; its name decides.
+        part: which part. ALL, and every part of a file that is not shared, is all its houses.
+        houses: how many houses the file holds; indices beyond it are left out.
+
+    Raises:
+        UnknownName: no such part.
+    """
+    part = split_of(part)
+    name = Path(path).name
+    if part is Split.ALL or name not in SPLITS:
+        return tuple(range(houses))
+    return tuple(i for i in SPLITS[name][part] if i < houses)
