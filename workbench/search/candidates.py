@@ -1,0 +1,87 @@
+"""Which containers does a find reason about? The subset program is exact over a few candidates per item type.
+
+Two rankings:
+
+- `probable`, the paper's: the two containers of least d(q, a) + d(a, q_to), then the most probable ones;
+- `worth`, ours: by p / (1 + d(q, a) + d(a, q_to) / 2), probability against the walk (FINDINGS.md).
+
+For a table over many origins and targets the distances are means over them, so that an item type has one
+candidate set; for one query they are that query's own.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue, Unsupported
+from workbench.search.find_costs import BeliefModel
+
+Ranking = Literal["probable", "worth"]
+
+PAPER_LIMIT = 8
+MAX_LIMIT = 18
+
+NEAREST_KEPT = 2
+
+
+class TooManyCandidates(Unsupported):
+    """A candidate limit whose table of subsets does not fit."""
+
+    def __init__(self, limit: int) -> None:
+        size = table_bytes(limit)
+        shown = f"{size / 2**30:.3g} GiB" if size < 2**60 else f"2^{size.bit_length() - 1} bytes"
+        super().__init__(
+            f"a candidate limit of {limit} takes a table of {shown} an item type; "
+            f"give at most {MAX_LIMIT}, or the policy full-lios, which looks at every container."
+        )
+
+
+def table_bytes(limit: int, *, targets: int = 8) -> int:
+    """Memory of the subset table: a float64 per subset, last container and target of one tile."""
+    return (1 << limit) * limit * targets * 8
+
+
+def check_limit(limit: int) -> int:
+    """The limit itself.
+
+    Raises:
+        BadValue: below 1.
+        TooManyCandidates: above MAX_LIMIT.
+    """
+    if limit < 1:
+        raise BadValue("candidate limit", limit, f"from 1 to {MAX_LIMIT}")
+    if limit > MAX_LIMIT:
+        raise TooManyCandidates(limit)
+    return limit
+
+
+def ranking_of(model: BeliefModel) -> Ranking:
+    """The ranking that goes with a belief model unless another is asked for: the paper's with the paper's."""
+    return "probable" if model == "independent" else "worth"
+
+
+def choose(
+    probability: npt.NDArray[np.float64],
+    from_m: npt.NDArray[np.float64],
+    to_m: npt.NDArray[np.float64],
+    *,
+    limit: int,
+    ranking: Ranking,
+) -> npt.NDArray[np.intp]:
+    """The candidates: indices of containers, best first, at most `limit`; ties go to the earlier container.
+
+    Args:
+        probability: shape (containers,).
+        from_m, to_m: metres from the origin and to the target, shape (containers,); means for a table.
+    """
+    count = min(check_limit(limit), len(probability))
+    if ranking == "worth":
+        score = probability / (1.0 + from_m + to_m / 2.0)
+        return np.argsort(-score, kind="stable")[:count]
+    near = np.argsort(from_m + to_m, kind="stable")[: min(NEAREST_KEPT, count)]
+    likely = np.argsort(-probability, kind="stable")
+    others = likely[~np.isin(likely, near)][: count - len(near)]
+    return np.concatenate([near, others])

@@ -1,0 +1,37 @@
+"""Look in the order that Eq. 1 says costs least on average: LIOS, with a belief model and candidates as settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit
+from workbench.search.engine import expected_search
+from workbench.search.find_costs import BeliefModel, SearchStop
+from workbench.search.orders import ExpectedSearch
+from workbench.search.policy import SearchQuery
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeastExpectedCost:
+    """Eq. 1's minimiser over `limit` candidates.
+
+    Raises:
+        BadValue, TooManyCandidates: a limit that cannot be.
+    """
+
+    name: str
+    belief_model: BeliefModel
+    ranking: Ranking
+    limit: int = PAPER_LIMIT
+
+    def __post_init__(self) -> None:
+        check_limit(self.limit)
+
+    def search(self, query: SearchQuery) -> ExpectedSearch:
+        """The order with its expected cost."""
+        return expected_search(query, belief_model=self.belief_model, limit=self.limit, ranking=self.ranking)
+
+    def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
+        return self.search(query).stops

@@ -1,0 +1,38 @@
+"""Look into the nearest unsearched container, then the one nearest to that: the paper's baseline, Greedy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from workbench.search.find_costs import SearchStop
+from workbench.search.orders import along
+from workbench.search.places import Places, places
+from workbench.search.policy import SearchQuery
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearestFirst:
+    name: str = "greedy"
+
+    def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
+        """Nearest first from stop to stop; equal distances in the plan's order. Probabilities are independent."""
+        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        item = query.belief.item_types.index(query.item_type)
+        return along(nearest_chain(here), here, item=item, model="independent", costs=query.costs).stops
+
+
+def nearest_chain(here: Places) -> list[int]:
+    """Indices of all containers, each the nearest to the one before."""
+    order: list[int] = []
+    left = np.ones(len(here.containers), dtype=bool)
+    row = here.from_m[0]
+    for _ in here.containers:
+        nearest = int(np.argmin(np.where(left, row, np.inf)))
+        order.append(nearest)
+        left[nearest] = False
+        row = here.between_m[nearest]
+    return order

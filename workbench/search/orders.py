@@ -1,0 +1,65 @@
+"""What does looking in a given order cost, step by step? An order of containers as stops with their partial costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.search.costs import ActionCosts
+from workbench.search.find_costs import BeliefModel, SearchStop
+from workbench.search.places import Places
+from workbench.search.remaining import still_missing_along
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExpectedSearch:
+    """An order in which to look, and what it costs on average under the belief.
+
+    Attributes:
+        stops: the order.
+        partial_costs: what each stop adds to the expected cost: the way there and the look, weighted by the
+            chance that the search comes this far, and the pick and the way to the target, weighted by the chance
+            that it ends here.
+        cost: their sum.
+        missing: chance that the object is found at none of the stops.
+    """
+
+    stops: tuple[SearchStop, ...]
+    partial_costs: tuple[float, ...]
+    cost: float
+    missing: float
+
+
+def along(
+    order: Sequence[int] | npt.NDArray[np.intp],
+    here: Places,
+    *,
+    item: int = 0,
+    model: BeliefModel,
+    costs: ActionCosts,
+) -> ExpectedSearch:
+    """The expected cost of an order of containers, for the first origin and the first target of `here`.
+
+    Args:
+        order: indices into here.containers.
+        item: index of the item type.
+    """
+    indices = np.asarray(order, dtype=np.intp)
+    missing = still_missing_along(here.probability[item], indices, model)
+    legs = np.concatenate([here.from_m[0, indices[:1]], here.between_m[indices[:-1], indices[1:]]])
+    ends = missing[:-1] - missing[1:]
+    partial = missing[:-1] * (legs + costs.search) + ends * (costs.manipulation + here.to_m[indices, 0])
+    found = np.divide(ends, missing[:-1], out=np.zeros_like(ends), where=missing[:-1] > 0)
+    stops = tuple(
+        SearchStop(container=here.containers[i], probability=float(p), reached=float(r), leg_m=float(leg))
+        for i, p, r, leg in zip(indices, found, missing[:-1], legs, strict=True)
+    )
+    return ExpectedSearch(
+        stops=stops,
+        partial_costs=tuple(float(c) for c in partial),
+        cost=float(partial.sum()),
+        missing=float(missing[-1]),
+    )

@@ -1,0 +1,76 @@
+"""Where a search can look and how far that is: a belief and travel costs brought onto common axes.
+
+Containers that no path leads to are left out: no search can find anything there, and under the belief models
+that know of an instance it is then known to be elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.belief import Belief
+from workbench.errors import NotFound
+from workbench.worlds.house import ContainerId, LocationId
+from workbench.worlds.travel import TravelCosts
+
+Array = npt.NDArray[np.float64]
+
+
+class LocationOutOfReach(NotFound):
+    """An origin or target that is not on the axis of the travel costs."""
+
+    def __init__(self, location: str) -> None:
+        super().__init__(
+            f"location {location!r} is not among the travel costs. Give a container that can be reached, or 'start'."
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Places:
+    """The containers that can be searched, and the metres that a search can walk.
+
+    Attributes:
+        containers: reachable unsearched containers, in the belief's order.
+        probability: shape (item types, containers).
+        from_m: from each origin to each container, shape (origins, containers).
+        to_m: from each container to each target, shape (containers, targets).
+        between_m: between containers, shape (containers, containers).
+    """
+
+    containers: tuple[ContainerId, ...]
+    probability: Array
+    from_m: Array
+    to_m: Array
+    between_m: Array
+
+
+def places(
+    belief: Belief, travel: TravelCosts, *, origins: Sequence[LocationId], targets: Sequence[LocationId]
+) -> Places:
+    """The belief's containers that can be reached, with their distances.
+
+    Raises:
+        LocationOutOfReach: an origin or target that is not on the axis of the travel costs.
+    """
+    reachable = [j for j, c in enumerate(belief.containers) if travel.reaches(LocationId(c))]
+    containers = tuple(belief.containers[j] for j in reachable)
+    at = np.array([travel.index(LocationId(c)) for c in containers], dtype=np.intp)
+    starts, ends = _indices(travel, origins), _indices(travel, targets)
+    return Places(
+        containers=containers,
+        probability=np.ascontiguousarray(belief.probability[:, reachable]),
+        from_m=travel.metres[np.ix_(starts, at)],
+        to_m=travel.metres[np.ix_(at, ends)],
+        between_m=travel.metres[np.ix_(at, at)],
+    )
+
+
+def _indices(travel: TravelCosts, locations: Sequence[LocationId]) -> npt.NDArray[np.intp]:
+    for location in locations:
+        if not travel.reaches(location):
+            raise LocationOutOfReach(location)
+    return np.array([travel.index(location) for location in locations], dtype=np.intp)

@@ -1,0 +1,80 @@
+"""Which search policies are there? One table by name; a third party's come in through `lios.policies`.
+
+A policy of your own is an entry point in the group "lios.policies" whose value is a function without arguments
+that returns a SearchPolicy, or a "module:function" given where a name is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from types import MappingProxyType
+from typing import cast
+
+from workbench.errors import BadValue, UnknownName
+from workbench.search.full_tour import FullTour
+from workbench.search.least_expected_cost import LeastExpectedCost
+from workbench.search.most_probable import MostProbable
+from workbench.search.nearest_first import NearestFirst
+from workbench.search.oracle import oracle_policy
+from workbench.search.policy import SearchPolicy
+
+PolicyFactory = Callable[[], SearchPolicy]
+
+POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
+    {
+        "greedy": lambda: NearestFirst(),
+        "most-probable": lambda: MostProbable(),
+        "lios": lambda: LeastExpectedCost(name="lios", belief_model="independent", ranking="probable"),
+        "conditioned-lios": lambda: LeastExpectedCost(
+            name="conditioned-lios", belief_model="exists", ranking="worth"
+        ),
+        "full-lios": lambda: FullTour(),
+    }
+)
+"""Policies that see no truth. The oracle needs the house: oracle_policy(house)."""
+
+ENTRY_POINTS = "lios.policies"
+
+
+def policy(name: str) -> SearchPolicy:
+    """The policy of that name, of an installed plug-in, or of "module:function".
+
+    Raises:
+        UnknownName: no such policy; lists the known ones.
+    """
+    wanted = name.lower()
+    if wanted in POLICIES:
+        return POLICIES[wanted]()
+    for entry in entry_points(group=ENTRY_POINTS):
+        if entry.name == name:
+            return _made(name, entry.load())
+    if ":" in name:
+        return _imported(name)
+    raise UnknownName("search policy", name, policy_names())
+
+
+def policy_names() -> tuple[str, ...]:
+    """Every policy that needs no truth: ours in the table's order, then installed ones, sorted."""
+    others = sorted({entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(POLICIES))
+    return (*POLICIES, *others)
+
+
+def _imported(name: str) -> SearchPolicy:
+    module, _, attribute = name.partition(":")
+    try:
+        factory = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise UnknownName("search policy", name, policy_names(), where=str(error)) from error
+    return _made(name, factory)
+
+
+def _made(name: str, factory: object) -> SearchPolicy:
+    made = factory() if callable(factory) else factory
+    if not callable(getattr(made, "order", None)) or not isinstance(getattr(made, "name", None), str):
+        raise BadValue(f"search policy {name}", made, "something with a name and order(query)")
+    return cast(SearchPolicy, made)
+
+
+__all__ = ["ENTRY_POINTS", "POLICIES", "PolicyFactory", "oracle_policy", "policy", "policy_names"]

@@ -1,0 +1,96 @@
+"""With what chance is the object still not found after a set of containers has been searched?
+
+R(S), the one quantity in which belief models differ. With p the probability of finding the item type in each
+container and all containers U still unsearched:
+
+    independent   R(S) = product over S of (1 - p)
+    exists        R(S) = (product over S - product over U of (1 - p)) / (1 - product over U)
+    exclusive     R(S) = sum over U \\ S of p / sum over U of p
+
+`exists` is `independent` conditioned on an instance being in at least one container of U; `exclusive` knows one
+instance, whose places exclude one another. Where every p is 0 both take their common limit for small equal p:
+every container is as likely as any other.
+
+All three are functions of a sum over S and a sum over the others, so no difference of nearly equal numbers is
+ever formed: probabilities of 1e-12 and of 1 are as good as any.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue
+from workbench.search.find_costs import BeliefModel
+
+Array = npt.NDArray[np.float64]
+
+BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive")
+
+
+def weights(probability: Array, model: BeliefModel) -> Array:
+    """What is summed over containers: log(1 - p) for independent and exists, p for exclusive.
+
+    Args:
+        probability: shape (..., containers), over all unsearched containers.
+
+    Raises:
+        BadValue: a belief model that does not exist, or an entry that is no probability.
+    """
+    p = np.asarray(probability, dtype=np.float64)
+    if model not in BELIEF_MODELS:
+        raise BadValue("belief model", model, "one of " + ", ".join(BELIEF_MODELS))
+    if not ((p >= 0) & (p <= 1)).all():
+        raise BadValue("probability", "an entry that is no probability", "within [0, 1]")
+    if model == "independent":
+        return _log_miss(p)
+    nowhere = ~(p > 0).any(axis=-1, keepdims=True)
+    if model == "exclusive":
+        return np.where(nowhere, 1.0, p)
+    return np.where(nowhere, -1e-12, _log_miss(p))
+
+
+def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:
+    """R(S) from the sums of `weights` over S and over all unsearched containers that are not in S.
+
+    Args:
+        inside, outside: of one shape, which is the answer's.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if model == "independent":
+            return np.exp(inside)
+        if model == "exclusive":
+            return outside / (inside + outside)
+        return np.exp(inside) * np.expm1(outside) / np.expm1(inside + outside)
+
+
+def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:
+    """R(S) for every subset S of the candidates; bit j of the index stands for candidate j.
+
+    Args:
+        probability: shape (containers,), over all unsearched containers.
+        candidates: indices into it, shape (k,).
+
+    Returns:
+        Shape (2**k,); entry 0 is 1.
+    """
+    w = weights(probability, model)
+    rest = np.delete(w, candidates).sum()
+    inside = np.zeros(1)
+    for j in candidates:
+        inside = np.concatenate([inside, inside + w[j]])
+    return still_missing(inside, inside[::-1] + rest, model)
+
+
+def still_missing_along(probability: Array, order: npt.NDArray[np.intp], model: BeliefModel) -> Array:
+    """R after each prefix of an order: shape (len(order) + 1,), the first entry 1."""
+    w = weights(probability, model)
+    rest = np.delete(w, order).sum()
+    inside = np.concatenate([[0.0], np.cumsum(w[order])])
+    outside = np.concatenate([np.cumsum(w[order][::-1])[::-1], [0.0]]) + rest
+    return still_missing(inside, outside, model)
+
+
+def _log_miss(p: Array) -> Array:
+    with np.errstate(divide="ignore"):
+        return np.log1p(-p)
