@@ -1,0 +1,75 @@
+"""Bootstrap intervals: values solvable by hand, coverage, and what clusters change."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from workbench.errors import BadValue
+from workbench.evaluation.statistics import mean_with_interval, paired_difference, ratio_with_interval
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(7)
+
+
+def test_equal_values_have_no_width() -> None:
+    estimate = mean_with_interval([3.0, 3.0, 3.0], ["a", "b", "c"], rng=rng())
+    assert (estimate.value, estimate.interval, estimate.trials, estimate.clusters) == (3.0, (3.0, 3.0), 3, 3)
+
+
+def test_the_mean_weighs_every_trial_the_same_and_not_every_cluster() -> None:
+    assert mean_with_interval([1.0, 1.0, 1.0, 5.0], ["a", "a", "a", "b"], rng=rng()).value == 2.0
+
+
+def test_trials_that_repeat_their_house_do_not_narrow_the_interval() -> None:
+    houses = np.random.default_rng(1).normal(size=40)
+    once = mean_with_interval(houses, range(40), rng=rng())
+    tenfold = mean_with_interval(np.repeat(houses, 10), np.repeat(np.arange(40), 10).tolist(), rng=rng())
+    assert tenfold.upper - tenfold.lower == pytest.approx(once.upper - once.lower, rel=1e-9)
+
+
+def test_the_interval_covers_the_truth_about_as_often_as_it_says() -> None:
+    draw = np.random.default_rng(2)
+    inside = 0
+    for _ in range(200):
+        values = draw.normal(size=60)
+        estimate = mean_with_interval(values, range(60), rng=draw, draws=500)
+        inside += estimate.lower <= 0 <= estimate.upper
+    assert 0.89 <= inside / 200 <= 0.99
+
+
+def test_pairing_takes_out_what_trials_share() -> None:
+    hard = np.random.default_rng(3).normal(scale=100, size=50)
+    difference = paired_difference(hard + 2.0, hard, range(50), rng=rng())
+    assert difference.interval == pytest.approx((2.0, 2.0))
+
+
+def test_a_ratio_is_of_sums() -> None:
+    estimate = ratio_with_interval([1.0, 8.0], [10.0, 10.0], ["a", "b"], rng=rng())
+    assert estimate.value == pytest.approx(0.45)
+    assert estimate.interval == pytest.approx((0.1, 0.8))
+
+
+def test_one_cluster_draws_over_its_trials() -> None:
+    estimate = mean_with_interval([0.0, 1.0] * 50, ["a"] * 100, rng=rng())
+    assert 0.35 < estimate.lower < 0.45 < 0.55 < estimate.upper < 0.65
+
+
+def test_the_same_seed_gives_the_same_interval() -> None:
+    values = np.arange(20.0)
+    assert mean_with_interval(values, range(20), rng=rng()) == mean_with_interval(values, range(20), rng=rng())
+
+
+@pytest.mark.parametrize(
+    ("values", "clusters", "level"),
+    [([], [], 0.95), ([1.0], ["a", "b"], 0.95), ([float("nan")], ["a"], 0.95), ([1.0], ["a"], 1.0)],
+)
+def test_bad_trials_are_refused(values: list[float], clusters: list[str], level: float) -> None:
+    with pytest.raises(BadValue):
+        mean_with_interval(values, clusters, rng=rng(), level=level)
+
+
+def test_pairs_of_different_length_are_refused() -> None:
+    with pytest.raises(BadValue, match="one length"):
+        paired_difference([1.0, 2.0], [1.0], ["a", "b"], rng=rng())

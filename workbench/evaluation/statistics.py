@@ -1,0 +1,155 @@
+"""How sure is a mean over trials? Bootstrap intervals that draw whole clusters, and paired differences.
+
+Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws
+houses with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
+A single cluster says nothing of how clusters vary; its interval is drawn over its own trials instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue
+
+Array = npt.NDArray[np.float64]
+
+DRAWS = 4000
+_DRAWS_AT_ONCE = 500
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """A number with its interval.
+
+    Attributes:
+        value: the mean or ratio over all trials.
+        lower, upper: the ends of the percentile interval.
+        level: its coverage, 0.95 for "95 %".
+        trials, clusters: how many there were.
+    """
+
+    value: float
+    lower: float
+    upper: float
+    level: float
+    trials: int
+    clusters: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        return (self.lower, self.upper)
+
+
+def mean_with_interval(
+    values: npt.ArrayLike,
+    clusters: Sequence[Hashable],
+    *,
+    rng: np.random.Generator,
+    level: float = 0.95,
+    draws: int = DRAWS,
+) -> Estimate:
+    """The mean of the values, every trial weighing the same.
+
+    Args:
+        values: shape (trials,).
+        clusters: which house (or other cluster) each trial belongs to.
+
+    Raises:
+        BadValue: no trial, lengths that differ, a value that is not finite, or a level outside (0, 1).
+    """
+    measured = np.asarray(values, dtype=np.float64)
+    return ratio_with_interval(measured, np.ones_like(measured), clusters, rng=rng, level=level, draws=draws)
+
+
+def paired_difference(
+    a: npt.ArrayLike,
+    b: npt.ArrayLike,
+    clusters: Sequence[Hashable],
+    *,
+    rng: np.random.Generator,
+    level: float = 0.95,
+    draws: int = DRAWS,
+) -> Estimate:
+    """The mean of a - b, trial by trial: what pairing takes away is how trials differ from one another.
+
+    Args and Raises: as mean_with_interval; a and b are of one length.
+    """
+    first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    if first.shape != second.shape:
+        raise BadValue("paired values", (first.shape, second.shape), "of one length")
+    return mean_with_interval(first - second, clusters, rng=rng, level=level, draws=draws)
+
+
+def ratio_with_interval(
+    numerator: npt.ArrayLike,
+    denominator: npt.ArrayLike,
+    clusters: Sequence[Hashable],
+    *,
+    rng: np.random.Generator,
+    level: float = 0.95,
+    draws: int = DRAWS,
+) -> Estimate:
+    """Sum of the numerator over sum of the denominator: shares of Greedy's cost, of the gap to the oracle.
+
+    Args:
+        numerator, denominator: shape (trials,).
+        clusters: which house each trial belongs to.
+
+    Raises:
+        BadValue: as mean_with_interval.
+    """
+    top, bottom = np.asarray(numerator, dtype=np.float64), np.asarray(denominator, dtype=np.float64)
+    _check(top, bottom, clusters, level)
+    tops, bottoms = _sums(top, bottom, clusters)
+    drawn = _drawn_ratios(tops, bottoms, rng, draws)
+    tail = (1 - level) / 2
+    lower, upper = np.quantile(drawn, [tail, 1 - tail]) if len(drawn) else (np.nan, np.nan)
+    return Estimate(
+        value=_ratio(float(top.sum()), float(bottom.sum())),
+        lower=float(lower),
+        upper=float(upper),
+        level=level,
+        trials=len(top),
+        clusters=len(set(clusters)),
+    )
+
+
+def _check(top: Array, bottom: Array, clusters: Sequence[Hashable], level: float) -> None:
+    if top.ndim != 1 or top.shape != bottom.shape or len(clusters) != len(top):
+        raise BadValue("trials", (top.shape, bottom.shape, len(clusters)), "one value and one cluster a trial")
+    if len(top) == 0:
+        raise BadValue("trials", 0, "at least 1")
+    if not (np.isfinite(top).all() and np.isfinite(bottom).all()):
+        raise BadValue("trials", "a value that is not finite", "finite")
+    if not 0 < level < 1:
+        raise BadValue("level", level, "between 0 and 1")
+
+
+def _sums(top: Array, bottom: Array, clusters: Sequence[Hashable]) -> tuple[Array, Array]:
+    """Sums by cluster in order of first appearance; the trials themselves when there is one cluster."""
+    numbers = {name: i for i, name in enumerate(dict.fromkeys(clusters))}
+    if len(numbers) == 1:
+        return top, bottom
+    of = np.array([numbers[name] for name in clusters])
+    tops, bottoms = np.zeros(len(numbers)), np.zeros(len(numbers))
+    np.add.at(tops, of, top)
+    np.add.at(bottoms, of, bottom)
+    return tops, bottoms
+
+
+def _drawn_ratios(tops: Array, bottoms: Array, rng: np.random.Generator, draws: int) -> Array:
+    n, ratios = len(tops), list[Array]()
+    for start in range(0, draws, _DRAWS_AT_ONCE):
+        chosen = rng.integers(n, size=(min(_DRAWS_AT_ONCE, draws - start), n))
+        below = bottoms[chosen].sum(axis=1)
+        above = tops[chosen].sum(axis=1)
+        ratios.append((above[below != 0] / below[below != 0]).astype(np.float64))
+    return np.concatenate(ratios)
+
+
+def _ratio(top: float, bottom: float) -> float:
+    return top / bottom if bottom else float("nan")
