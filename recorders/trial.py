@@ -1,0 +1,207 @@
+"""How is one simulated run recorded? A house, a task, a strategy and a seed in; one MCAP file and its end out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.planning.scenarios import make_task, prepare_house
+from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.task_files import load_task
+from workbench.worlds.navigation import Navigation, navigate
+from workbench.worlds.simulated import SimulatedWorld
+
+from recorders.provenance import revision
+from recorders.recorder import RunRecorder
+from workbench import __version__
+from workbench.beliefs.belief import Estimator
+from workbench.errors import BadValue, UnknownName
+from workbench.execution.events import Ended, Event
+from workbench.execution.loop import outcome_of, run_task
+from workbench.execution.start import MOST_KNOWN_SHARE, known_at_start
+from workbench.planning.strategy import Strategy
+from workbench.planning.tasks import Task, find_task
+from workbench.runs.place import Place, place_to_json, task_to_json
+from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.worlds.house import START, ContainerId, House, ItemType
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One run to be made: the same trial gives the same events.
+
+    Attributes:
+        house: the truth, for the simulated world (and the oracle).
+        known: containers whose contents the robot knows before it starts.
+        strategy, estimator: names from their tables.
+    """
+
+    house: House
+    task: Task
+    strategy: str
+    estimator: str = "best"
+    seed: int = 0
+    known: tuple[ContainerId, ...] = ()
+    costs: ActionCosts = SIMULATION
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wish:
+    """What a person asks a robot to do: exactly one of an item type to find, a scenario, or a task file.
+
+    Raises:
+        BadValue: none or more than one of them.
+    """
+
+    find: str = ""
+    scenario: str = ""
+    task_file: Path | None = None
+
+    def __post_init__(self) -> None:
+        given = [bool(self.find), bool(self.scenario), self.task_file is not None]
+        if sum(given) != 1:
+            raise BadValue(
+                "task", "nothing" if not any(given) else "more than one", "one of --find, --scenario, --task"
+            )
+
+
+def trial_for(
+    wish: Wish,
+    house: House,
+    *,
+    strategy: str,
+    estimator: str = "best",
+    seed: int = 0,
+    most_known: float | None = None,
+) -> Trial:
+    """The trial that a wish means in a house.
+
+    Args:
+        most_known: at most this share of containers is known at the start; by default none for a find, and
+            MOST_KNOWN_SHARE for a task.
+
+    Raises:
+        UnknownName: an item type or scenario that is not there.
+        Unsupported: a scenario that the house cannot support.
+    """
+    if wish.find:
+        task = find_task(item_type_in(house, wish.find), START)
+        share = most_known or 0.0
+    elif wish.task_file is not None:
+        task = load_task(wish.task_file)
+        share = MOST_KNOWN_SHARE if most_known is None else most_known
+    else:
+        house = prepare_house(wish.scenario, house, seed=seed)
+        task = make_task(wish.scenario, house, seed=seed)
+        share = MOST_KNOWN_SHARE if most_known is None else most_known
+    known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
+    return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Ready:
+    navigation: Navigation
+    world: SimulatedWorld
+    strategy: Strategy
+    estimator: Estimator
+    place: Place
+
+
+def trial_events(trial: Trial) -> Iterator[Event]:
+    """Runs a trial without recording it."""
+    return _events(trial, _prepare(trial))
+
+
+def record_trial(trial: Trial, path: Path, *, force: bool = False) -> Ended:
+    """Runs a trial and records it, ground truth included.
+
+    Raises:
+        OutputExists: the file exists and force is not given.
+    """
+    ready = _prepare(trial)
+    info = _info(trial, ready)
+    seen: list[Event] = []
+    with RunRecorder(
+        path,
+        info=info,
+        place=ready.place,
+        task=trial.task,
+        costs=trial.costs,
+        truth=trial.house.contents,
+        force=force,
+    ) as recorder:
+        for event in _events(trial, ready):
+            recorder.record(event)
+            seen.append(event)
+    return outcome_of(seen)
+
+
+def item_type_in(house: House, name: str) -> ItemType:
+    """The item type that a person means by a name, whatever its case and spacing.
+
+    Raises:
+        UnknownName: the house holds no such type; lists the nearest.
+    """
+    known = house.item_types()
+    for item_type in known:
+        if _plain(item_type) == _plain(name):
+            return item_type
+    raise UnknownName("item type", name, known, where=house.plan.name)
+
+
+def _plain(name: str) -> str:
+    return "".join(ch for ch in name.casefold() if ch.isalnum())
+
+
+def _prepare(trial: Trial) -> _Ready:
+    navigation = navigate(trial.house.plan)
+    return _Ready(
+        navigation=navigation,
+        world=SimulatedWorld(trial.house, navigation, known=trial.known),
+        strategy=strategy_named(trial.strategy, house=trial.house),
+        estimator=estimator_named(trial.estimator),
+        place=Place.of(trial.house.plan, navigation),
+    )
+
+
+def _events(trial: Trial, ready: _Ready) -> Iterator[Event]:
+    return run_task(ready.world, ready.strategy, ready.estimator, trial.task, costs=trial.costs, seed=trial.seed)
+
+
+def _info(trial: Trial, ready: _Ready) -> RunInfo:
+    code = revision()
+    return RunInfo(
+        run_id=_run_id(trial, ready),
+        schema_version=SCHEMA_VERSION,
+        place=trial.house.plan.name,
+        scenario=trial.task.scenario,
+        strategy=ready.strategy.name,
+        estimator=ready.estimator.name,
+        seed=trial.seed,
+        started=Stamp.of(ready.world.now_ns()),
+        title=trial.task.title,
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+        weights_sha256=ready.estimator.name.partition("@")[2],
+    )
+
+
+def _run_id(trial: Trial, ready: _Ready) -> str:
+    """Twelve hexadecimal digits that name this trial: the same trial has the same id."""
+    identity = (
+        place_to_json(ready.place),
+        task_to_json(trial.task),
+        msgspec.json.encode([ready.strategy.name, ready.estimator.name, trial.seed, list(trial.known), trial.costs]),
+        msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
+    )
+    digest = hashlib.sha256()
+    for part in identity:
+        digest.update(part if isinstance(part, bytes) else part.encode())
+    return digest.hexdigest()[:12]
