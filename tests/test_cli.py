@@ -1,0 +1,80 @@
+"""The edge of the command line: exit codes, one-line errors, help that lists every command."""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+
+import pytest
+
+from workbench import cli
+from workbench.errors import BadValue, Failed, LiosError, Lossy, UnknownName
+
+
+def _entries() -> list[str]:
+    return sorted(entry.name for entry in entry_points(group="lios.commands"))
+
+
+@pytest.mark.parametrize("name", _entries())
+def test_every_command_loads_and_explains_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([*name.split("."), "--help"]) == 0
+    shown = capsys.readouterr().out
+    assert "cannot be loaded" not in shown
+    assert "Examples:" in shown, "help without an example"
+    assert f"lios {name.replace('.', ' ')}" in shown
+
+
+def test_help_groups_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["--help"]) == 0
+    shown = capsys.readouterr().out
+    for panel, names in cli.PANELS.items():
+        assert f"{panel}:" in shown
+        for name in names:
+            assert f"  {name}" in shown
+
+
+def test_a_misspelt_command_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["repaly"]) == 2
+    said = capsys.readouterr().err
+    assert "replay" in said
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (BadValue("cost", -1, "at least 0"), 2),
+        (UnknownName("strategy", "gredy", ["greedy", "lios"]), 2),
+        (Failed("it failed"), 1),
+        (Lossy("some was lost"), 3),
+        (RuntimeError("a bug"), 1),
+        (KeyboardInterrupt(), 1),
+    ],
+)
+def test_errors_become_one_line_and_an_exit_code(
+    error: BaseException, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Broken:
+        def main(self, **_: object) -> None:
+            raise error
+
+    monkeypatch.setattr(cli, "app", Broken)
+    assert cli.run(["anything"]) == code
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "Traceback" not in said
+
+
+def test_debug_shows_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        def main(self, **_: object) -> None:
+            raise Failed("it failed")
+
+    monkeypatch.setattr(cli, "app", Broken)
+    with pytest.raises(LiosError):
+        cli.run(["anything"], debug=True)
+
+
+def test_an_unknown_name_lists_the_nearest_and_stays_short() -> None:
+    message = str(UnknownName("item type", "mugg", ["Mug", "Bread", "Bed"], where="toy"))
+    assert message == "no item type 'mugg' in toy. Did you mean: Mug."
+    assert len(str(UnknownName("item type", "x" * 10_000, ["Mug"]))) < 200

@@ -1,0 +1,61 @@
+"""What the robot knows, advanced by what it sees and does; worked out on the toy house."""
+
+from __future__ import annotations
+
+import pytest
+from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_plan, toy_travel
+
+from workbench.worlds.house import START, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.travel import TravelCosts
+
+MUG, EGG = item("Mug|1"), item("Egg|1")
+
+
+def _start() -> Knowledge:
+    return knowledge_at_start(toy_plan(), toy_travel(), {FRIDGE: (EGG,)})
+
+
+def test_known_containers_are_not_unsearched_and_not_visited() -> None:
+    knowledge = _start()
+    assert knowledge.unsearched == (COUNTER, TABLE, BED, DESK)
+    assert knowledge.visited == ()
+    assert knowledge.where(EGG.type) == ((LocationId(FRIDGE), EGG),)
+
+
+def test_seeing_picking_carrying_and_placing() -> None:
+    seen = _start().moved(LocationId(COUNTER)).seen(COUNTER, (MUG,))
+    assert seen.visited == (COUNTER,)
+    held = seen.picked(MUG)
+    assert (held.holding, held.where(MUG.type), held.knows(MUG.type)) == (MUG, (), True)
+    assert held.first_seen[COUNTER] == (MUG,), "what was first seen stays"
+    down = held.moved(START).placed()
+    assert (down.holding, down.where(MUG.type)) == (None, ((START, MUG),))
+    assert seen.holding is None, "the old view is untouched"
+
+
+def test_a_shut_container_is_no_candidate_any_more() -> None:
+    assert BED not in _start().shut(BED).unsearched
+
+
+def test_a_lost_item_is_nowhere() -> None:
+    assert not _start().lost(EGG.id).knows(EGG.type)
+
+
+def test_a_container_that_cannot_be_reached_is_no_candidate() -> None:
+    travel = toy_travel()
+    fewer = TravelCosts(locations=travel.locations[:-1], metres=travel.metres[:-1, :-1], unreachable=(DESK,))
+    assert DESK not in knowledge_at_start(toy_plan(), fewer, {}).unsearched
+
+
+def test_nothing_is_known_of_a_type_never_seen() -> None:
+    assert not _start().knows(ItemType("Mug"))
+
+
+def test_putting_down_with_an_empty_hand_changes_nothing() -> None:
+    assert _start().placed() == _start()
+
+
+def test_views_cannot_be_written() -> None:
+    with pytest.raises(TypeError):
+        _start().items_at[START] = ()  # type: ignore[index]
