@@ -1,0 +1,113 @@
+"""What does planning charge for a find? Optimistic, pessimistic, Eq. 1, or the truth that only the oracle has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, final
+
+import numpy as np
+
+from workbench.beliefs.belief import Belief
+from workbench.search.bounds import optimistic_find_costs, pessimistic_find_costs
+from workbench.search.candidates import PAPER_LIMIT
+from workbench.search.costs import ActionCosts
+from workbench.search.engine import expected_find_costs
+from workbench.search.find_costs import BeliefModel, FindCosts
+from workbench.worlds.house import House, LocationId
+from workbench.worlds.travel import TravelCosts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FindQuestion:
+    """Price finds of every type of the belief from every origin to every target."""
+
+    belief: Belief
+    travel: TravelCosts
+    origins: Sequence[LocationId]
+    targets: Sequence[LocationId]
+    costs: ActionCosts
+
+
+class FindPricing(Protocol):
+    """The find cost of a strategy."""
+
+    def price(self, question: FindQuestion) -> FindCosts: ...
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Optimistic:
+    def price(self, question: FindQuestion) -> FindCosts:
+        return optimistic_find_costs(
+            question.belief,
+            question.travel,
+            origins=question.origins,
+            targets=question.targets,
+            costs=question.costs,
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Pessimistic:
+    def price(self, question: FindQuestion) -> FindCosts:
+        return pessimistic_find_costs(
+            question.belief,
+            question.travel,
+            origins=question.origins,
+            targets=question.targets,
+            costs=question.costs,
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expected:
+    """Eq. 1 under a belief model."""
+
+    belief_model: BeliefModel = "independent"
+    limit: int = PAPER_LIMIT
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        return expected_find_costs(
+            question.belief,
+            question.travel,
+            origins=question.origins,
+            targets=question.targets,
+            costs=question.costs,
+            belief_model=self.belief_model,
+            limit=self.limit,
+        )
+
+
+NOWHERE = 1e6
+"""What the oracle charges for a type that no unsearched container holds: more than any failure cost."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Truth:
+    """The least way by a container that really holds the type. Only the oracle has it."""
+
+    house: House
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        travel, costs = question.travel, question.costs
+        rows = [travel.index(location) for location in question.origins]
+        columns = [travel.index(location) for location in question.targets]
+        metres = np.full((len(question.belief.item_types), len(rows), len(columns)), NOWHERE)
+        open_to_search = frozenset(question.belief.containers)
+        for i, item_type in enumerate(question.belief.item_types):
+            for container in self.house.holders(item_type):
+                if container in open_to_search:
+                    via = travel.index(LocationId(container))
+                    way = travel.metres[rows, via][:, None] + travel.metres[via, columns][None, :]
+                    metres[i] = np.minimum(metres[i], way + costs.search + costs.manipulation)
+        return FindCosts(
+            item_types=question.belief.item_types,
+            origins=tuple(question.origins),
+            targets=tuple(question.targets),
+            metres=metres,
+            kind="model",
+        )

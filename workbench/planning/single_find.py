@@ -1,0 +1,83 @@
+"""What is the cheapest plan that ends with one item in hand at one place? Closed form: no solver is needed.
+
+Known: walk there, pick, walk to the target. Missing: one find. With something else in hand, put it down first.
+"""
+
+from __future__ import annotations
+
+from workbench.planning.plans import Plan, PlanStatus, PlanStep
+from workbench.planning.tasks import Holding
+from workbench.search.costs import ActionCosts
+from workbench.search.find_costs import FindCosts
+from workbench.worlds.house import Item, LocationId
+from workbench.worlds.knowledge import Knowledge
+
+SOLVER = "closed-form"
+
+
+def plan_single_find(
+    goal: Holding, knowledge: Knowledge, find_costs: FindCosts | None, costs: ActionCosts, *, find_known: bool = False
+) -> Plan:
+    """The optimal plan under these find costs.
+
+    Args:
+        find_costs: with the goal's type, the robot's place and the goal's place on their axes; None when a find
+            is not offered.
+        find_known: whether a find may be chosen though an instance is known.
+    """
+    here, to = knowledge.robot_at, goal.at
+    if not knowledge.travel.reaches(to):
+        return Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=f"{to} cannot be reached")
+    steps: list[PlanStep] = []
+    held = knowledge.holding
+    if held is not None and held.type == goal.item_type:
+        return _solved(steps + _walk(knowledge, here, to))
+    if held is not None:
+        steps.append(_handle("place", here, held, costs))
+    ways = [
+        (length + costs.manipulation, location, item)
+        for location, item in knowledge.where(goal.item_type)
+        if (length := _by_way_of(knowledge, here, location, to)) is not None
+    ]
+    known = min(ways, default=None, key=lambda way: (way[0], way[1], way[2].id))
+    offered = find_costs is not None and bool(knowledge.unsearched) and (known is None or find_known)
+    find_cost = find_costs.of(goal.item_type, here, to) if offered and find_costs is not None else None
+    if known is not None and (find_cost is None or known[0] <= find_cost):
+        _, place, item = known
+        steps += _walk(knowledge, here, place)
+        steps.append(_handle("pick", place, item, costs))
+        return _solved(steps + _walk(knowledge, place, to))
+    if find_cost is None:
+        note = f"no {goal.item_type} is known and no container is left to search"
+        return Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=note)
+    find = PlanStep(action="find", origin=here, target=to, item_types=(goal.item_type,), cost=find_cost)
+    return _solved([*steps, find])
+
+
+def _by_way_of(knowledge: Knowledge, a: LocationId, b: LocationId, c: LocationId) -> float | None:
+    first, second = knowledge.travel.between(a, b), knowledge.travel.between(b, c)
+    return None if first is None or second is None else first + second
+
+
+def _walk(knowledge: Knowledge, a: LocationId, b: LocationId) -> list[PlanStep]:
+    if a == b:
+        return []
+    return [PlanStep(action="move", origin=a, target=b, cost=knowledge.travel.between(a, b) or 0.0)]
+
+
+def _handle(action: str, at: LocationId, item: Item, costs: ActionCosts) -> PlanStep:
+    return PlanStep(
+        action=action,
+        origin=at,
+        target=at,
+        item_types=(item.type,),
+        items=(item.id,),
+        cost=costs.manipulation,
+    )
+
+
+def _solved(steps: list[PlanStep]) -> Plan:
+    cost = sum(step.cost for step in steps)
+    return Plan(
+        status=PlanStatus.SOLVED, steps=tuple(steps), cost=cost, lower_bound=cost, optimal=True, solver=SOLVER
+    )

@@ -1,0 +1,142 @@
+"""Which strategies are there? One table by name; a third party's come in through `lios.strategies`.
+
+The paper's five are find cost + search policy, by its definitions and its candidates; the oracle knows the house;
+conditioned-lios and scout-lios are ours. A strategy of your own is an entry point in the group "lios.strategies"
+whose value is a StrategyFactory, or "module:Class" given where a name is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from types import MappingProxyType
+from typing import cast
+
+from workbench.errors import BadValue, UnknownName, Unsupported
+from workbench.planning.composed import Composed
+from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, Truth
+from workbench.planning.strategy import Strategy, StrategyFactory
+from workbench.search.policies import oracle_policy, policy
+from workbench.worlds.house import House
+
+ENTRY_POINTS = "lios.strategies"
+
+
+class OracleNeedsHouse(Unsupported):
+    """The oracle was asked for where no truth is at hand."""
+
+    def __init__(self) -> None:
+        super().__init__("the oracle knows the house, and no house is given here. Choose another strategy.")
+
+
+def _oracle(house: House | None) -> Strategy:
+    if house is None:
+        raise OracleNeedsHouse()
+    return Composed(name="oracle", pricing=Truth(house=house), policy=oracle_policy(house), find_known=True)
+
+
+STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
+    {
+        "opt-greedy": lambda _: Composed(name="opt-greedy", pricing=Optimistic(), policy=policy("greedy")),
+        "pes-greedy": lambda _: Composed(name="pes-greedy", pricing=Pessimistic(), policy=policy("greedy")),
+        "opt-lios": lambda _: Composed(name="opt-lios", pricing=Optimistic(), policy=policy("lios")),
+        "pes-lios": lambda _: Composed(name="pes-lios", pricing=Pessimistic(), policy=policy("lios")),
+        "model-lios": lambda _: Composed(name="model-lios", pricing=Expected(), policy=policy("lios")),
+        "conditioned-lios": lambda _: Composed(
+            name="conditioned-lios",
+            pricing=Expected(belief_model="exists"),
+            policy=policy("conditioned-lios"),
+        ),
+        "scout-lios": lambda _: Composed(
+            name="scout-lios", pricing=Expected(belief_model="exists"), policy=policy("conditioned-lios")
+        ),
+        "oracle": _oracle,
+    }
+)
+"""In the order of tables: the paper's five, ours, the oracle."""
+
+NEEDS_TRUTH = ("oracle",)
+
+ALIASES: Mapping[str, str] = MappingProxyType({"greedy": "opt-greedy", "lios": "model-lios"})
+
+PAPER_NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "opt-greedy": "OptGreedy",
+        "pes-greedy": "PesGreedy",
+        "opt-lios": "OptLIOS",
+        "pes-lios": "PesLIOS",
+        "model-lios": "ModelLIOS",
+        "conditioned-lios": "ConditionedLIOS",
+        "scout-lios": "ScoutLIOS",
+        "oracle": "Oracle",
+    }
+)
+"""How tables and figures spell them."""
+
+
+def strategy(name: str, *, house: House | None = None) -> Strategy:
+    """The strategy of that name, alias, paper's spelling, installed plug-in, or "module:Class".
+
+    Args:
+        house: the truth, for the oracle alone; no other built-in looks at it.
+
+    Raises:
+        UnknownName: no such strategy; lists the known ones.
+        OracleNeedsHouse: the oracle without a house.
+    """
+    known = canonical_name(name)
+    if known is not None:
+        return STRATEGIES[known](house if known in NEEDS_TRUTH else None)
+    for entry in entry_points(group=ENTRY_POINTS):
+        if entry.name == name:
+            return _made(name, entry.load())
+    if ":" in name:
+        return _imported(name)
+    raise UnknownName("strategy", name, strategy_names(with_truth=True))
+
+
+def canonical_name(name: str) -> str | None:
+    """The table's name for a name, alias or the paper's spelling; None for what is not in the table."""
+    wanted = name.strip().lower()
+    wanted = ALIASES.get(wanted, wanted)
+    if wanted in STRATEGIES:
+        return wanted
+    return next((ours for ours, paper in PAPER_NAMES.items() if paper.lower() == wanted), None)
+
+
+def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
+    """Every strategy by name: the table's order, then installed ones, sorted.
+
+    Args:
+        with_truth: whether those that need the house are among them.
+    """
+    ours = tuple(name for name in STRATEGIES if with_truth or name not in NEEDS_TRUTH)
+    others = sorted({entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(STRATEGIES))
+    return (*ours, *others)
+
+
+def _imported(name: str) -> Strategy:
+    module, _, attribute = name.partition(":")
+    try:
+        factory = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise UnknownName("strategy", name, strategy_names(with_truth=True), where=str(error)) from error
+    return _made(name, factory)
+
+
+def _made(name: str, factory: object) -> Strategy:
+    """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
+    made = factory
+    if isinstance(factory, type):
+        made = factory()
+    elif callable(factory) and not _is_strategy(factory):
+        made = factory(None)
+    if not _is_strategy(made):
+        raise BadValue(f"strategy {name}", made, "something with name, relevant_types(task) and decide(view)")
+    return cast(Strategy, made)
+
+
+def _is_strategy(thing: object) -> bool:
+    named = isinstance(getattr(thing, "name", None), str)
+    return named and all(callable(getattr(thing, method, None)) for method in ("relevant_types", "decide"))
