@@ -1,0 +1,1 @@
+"""The house as shapes: floors, walls with their holes, furniture by kind, marks. Pure; knows no viewer."""

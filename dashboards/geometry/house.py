@@ -1,0 +1,54 @@
+"""What does a house look like before anything happens in it? Floors, walls and furniture, ready to draw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from dashboards.geometry.floors import Floor, floors
+from dashboards.geometry.furniture import furniture_solids
+from dashboards.geometry.solids import Batch, batches
+from dashboards.geometry.walls import CUT_AWAY_M, wall_solids
+from workbench.worlds.house import FloorPlan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HouseShape:
+    """Everything of a house that does not change while a run goes on, but for containers' colours.
+
+    Attributes:
+        furniture: containers, owned by their index in the plan, and the rest, owned by nobody.
+        cut_walls, whole_walls: the same walls, cut for looking in, and whole.
+        tops_m: per container, where a mark above it stands: (x, y, z of its top).
+        centre: (x, y) of the middle of the house; reach_m: from there to its farthest corner.
+    """
+
+    floors: tuple[Floor, ...]
+    furniture: tuple[Batch, ...]
+    cut_walls: tuple[Batch, ...]
+    whole_walls: tuple[Batch, ...]
+    tops_m: tuple[tuple[float, float, float], ...]
+    centre: tuple[float, float]
+    reach_m: float
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+
+def house_shape(plan: FloorPlan) -> HouseShape:
+    """The shapes of a floor plan."""
+    corners = np.array([p for room in plan.rooms for p in room.floor], dtype=np.float64)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle = (low + high) / 2
+    return HouseShape(
+        floors=floors(plan),
+        furniture=batches(furniture_solids(plan)),
+        cut_walls=batches(wall_solids(plan, cut_m=CUT_AWAY_M)),
+        whole_walls=batches(wall_solids(plan, cut_m=None)),
+        tops_m=tuple((c.pose.x_m, c.pose.y_m, c.base_m + max(c.size_m[2], 0.05)) for c in plan.containers),
+        centre=(float(middle[0]), float(middle[1])),
+        reach_m=max(1.0, hypot(*(high - low)) / 2),
+        low=(float(low[0]), float(low[1])),
+        high=(float(high[0]), float(high[1])),
+    )

@@ -1,0 +1,103 @@
+"""Which colours does a view use? One table, safe for colour-blind eyes, the same in 3D, panels and figures.
+
+Runs take the colours of Okabe and Ito ("Color Universal Design", 2008). Belief takes matplotlib's magma, which is
+perceptually uniform, reversed and cropped so that unlikely is pale and likely is deep on a light floor.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+Colour = tuple[int, int, int]
+"""Red, green, blue, each 0 to 255."""
+
+RUNS: tuple[Colour, ...] = (
+    (0, 114, 178),
+    (213, 94, 0),
+    (0, 158, 115),
+    (204, 121, 167),
+    (230, 159, 0),
+    (86, 180, 233),
+    (70, 70, 70),
+    (150, 120, 40),
+)
+"""The first is the run in focus; ghosts follow."""
+
+FLOORS: dict[str, Colour] = {
+    "kitchen": (231, 225, 210),
+    "livingroom": (222, 212, 196),
+    "bedroom": (216, 221, 228),
+    "bathroom": (213, 228, 226),
+}
+FLOOR_OTHER: Colour = (226, 224, 219)
+WALL: Colour = (244, 243, 240)
+WALL_CAP: Colour = (96, 100, 108)
+DOOR_FRAME: Colour = (140, 128, 112)
+DOOR_SHUT: Colour = (168, 154, 134)
+GLASS: Colour = (168, 208, 228)
+
+SEARCHED: Colour = (150, 160, 172)
+KNOWN: Colour = (186, 190, 196)
+UNREACHABLE: Colour = (206, 202, 200)
+NO_BELIEF: Colour = (228, 222, 212)
+FOUND: Colour = (0, 158, 115)
+UNSEEN: Colour = (20, 20, 20)
+NEUTRAL: Colour = (233, 231, 227)
+
+TRIMS: dict[str, Colour] = {
+    "wood": (176, 148, 116),
+    "dark": (92, 92, 98),
+    "metal": (172, 178, 184),
+    "white": (247, 246, 243),
+    "fabric": (208, 206, 204),
+    "plant": (132, 160, 118),
+    "pot": (178, 138, 112),
+    "screen": (54, 58, 66),
+    "water": (188, 214, 224),
+}
+PHASES: dict[str, str] = {
+    "moving": "#56B4E9",
+    "searching": "#E69F00",
+    "manipulating": "#009E73",
+    "planning": "#CC79A7",
+    "waiting": "#d9dadd",
+}
+
+_PALE, _DEEP = 0.03, 0.80
+"""The part of reversed magma that is used."""
+
+
+@lru_cache(maxsize=1)
+def _belief_table() -> npt.NDArray[np.uint8]:
+    from matplotlib import colormaps
+
+    at = 1.0 - np.linspace(_PALE, _DEEP, 256)
+    return np.round(np.asarray(colormaps["magma"](at))[:, :3] * 255).astype(np.uint8)
+
+
+def belief_colours(share: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """Colours of beliefs given as a share of the scale's top, shape (..., 3); out of range is clipped."""
+    at = np.clip(np.nan_to_num(np.asarray(share, dtype=np.float64)), 0.0, 1.0)
+    return _belief_table()[np.round(at * 255).astype(np.intp)]
+
+
+def run_colour(index: int) -> Colour:
+    """The colour of the index-th run; after the eighth they come again."""
+    return RUNS[index % len(RUNS)]
+
+
+def floor_colour(kind: str) -> Colour:
+    return FLOORS.get(kind.lower().replace(" ", ""), FLOOR_OTHER)
+
+
+def css(colour: Colour | npt.NDArray[np.uint8]) -> str:
+    """ "#rrggbb"."""
+    return "#{:02x}{:02x}{:02x}".format(*(int(c) for c in colour))
+
+
+def unit(colour: Colour) -> tuple[float, float, float]:
+    """The colour with parts in 0 to 1, as matplotlib takes it."""
+    return (colour[0] / 255, colour[1] / 255, colour[2] / 255)

@@ -1,0 +1,68 @@
+"""How far has the plan in force been walked? Each step as done, current or next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from dashboards.timeline import DecisionFrame
+from workbench.runs.vocabulary import ActionFinished, Step
+
+Progress = Literal["done", "current", "next"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedStep:
+    """A step of the plan and how far it is."""
+
+    step: Step
+    progress: Progress
+
+    @property
+    def words(self) -> str:
+        """ "find Mug, bring to start", "move to Fridge|1", "pick Egg"."""
+        step = self.step
+        things = " ".join(step.item_types)
+        if step.action == "find":
+            return f"find {things}, bring to {step.target}"
+        if step.action == "move":
+            return f"move to {step.target}"
+        return f"{step.action} {things} at {step.target}".replace("  ", " ")
+
+
+def progress(frame: DecisionFrame, stamp_ns: int) -> tuple[PlannedStep, ...]:
+    """The decision's steps at a moment.
+
+    Actions that began before the moment are matched with steps in order: a step's own action ends it, while the
+    moves and looks of a find keep the find current (it ends with a new decision).
+    """
+    if frame.plan is None:
+        return ()
+    done, current = 0, -1
+    for action in frame.actions:
+        if action.start.ns > stamp_ns:
+            break
+        at = _step_of(frame.plan.steps, done, action)
+        if at is None:
+            continue
+        if action.stamp.ns <= stamp_ns and frame.plan.steps[at].action != "find":
+            done, current = at + 1, -1
+        else:
+            current = at
+    if current < 0 and done < len(frame.plan.steps):
+        current = done
+    return tuple(
+        PlannedStep(step=step, progress="done" if i < done else "current" if i == current else "next")
+        for i, step in enumerate(frame.plan.steps)
+    )
+
+
+def _step_of(steps: tuple[Step, ...], first: int, action: ActionFinished) -> int | None:
+    """The first step from `first` on that an action belongs to: its own, or a find that looks and moves."""
+    for i in range(first, len(steps)):
+        step = steps[i]
+        if step.action == action.action and step.target == action.target:
+            return i
+        if step.action == "find":
+            return i if action.action in ("move", "search") else None
+    return None

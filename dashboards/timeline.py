@@ -1,0 +1,323 @@
+"""What of a run must be known before any moment of it can be shown at once? Everything that a seek would search for.
+
+A `Timeline` is a run turned into sorted arrays: where the robot was, what it had cost, when each container was
+searched, which decision was in force. `scene_at` then looks a moment up in microseconds, forwards or backwards,
+however long the run; nothing is ever replayed from the start.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import atan2, hypot
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from dashboards.ways_ahead import WaysAhead
+from workbench.runs.vocabulary import (
+    NANO,
+    ActionFinished,
+    BeliefUpdate,
+    FindCosts,
+    Observation,
+    PlanComputed,
+    SeenItem,
+)
+from workbench.worlds.geometry import Point
+from workbench.worlds.house import START, ContainerId, FloorPlan, LocationId
+
+if TYPE_CHECKING:
+    from replayers.run import Run
+
+NEVER = np.iinfo(np.int64).max
+"""The stamp of what does not happen in a run."""
+
+PHASE_OF: Mapping[str, str] = MappingProxyType({"move": "moving", "search": "searching"})
+"""Actions by phase; every other action manipulates."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Phase:
+    """A stretch of a run in which the robot does one kind of thing."""
+
+    start_ns: int
+    end_ns: int
+    name: str
+    title: str
+    support: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DecisionFrame:
+    """All that was thought at one decision; parts that the log does not hold are None."""
+
+    number: int
+    stamp_ns: int
+    plan: PlanComputed | None
+    belief: BeliefUpdate | None
+    find_costs: FindCosts | None
+    actions: tuple[ActionFinished, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timeline:
+    """A run as sorted arrays.
+
+    Attributes:
+        start_ns, end_ns: the run's first and last moment.
+        decisions: in order of their stamps.
+        way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
+        way_xy: the corners, float64 (M, 2); way_m: metres walked at each, float64 (M,).
+        facing_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
+        cost_s, cost: cost so far, piecewise linear, float64 (K,) each.
+        searched_ns: per container of the plan, when it was looked into in this run, or NEVER.
+        known: per container, known before the run began.
+        contents: what was seen in each container, as first seen.
+        held: (stamp, item type or None), in order.
+        phases: without overlaps, in order.
+        top_belief: per item type, the largest probability that the run ever gave it.
+    """
+
+    run: Run
+    plan: FloorPlan | None
+    start_ns: int
+    end_ns: int
+    decisions: tuple[DecisionFrame, ...]
+    way_s: npt.NDArray[np.float64]
+    way_xy: npt.NDArray[np.float64]
+    way_m: npt.NDArray[np.float64]
+    facing_rad: npt.NDArray[np.float64]
+    cost_s: npt.NDArray[np.float64]
+    cost: npt.NDArray[np.float64]
+    searched_ns: npt.NDArray[np.int64]
+    known: npt.NDArray[np.bool_]
+    contents: Mapping[str, tuple[SeenItem, ...]]
+    held: tuple[tuple[int, str | None], ...]
+    phases: tuple[Phase, ...]
+    item_types: tuple[str, ...]
+    top_belief: Mapping[str, float]
+    ways: WaysAhead | None = field(repr=False, compare=False)
+    decision_ns: tuple[int, ...] = field(repr=False)
+    action_ns: tuple[int, ...] = field(repr=False)
+
+    @property
+    def duration_s(self) -> float:
+        return (self.end_ns - self.start_ns) / NANO
+
+    def seconds(self, stamp_ns: int) -> float:
+        """Seconds from the run's start to a stamp."""
+        return (stamp_ns - self.start_ns) / NANO
+
+    def stamp(self, second: float) -> int:
+        """The stamp at some seconds after the start."""
+        return self.start_ns + round(second * NANO)
+
+    def decision_at(self, stamp_ns: int) -> int:
+        """The index in `decisions` of the decision in force, or -1 before the first."""
+        return bisect_right(self.decision_ns, stamp_ns) - 1
+
+
+def timeline_of(run: Run) -> Timeline:
+    """Turns a run into a timeline; what the log lacks is left empty."""
+    plan = run.place.plan if run.place is not None else None
+    actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))
+    start_ns, end_ns = _span(run, actions)
+    decisions = _decisions(run, actions)
+    way_s, way_xy, facing = _way(run, actions, start_ns)
+    steps = np.hypot(*np.diff(way_xy, axis=0).T) if len(way_xy) > 1 else np.zeros(0)
+    cost_s, cost = _costs(actions, start_ns)
+    searched, known, contents = _searches(run.observations, plan)
+    types = sorted({t for b in run.beliefs for t in b.item_types})
+    return Timeline(
+        run=run,
+        plan=plan,
+        start_ns=start_ns,
+        end_ns=end_ns,
+        decisions=decisions,
+        way_s=way_s,
+        way_xy=way_xy,
+        way_m=np.concatenate([[0.0], np.cumsum(steps)]),
+        facing_rad=facing,
+        cost_s=cost_s,
+        cost=cost,
+        searched_ns=searched,
+        known=known,
+        contents=contents,
+        held=_held(actions, start_ns),
+        phases=_phases(actions, decisions, start_ns, end_ns),
+        item_types=tuple(types),
+        top_belief=_top_belief(run.beliefs),
+        ways=WaysAhead(run.place) if run.place is not None else None,
+        decision_ns=tuple(d.stamp_ns for d in decisions),
+        action_ns=tuple(a.start.ns for a in actions),
+    )
+
+
+def _span(run: Run, actions: Sequence[ActionFinished]) -> tuple[int, int]:
+    stamps = [e.stamp.ns for e in (*run.observations, *run.beliefs, *run.plans)]
+    stamps += [s for a in actions for s in (a.start.ns, a.stamp.ns)]
+    if run.outcome is not None:
+        stamps.append(run.outcome.stamp.ns)
+    if not stamps:
+        stamps = [run.info.started.ns]
+    return min(stamps), max(stamps)
+
+
+def _decisions(run: Run, actions: Sequence[ActionFinished]) -> tuple[DecisionFrame, ...]:
+    plans = {p.decision: p for p in run.plans}
+    beliefs = {b.decision: b for b in run.beliefs}
+    costs = {c.decision: c for c in run.find_costs}
+    acted: dict[int, list[ActionFinished]] = {}
+    for action in actions:
+        acted.setdefault(action.decision, []).append(action)
+    frames: list[DecisionFrame] = []
+    for number in sorted(plans.keys() | beliefs.keys()):
+        first = plans.get(number) or beliefs[number]
+        frames.append(
+            DecisionFrame(
+                number=number,
+                stamp_ns=first.stamp.ns,
+                plan=plans.get(number),
+                belief=beliefs.get(number),
+                find_costs=costs.get(number),
+                actions=tuple(acted.get(number, ())),
+            )
+        )
+    return tuple(sorted(frames, key=lambda f: (f.stamp_ns, f.number)))
+
+
+def _way(
+    run: Run, actions: Sequence[ActionFinished], start_ns: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Corners of the way walked, each with its second and the heading from there on."""
+    at = _first_place(run, actions)
+    seconds: list[float] = [0.0]
+    corners: list[Point] = [at]
+    facing: list[float] = [run.place.plan.start.yaw_rad if run.place is not None else 0.0]
+    for action in actions:
+        path = [(float(x), float(y)) for x, y in action.path]
+        began, ended = (action.start.ns - start_ns) / NANO, (action.stamp.ns - start_ns) / NANO
+        if len(path) >= 2:
+            lengths = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:], strict=False)]
+            total, gone = sum(lengths) or 1.0, 0.0
+            for i, point in enumerate(path):
+                heading = _heading(path[i], path[i + 1]) if i + 1 < len(path) else facing[-1]
+                seconds.append(began + (ended - began) * gone / total)
+                corners.append(point)
+                facing.append(heading)
+                gone += lengths[i] if i < len(lengths) else 0.0
+        standing = run.place.standing.get(LocationId(action.target)) if run.place is not None else None
+        if standing is not None and action.success:
+            seconds.append(max(ended, seconds[-1]))
+            corners.append(standing.point if len(path) < 2 and action.action == "move" else corners[-1])
+            facing.append(standing.yaw_rad)
+    return np.maximum.accumulate(np.array(seconds)), np.array(corners, dtype=np.float64), np.array(facing)
+
+
+def _first_place(run: Run, actions: Sequence[ActionFinished]) -> Point:
+    for action in actions:
+        if action.path:
+            return (float(action.path[0][0]), float(action.path[0][1]))
+    if run.place is None:
+        return (0.0, 0.0)
+    standing = run.place.standing.get(START)
+    return standing.point if standing is not None else run.place.plan.start.point
+
+
+def _heading(a: Point, b: Point) -> float:
+    return atan2(b[1] - a[1], b[0] - a[0])
+
+
+def _costs(
+    actions: Sequence[ActionFinished], start_ns: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    seconds, cost = [0.0], [0.0]
+    for action in actions:
+        seconds += [(action.start.ns - start_ns) / NANO, (action.stamp.ns - start_ns) / NANO]
+        cost += [cost[-1], cost[-1] + action.cost]
+    return np.maximum.accumulate(np.array(seconds)), np.array(cost)
+
+
+def _searches(
+    observations: Sequence[Observation], plan: FloorPlan | None
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], Mapping[str, tuple[SeenItem, ...]]]:
+    index: dict[ContainerId, int] = {c.id: i for i, c in enumerate(plan.containers)} if plan is not None else {}
+    searched = np.full(len(index), NEVER, dtype=np.int64)
+    known = np.zeros(len(index), dtype=np.bool_)
+    contents: dict[str, tuple[SeenItem, ...]] = {}
+    for seen in observations:
+        contents.setdefault(seen.container, seen.items)
+        i = index.get(ContainerId(seen.container))
+        if i is None:
+            continue
+        if seen.known_at_start:
+            known[i] = True
+        else:
+            searched[i] = min(searched[i], seen.stamp.ns)
+    return searched, known, MappingProxyType(contents)
+
+
+def _held(actions: Sequence[ActionFinished], start_ns: int) -> tuple[tuple[int, str | None], ...]:
+    held: list[tuple[int, str | None]] = [(start_ns, None)]
+    for action in actions:
+        if action.success and action.action == "pick":
+            held.append((action.stamp.ns, action.item_types[0] if action.item_types else "something"))
+        elif action.success and action.action == "place":
+            held.append((action.stamp.ns, None))
+    return tuple(held)
+
+
+def _phases(
+    actions: Sequence[ActionFinished], decisions: Sequence[DecisionFrame], start_ns: int, end_ns: int
+) -> tuple[Phase, ...]:
+    """Actions as phases; a gap before an action is planning if a decision fell into it, else waiting."""
+    stamps = [d.stamp_ns for d in decisions]
+    phases: list[Phase] = []
+    at = start_ns
+
+    def gap(until: int) -> None:
+        if until > at:
+            thought = bisect_right(stamps, until) - bisect_right(stamps, at - 1) > 0
+            name = "planning" if thought else "waiting"
+            phases.append(Phase(start_ns=at, end_ns=until, name=name, title=name))
+
+    for action in actions:
+        gap(action.start.ns)
+        begin, end = max(at, action.start.ns), max(at, action.stamp.ns)
+        title = describe(action)
+        phases.append(
+            Phase(
+                start_ns=begin,
+                end_ns=end,
+                name=PHASE_OF.get(action.action, "manipulating"),
+                title=title,
+                support=action.support,
+            )
+        )
+        at = end
+    gap(end_ns)
+    return tuple(phases)
+
+
+def describe(action: ActionFinished) -> str:
+    """An action in words: "move to Fridge|1", "pick Mug at Desk|1"."""
+    things = " ".join(action.item_types)
+    if action.action == "move":
+        words = f"move to {action.target}"
+    elif action.action == "search":
+        words = f"search {action.target}"
+    else:
+        words = f"{action.action} {things} at {action.target}".replace("  ", " ")
+    return words if action.success else f"{words} (refused: {action.reason})"
+
+
+def _top_belief(beliefs: Sequence[BeliefUpdate]) -> Mapping[str, float]:
+    top: dict[str, float] = {}
+    for belief in beliefs:
+        for item_type, row in zip(belief.item_types, belief.probability, strict=True):
+            top[item_type] = max(top.get(item_type, 0.0), max(row, default=0.0))
+    return MappingProxyType(top)
