@@ -1,0 +1,49 @@
+"""How large is an asset exactly? An optional table of asset ids, types and bounding boxes in Unity's axes."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+from workbench.errors import FileMissing, MalformedFile
+
+COLUMNS = ("asset_id", "object_type", "size_x_m", "size_y_m", "size_z_m")
+MAX_TABLE_BYTES = 64 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asset:
+    """A type and an exact (depth, width, height): x, y, z of a thing's own frame."""
+
+    type: str
+    size_m: tuple[float, float, float]
+
+
+def read_assets(path: Path | None) -> Mapping[str, Asset]:
+    """The table by asset id; empty without a file.
+
+    Raises:
+        FileMissing, MalformedFile: not there; not such a table.
+    """
+    if path is None:
+        return {}
+    if not path.is_file():
+        raise FileMissing(path)
+    if path.stat().st_size > MAX_TABLE_BYTES:
+        raise MalformedFile(path, "too long for an asset table", f"Give a CSV of columns {', '.join(COLUMNS)}")
+    try:
+        with path.open(newline="", encoding="utf-8") as lines:
+            return {row["asset_id"]: _asset(row) for row in csv.DictReader(lines)}
+    except (KeyError, TypeError, ValueError, csv.Error) as error:
+        what = f"no asset table ({type(error).__name__}: {error})"
+        raise MalformedFile(path, what, f"Give a CSV of columns {', '.join(COLUMNS)}") from None
+
+
+def _asset(row: Mapping[str, str]) -> Asset:
+    width, height, depth = (float(row[f"size_{axis}_m"]) for axis in "xyz")
+    if not all(isfinite(side) and 0 <= side <= 100 for side in (width, height, depth)):
+        raise ValueError(f"size of {row['asset_id']}")
+    return Asset(type=row["object_type"], size_m=(depth, width, height))

@@ -1,0 +1,147 @@
+"""Which bytes are a house? Reads .jsonl.gz, .jsonl and .json, a line at a time and within bounds."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, NoReturn
+
+from workbench.errors import BadValue, FileMissing, MalformedFile, NotFound
+
+MAX_LINE_BYTES = 64 * 1024 * 1024
+"""A house longer than this, decompressed, is refused: real ones take well under one MiB."""
+
+SUFFIXES = (".jsonl.gz", ".jsonl", ".json.gz", ".json")
+
+PROCTHOR_HINT = "Give a ProcTHOR file: .jsonl.gz or .jsonl with one house a line, or .json with one house"
+
+
+class HouseIndexOutOfRange(NotFound):
+    """A file has fewer houses than the index asks for."""
+
+    def __init__(self, path: Path, index: int, count: int) -> None:
+        super().__init__(f"{path} has no house {index}. It holds {count}: give {path.name}:0 to {path.name}:{count - 1}.")
+
+
+class HouseIndexMissing(NotFound):
+    """A file of several houses was given where one house is needed."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(f"{path} may hold many houses. Say which one, counted from 0: {path}:0.")
+
+
+def split_address(address: str) -> tuple[Path, int | None]:
+    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None).
+
+    Raises:
+        FileMissing: no such file.
+        BadValue: an index that is no whole number.
+    """
+    if Path(address).is_file():
+        return Path(address), None
+    name, colon, index = address.rpartition(":")
+    if not colon or not name.lower().endswith(SUFFIXES):
+        if colon and Path(name).is_file():
+            raise BadValue("house file", name, "a file that ends in " + ", ".join(SUFFIXES))
+        raise FileMissing(address)
+    if not Path(name).is_file():
+        raise FileMissing(name)
+    if not index.isascii() or not index.isdigit() or len(index) > 9:
+        raise BadValue(f"house index of {address}", index, "a whole number from 0")
+    return Path(name), int(index)
+
+
+def house_stem(path: Path) -> str:
+    """ "multi_room_train.jsonl.gz" -> "multi_room_train"."""
+    for suffix in SUFFIXES:
+        if path.name.lower().endswith(suffix):
+            return path.name[: -len(suffix)]
+    return path.stem
+
+
+def is_many(path: Path) -> bool:
+    """Whether a file holds one house a line."""
+    return path.name.lower().endswith((".jsonl.gz", ".jsonl"))
+
+
+def house_lines(path: Path) -> Iterator[tuple[int, bytes]]:
+    """The houses of a file with their index, as JSON text; a .json file is one house.
+
+    Raises:
+        FileMissing, MalformedFile: not there; truncated, not text, or a house longer than MAX_LINE_BYTES.
+    """
+    if not path.exists():
+        raise FileMissing(path)
+    if path.is_dir():
+        raise MalformedFile(path, "a folder", PROCTHOR_HINT)
+    with _opened(path) as stream:
+        if not is_many(path):
+            yield 0, _bounded(stream.read(MAX_LINE_BYTES + 1), path, 0)
+            return
+        index = 0
+        while line := _bounded(stream.readline(MAX_LINE_BYTES + 1), path, index):
+            if line.strip():
+                yield index, line
+                index += 1
+        if index == 0:
+            raise MalformedFile(path, "it holds no house", PROCTHOR_HINT)
+
+
+def house_line(path: Path, index: int) -> bytes:
+    """The house of one index.
+
+    Raises:
+        HouseIndexOutOfRange: the file is shorter.
+    """
+    count = 0
+    for found, line in house_lines(path):
+        if found == index:
+            return line
+        count = found + 1
+    raise HouseIndexOutOfRange(path, index, count)
+
+
+def explain_bad_json(path: Path, index: int, line: bytes, reason: str) -> NoReturn:
+    """Say why a line is no house.
+
+    Raises:
+        MalformedFile: always; NaN and Infinity, which JSON does not have, are named.
+    """
+    where = f"house {index} " if is_many(path) else ""
+
+    def not_finite(constant: str) -> NoReturn:
+        raise MalformedFile(path, f"{where}holds {constant}", "Every coordinate must be a finite number of metres")
+
+    try:
+        json.loads(line, parse_constant=not_finite)
+    except RecursionError:
+        reason = "it is nested too deeply"
+    except ValueError as error:
+        reason = str(error)
+    raise MalformedFile(path, f"{where}is no house: {reason}", PROCTHOR_HINT)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[IO[bytes]]:
+    """The file's bytes, decompressed if its name ends in .gz; what is wrong with it becomes a MalformedFile."""
+    try:
+        with gzip.open(path, "rb") if path.name.lower().endswith(".gz") else path.open("rb") as stream:
+            yield stream
+    except EOFError:
+        raise MalformedFile(path, "the gzip data ends too early", "Download or copy the file again") from None
+    except (gzip.BadGzipFile, zlib.error) as error:
+        raise MalformedFile(path, f"no valid gzip ({error})", "Download or copy the file again") from None
+    except OSError as error:
+        raise MalformedFile(path, f"it cannot be read ({error.strerror or error})", "Check the file") from None
+
+
+def _bounded(data: bytes, path: Path, index: int) -> bytes:
+    if len(data) > MAX_LINE_BYTES:
+        raise MalformedFile(path, f"house {index} is longer than {MAX_LINE_BYTES // 2**20} MiB", PROCTHOR_HINT)
+    return data
+
+

@@ -1,0 +1,149 @@
+"""What are things called, which hold others, which can be carried, how large are they usually?
+
+One readable table, data/vocabulary.csv, a row a type. Types that it does not have are read by rule: "ObjaWallClock"
+(an Objaverse asset of ProcTHOR) is a "wall clock". Sizes are medians over AI2-THOR's assets of that type.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+from workbench.errors import UnknownName
+
+UNKNOWN_SIZE_M = (0.5, 0.5, 0.5)
+"""Depth, width, height of a thing that the table does not have."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Word:
+    """A row of the vocabulary.
+
+    Attributes:
+        type: in CamelCase, as ProcTHOR spells it.
+        name: for people and for text encoders, in the singular.
+        container: furniture into which a robot looks, whether or not it holds anything.
+        carry: a robot's arm can take it.
+        size_m: usual (depth, width, height): x, y, z of its own frame, x being its front.
+        asset_names: how the ids of AI2-THOR's assets of this type begin, besides its own name.
+    """
+
+    type: str
+    name: str
+    container: bool
+    carry: bool
+    size_m: tuple[float, float, float]
+    asset_names: tuple[str, ...]
+
+
+@cache
+def vocabulary() -> Mapping[str, Word]:
+    """The table, by type."""
+    text = files("workbench").joinpath("data/vocabulary.csv").read_text(encoding="utf-8")
+    return {row["type"]: _word(row) for row in csv.DictReader(text.splitlines())}
+
+
+def readable_name(type_name: str) -> str:
+    """The generic name of a type: "ShelvingUnit" -> "shelving unit", "ObjaWallClock" -> "wall clock"."""
+    word = _nearest_word(type_name)
+    return word.name if word else _split(type_name.removeprefix("Obja"))
+
+
+def is_container(type_name: str) -> bool:
+    """Whether furniture of this type can hold items that a robot searches for."""
+    word = vocabulary().get(type_name)
+    return word is not None and word.container
+
+
+def can_carry(type_name: str) -> bool:
+    """Whether a robot's arm can take a thing of this type; yes for a type that the table does not have."""
+    word = _nearest_word(type_name)
+    return word is None or word.carry
+
+
+def usual_size_m(type_name: str) -> tuple[float, float, float]:
+    """Usual (depth, width, height) of a type: x, y, z of its own frame; half a metre each for an unknown one."""
+    word = _nearest_word(type_name)
+    return word.size_m if word else UNKNOWN_SIZE_M
+
+
+def type_named(name: str, known: Iterable[str], *, kind: str = "item type", where: str = "") -> str:
+    """The type that a person means: "mug", "cell phone", "cell-phone" and "CellPhone" all do.
+
+    Raises:
+        UnknownName: nothing of that name among the known types; lists the nearest names.
+    """
+    types = sorted(known, key=lambda t: (t.startswith("Obja"), t))
+    if name in types:
+        return name
+    wanted = _squeezed(name)
+    for type_name in types:
+        if wanted in (_squeezed(type_name), _squeezed(readable_name(type_name))):
+            return type_name
+    raise UnknownName(kind, name, {readable_name(t) for t in types}, where)
+
+
+@cache
+def type_of_asset(asset_id: str) -> str | None:
+    """The type of an AI2-THOR asset, by how its id begins: "TV_Stand_212_1" -> "TVStand", "bin_18" -> "GarbageCan".
+
+    None for an asset that the vocabulary does not know, such as an Objaverse one.
+    """
+    name = asset_id.lower().removeprefix("robothor_")
+    for prefix, type_name in _asset_prefixes():
+        if name.startswith(prefix) and not name[len(prefix) : len(prefix) + 1].isalpha():
+            return type_name
+    return None
+
+
+def size_of_asset_m(asset_id: str) -> tuple[float, float, float] | None:
+    """The size of an asset whose id says it: "Countertop_L_8x6" is 8 feet wide and 6 deep. None for others."""
+    match = re.fullmatch(r"Countertop_[A-Za-z]+_(\d{1,2})x(\d{1,2})", asset_id)
+    if match is None:
+        return None
+    foot_m = 0.3048
+    return (int(match[2]) * foot_m, int(match[1]) * foot_m, usual_size_m("CounterTop")[2])
+
+
+@cache
+def _asset_prefixes() -> tuple[tuple[str, str], ...]:
+    pairs = [
+        (prefix, word.type)
+        for word in vocabulary().values()
+        for prefix in (_split(word.type).replace(" ", "_"), *word.asset_names)
+    ]
+    return tuple(sorted(pairs, key=lambda pair: (-len(pair[0]), pair)))
+
+
+@cache
+def _nearest_word(type_name: str) -> Word | None:
+    """The row of a type, or of the type of the same name: "ObjaCellphone" is a "CellPhone"."""
+    exact = vocabulary().get(type_name)
+    if exact or not type_name.startswith("Obja"):
+        return exact
+    wanted = _squeezed(type_name.removeprefix("Obja"))
+    return next((w for w in vocabulary().values() if wanted in (_squeezed(w.type), _squeezed(w.name))), None)
+
+
+def _split(camel: str) -> str:
+    """ "WallClock" -> "wall clock", "TVStand" -> "tv stand"."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|[_\-\s]+", " ", camel).strip().lower()
+
+
+def _squeezed(name: str) -> str:
+    return re.sub(r"[\s_\-]+", "", name).lower()
+
+
+def _word(row: Mapping[str, str]) -> Word:
+    return Word(
+        type=row["type"],
+        name=row["name"],
+        container=row["container"] == "yes",
+        carry=row["carry"] == "yes",
+        size_m=(float(row["depth_m"]), float(row["width_m"]), float(row["height_m"])),
+        asset_names=tuple(row["asset_names"].split()),
+    )

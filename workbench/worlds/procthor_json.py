@@ -1,0 +1,77 @@
+"""What does ProcTHOR's JSON look like? The fields that are read and written here, as typed records.
+
+Source: ProcTHOR-10K and the houses of AI2-THOR 5 (schema 1.0.0). Unity's frame: y up, metres, degrees about y.
+Fields that a layout leaves out have a default; fields that nobody needs are ignored.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+
+class Vector(msgspec.Struct, frozen=True, kw_only=True):
+    """A point or three angles in Unity's frame."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+class RoomJson(msgspec.Struct, frozen=True, kw_only=True):
+    id: str
+    roomType: str
+    floorPolygon: tuple[Vector, ...]
+
+
+class WallJson(msgspec.Struct, frozen=True, kw_only=True):
+    """polygon is a vertical quadrilateral; an opening between rooms says empty, or has an empty material."""
+
+    id: str
+    polygon: tuple[Vector, ...]
+    roomId: str | None = None
+    empty: bool = False
+    material: Any = None
+
+
+class HoleJson(msgspec.Struct, frozen=True, kw_only=True):
+    """A door or a window. holePolygon lies in the plane of wall0, measured from its polygon[0]."""
+
+    id: str
+    wall0: str
+    holePolygon: tuple[Vector, ...]
+    room0: str | None = None
+    room1: str | None = None
+    wall1: str | None = None
+
+
+class ObjectJson(msgspec.Struct, frozen=True, kw_only=True):
+    """A thing, with what it holds. The older layout has no objectType."""
+
+    id: str
+    assetId: str | None = None
+    objectType: str | None = None
+    position: Vector = Vector()
+    rotation: Vector = Vector()
+    children: tuple[ObjectJson, ...] | None = ()
+
+
+class AgentJson(msgspec.Struct, frozen=True, kw_only=True):
+    position: Vector = Vector()
+    rotation: Vector = Vector()
+
+
+class MetadataJson(msgspec.Struct, frozen=True, kw_only=True):
+    agent: AgentJson | None = None
+
+
+class HouseJson(msgspec.Struct, frozen=True, kw_only=True):
+    """One house, a line of a ProcTHOR file."""
+
+    rooms: tuple[RoomJson, ...]
+    walls: tuple[WallJson, ...]
+    doors: tuple[HoleJson, ...] = ()
+    windows: tuple[HoleJson, ...] = ()
+    objects: tuple[ObjectJson, ...] = ()
+    metadata: MetadataJson | None = None
