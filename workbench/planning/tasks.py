@@ -52,6 +52,8 @@ class Task:
         failure_cost: charged instead of the run's own cost when the task is not done.
         budget_s: planning seconds for the whole run; more fails it.
         title: one line for people.
+        available: the item types that are known to exist in the place (the paper's prior knowledge, Sec. III),
+            sorted: no other is searched for. Empty when that is not known; then every type may be.
     """
 
     scenario: str
@@ -59,6 +61,7 @@ class Task:
     failure_cost: float
     budget_s: float
     title: str = ""
+    available: tuple[ItemType, ...] = ()
 
     def __post_init__(self) -> None:
         if self.budget_s < 0 or self.failure_cost < 0:
