@@ -76,9 +76,7 @@ def inside(point: Point, polygon: Sequence[Point]) -> bool:
 
 def distance_to_polygon(point: Point, polygon: Sequence[Point]) -> float:
     """Metres from a point to a polygon's edge."""
-    return min(
-        distance_to_segment(point, a, b) for a, b in zip(polygon, (*polygon[1:], polygon[0]), strict=True)
-    )
+    return min(distance_to_segment(point, a, b) for a, b in zip(polygon, (*polygon[1:], polygon[0]), strict=True))
 
 
 def distance_to_segment(point: Point, a: Point, b: Point) -> float:

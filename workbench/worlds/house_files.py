@@ -24,7 +24,9 @@ class HouseIndexOutOfRange(NotFound):
     """A file has fewer houses than the index asks for."""
 
     def __init__(self, path: Path, index: int, count: int) -> None:
-        super().__init__(f"{path} has no house {index}. It holds {count}: give {path.name}:0 to {path.name}:{count - 1}.")
+        super().__init__(
+            f"{path} has no house {index}. It holds {count}: give {path.name}:0 to {path.name}:{count - 1}."
+        )
 
 
 class HouseIndexMissing(NotFound):
@@ -143,5 +145,3 @@ def _bounded(data: bytes, path: Path, index: int) -> bytes:
     if len(data) > MAX_LINE_BYTES:
         raise MalformedFile(path, f"house {index} is longer than {MAX_LINE_BYTES // 2**20} MiB", PROCTHOR_HINT)
     return data
-
-

@@ -176,9 +176,7 @@ def _says_empty(material: object) -> bool:
     return isinstance(name, str) and "empty" in name.lower()
 
 
-def _opening(
-    record: HoleJson, walls: Mapping[str, tuple[Point, Point]], rooms: Iterable[Room], name: str
-) -> Opening:
+def _opening(record: HoleJson, walls: Mapping[str, tuple[Point, Point]], rooms: Iterable[Room], name: str) -> Opening:
     """A hole in its wall, measured from the wall's first corner; a door with one room twice leads outside."""
     if record.wall0 not in walls:
         raise BadValue(f"wall0 of {record.id} in {name}", record.wall0, "the id of a wall of this house")

@@ -1,0 +1,168 @@
+"""How does the robot get about? Where it stands to use each container, what every way costs, and the ways.
+
+A container is approached from within its own room: the nearest free cell to it may be behind a wall. Containers
+that nobody can stand beside are listed as unreachable. Results are kept on disk per floor plan (travel_cache.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import atan2, hypot
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from workbench.errors import BadValue, Malformed
+from workbench.worlds.corners import corner_cells
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import START, Container, ContainerId, FloorPlan, LocationId
+from workbench.worlds.occupancy import OccupancyGrid, distance_to_box, occupancy_of, room_labels
+from workbench.worlds.travel import TravelCosts
+
+REACH_M = 1.0
+"""How far from a container's edge the robot may stand to look into it and to take things."""
+
+
+class NowhereToStand(Malformed):
+    """No free floor is left for the robot."""
+
+    def __init__(self, name: str, robot_radius_m: float) -> None:
+        super().__init__(
+            f"{name}: no floor is free for a robot of {robot_radius_m} m radius. Check units and furniture sizes."
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Navigation:
+    """Travel costs of a floor plan and the ways behind them. Implements Paths.
+
+    Attributes:
+        travel: metres between all pairs of reachable locations.
+        grid: what is in the way.
+        free: bool, shape of the grid: where the robot's middle can be.
+        standing: per reachable location, where the robot stands and faces.
+    """
+
+    travel: TravelCosts
+    grid: OccupancyGrid
+    free: npt.NDArray[np.bool_]
+    standing: dict[LocationId, Pose]
+    _ways: dict[tuple[LocationId, LocationId], tuple[Point, ...]] = field(
+        default_factory=dict[tuple[LocationId, LocationId], tuple[Point, ...]], repr=False, compare=False
+    )
+
+    def standing_pose(self, location: LocationId) -> Pose | None:
+        """Where the robot stands to use a location, facing it; None when unreachable."""
+        return self.standing.get(location)
+
+    def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a to b, both ends included, as long as the travel cost; None when there is no way."""
+        if a not in self.standing or b not in self.standing:
+            return None
+        if (a, b) not in self._ways:
+            self._ways[a, b] = self._find_way(self.standing[a].point, self.standing[b].point)
+        return self._ways[a, b]
+
+    def _find_way(self, a: Point, b: Point) -> tuple[Point, ...]:
+        from workbench.worlds.shortest_paths import way
+
+        columns = self.free.shape[1]
+        (row_a, column_a), (row_b, column_b) = self.grid.cell_at(a), self.grid.cell_at(b)
+        cells = way(self.free, row_a * columns + column_a, row_b * columns + column_b)
+        if cells is None:
+            raise AssertionError("reachable locations are connected")
+        if len(cells) == 1:
+            return (a, b)
+        return tuple(self.grid.point_at(*cell) for cell in corner_cells(self.free, cells))
+
+
+def navigate(plan: FloorPlan, *, resolution_m: float = 0.1, robot_radius_m: float = 0.2) -> Navigation:
+    """Grid, standing poses and all-pairs travel costs of a floor plan.
+
+    Args:
+        resolution_m: side of a grid cell.
+        robot_radius_m: the robot's middle keeps this far from walls and furniture.
+
+    Raises:
+        BadValue: a house too large for a grid, or a setting out of range.
+        NowhereToStand: no floor is free.
+    """
+    from workbench.worlds.travel_cache import recall, remember
+
+    if not 0 <= robot_radius_m <= 5:
+        raise BadValue("robot_radius_m", robot_radius_m, "from 0 to 5 m")
+    known = recall(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    if known is not None:
+        return known
+    navigation = compute(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    remember(navigation, plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    return navigation
+
+
+def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Navigation:
+    """As navigate, without the cache."""
+    from workbench.worlds.shortest_paths import pairwise_steps
+
+    grid = occupancy_of(plan, resolution_m=resolution_m)
+    free = free_cells(grid, robot_radius_m)
+    if not free.any():
+        raise NowhereToStand(plan.name, robot_radius_m)
+    start = _nearest_free(grid, free, plan.start.point)
+    standing = {START: Pose(x_m=start[0], y_m=start[1], yaw_rad=plan.start.yaw_rad)}
+    rooms = room_labels(plan, grid)
+    room_index = {room.id: index for index, room in enumerate(plan.rooms)}
+    unreachable: list[ContainerId] = []
+    for container in plan.containers:
+        pose = _approach(grid, free & (rooms == room_index[container.room]), container)
+        if pose is None:
+            unreachable.append(container.id)
+        else:
+            standing[LocationId(container.id)] = pose
+    columns = free.shape[1]
+    flat = [row * columns + column for row, column in (grid.cell_at(pose.point) for pose in standing.values())]
+    metres = pairwise_steps(free, np.array(flat, dtype=np.int64)) * resolution_m
+    travel = TravelCosts(locations=tuple(standing), metres=metres, unreachable=tuple(unreachable))
+    return Navigation(travel=travel, grid=grid, free=free, standing=standing)
+
+
+def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
+    """Where the robot's middle can be: far enough from everything, in the largest connected part of the floor."""
+    clearance = ndimage.distance_transform_edt(~grid.occupied) * grid.resolution_m
+    free = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
+    free[[0, -1], :] = False
+    free[:, [0, -1]] = False
+    labels, count = ndimage.label(free)
+    if count > 1:
+        sizes = np.bincount(labels.ravel())
+        sizes[0] = 0
+        free = labels == sizes.argmax()
+    free = np.ascontiguousarray(free)
+    free.flags.writeable = False
+    return free
+
+
+def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point) -> Point:
+    """The middle of the free cell nearest to a point."""
+    rows, columns = np.nonzero(free)
+    x, y = grid.axes()
+    distance = np.hypot(x[columns] - point[0], y[rows] - point[1])
+    best = int(np.argmin(np.round(distance, 9)))
+    return grid.point_at(int(rows[best]), int(columns[best]))
+
+
+def _approach(grid: OccupancyGrid, free: npt.NDArray[np.bool_], container: Container) -> Pose | None:
+    """Where to stand for a container: the free cell nearest to its edge, then nearest to its middle."""
+    distance, window = distance_to_box(grid, container, reach_m=REACH_M)
+    allowed = free[window] & (distance <= REACH_M)
+    if not allowed.any():
+        return None
+    x, y = grid.axes()
+    dx = x[window[1]][None, :] - container.pose.x_m
+    dy = y[window[0]][:, None] - container.pose.y_m
+    rank = np.round(distance, 3) * 1e3 + np.hypot(dx, dy) * 1e-1
+    row, column = np.unravel_index(int(np.argmin(np.where(allowed, rank, np.inf))), rank.shape)
+    at = grid.point_at(int(row) + window[0].start, int(column) + window[1].start)
+    to_x, to_y = container.pose.x_m - at[0], container.pose.y_m - at[1]
+    yaw = atan2(to_y, to_x) if hypot(to_x, to_y) > 0 else 0.0
+    return Pose(x_m=at[0], y_m=at[1], yaw_rad=yaw)

@@ -1,0 +1,138 @@
+"""What would happen in a house whose contents we know? The simulated world answers from the ground truth.
+
+Every action does what it should if the robot stands where it must: go 1 m in 1 s, look 2 s, handle an item 5 s.
+The clock starts at a fixed epoch and moves only by acting, so that the same actions give the same stamps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol, final
+
+from workbench.errors import UnknownName
+from workbench.worlds.house import (
+    START,
+    ContainerId,
+    Contents,
+    FloorPlan,
+    House,
+    Item,
+    ItemId,
+    LocationId,
+)
+from workbench.worlds.travel import Paths, TravelCosts
+from workbench.worlds.world import Done, Looked, Refused
+
+EPOCH_NS = 1_767_225_600_000_000_000
+"""2026-01-01T00:00:00Z."""
+NS_PER_S = 1_000_000_000
+METRE_S, LOOK_S, HANDLE_S = 1.0, 2.0, 5.0
+
+
+class NavigationPaths(Paths, Protocol):
+    """What the simulated world needs of a Navigation."""
+
+    @property
+    def travel(self) -> TravelCosts: ...
+
+
+@final
+class SimulatedWorld:
+    """A house that answers truthfully. Implements World.
+
+    Args:
+        house: the truth.
+        navigation: its travel costs and ways.
+        known: containers whose contents the robot knows before it starts.
+
+    Raises:
+        UnknownName: a known container that the house does not have.
+    """
+
+    def __init__(self, house: House, navigation: NavigationPaths, *, known: Iterable[ContainerId] = ()) -> None:
+        self._house = house
+        self._navigation = navigation
+        self._known = tuple(dict.fromkeys(known))
+        for container in self._known:
+            if container not in house.contents:
+                raise UnknownName("container", container, house.contents, house.plan.name)
+        self._now_ns = EPOCH_NS
+        self._at: LocationId = START
+        self._hand: Item | None = None
+        self._there: dict[LocationId, list[Item]] = {LocationId(c): list(i) for c, i in house.contents.items()}
+
+    @property
+    def plan(self) -> FloorPlan:
+        return self._house.plan
+
+    @property
+    def travel(self) -> TravelCosts:
+        return self._navigation.travel
+
+    @property
+    def paths(self) -> Paths:
+        return self._navigation
+
+    def now_ns(self) -> int:
+        """The world's clock, nanoseconds since the Unix epoch."""
+        return self._now_ns
+
+    def known_at_start(self) -> Contents:
+        """What the known containers hold, in the order given."""
+        return {container: self._house.contents[container] for container in self._known}
+
+    def go_to(self, location: LocationId) -> Done | Refused:
+        """Walk to a location along the shortest way; refused when none leads there."""
+        metres = self.travel.between(self._at, location)
+        path = self.paths.path(self._at, location)
+        if metres is None or path is None:
+            return self._refuse(f"no way from {self._at} to {location}")
+        self._at = location
+        return self._done(metres * METRE_S, travel_m=metres, path=path)
+
+    def look_into(self, container: ContainerId) -> Looked | Refused:
+        """All that the container holds now; the robot must stand at it."""
+        if container not in self._house.contents:
+            return self._refuse(f"no container {container}")
+        if self._at != LocationId(container):
+            return self._refuse(f"the robot stands at {self._at}, not at {container}")
+        done = self._done(LOOK_S)
+        items = tuple(self._there[LocationId(container)])
+        return Looked(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
+
+    def pick(self, item: ItemId) -> Done | Refused:
+        """Take an item from where the robot stands; its hand must be free."""
+        if self._hand is not None:
+            return self._refuse(f"the hand holds {self._hand.id}")
+        here = self._there.setdefault(self._at, [])
+        for index, there in enumerate(here):
+            if there.id == item:
+                self._hand = here.pop(index)
+                return self._done(HANDLE_S)
+        return self._refuse(f"no {item} at {self._at}")
+
+    def place(self, item: ItemId) -> Done | Refused:
+        """Put the held item down where the robot stands."""
+        if self._hand is None or self._hand.id != item:
+            return self._refuse(f"the hand does not hold {item}")
+        self._there.setdefault(self._at, []).append(self._hand)
+        self._hand = None
+        return self._done(HANDLE_S)
+
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+        """Prepare with items that are in the hand or stand where the robot does."""
+        at_hand = {item.id for item in self._there.get(self._at, ())}
+        if self._hand is not None:
+            at_hand.add(self._hand.id)
+        missing = [item for item in items if item not in at_hand]
+        if missing:
+            return self._refuse(f"{action} needs {', '.join(missing)} at {self._at}")
+        return self._done(HANDLE_S)
+
+    def _done(self, seconds: float, *, travel_m: float = 0.0, path: tuple[tuple[float, float], ...] = ()) -> Done:
+        start = self._now_ns
+        self._now_ns = start + round(seconds * NS_PER_S)
+        return Done(start_ns=start, end_ns=self._now_ns, travel_m=travel_m, path=path)
+
+    def _refuse(self, reason: str) -> Refused:
+        return Refused(start_ns=self._now_ns, end_ns=self._now_ns, reason=reason)
