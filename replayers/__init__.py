@@ -1,1 +1,22 @@
-"""The only code that reads MCAP: runs, data frames, the logged world, counterfactuals, salvage."""
+"""The only code that reads MCAP: runs, data frames, the logged world, counterfactuals, salvage.
+
+import replayers
+run = replayers.read("run.mcap")
+table = replayers.read_many("logs/**")
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_WHERE = {"read": "replayers.run", "Run": "replayers.run", "read_many": "replayers.frames"}
+
+__all__ = ["Run", "read", "read_many"]
+
+
+def __getattr__(name: str) -> Any:
+    """Imports on first use, so that `import replayers` stays light."""
+    if name not in _WHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_WHERE[name]), name)

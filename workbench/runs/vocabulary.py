@@ -110,6 +110,8 @@ class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
     note: str = ""
     search_order: tuple[Stop, ...] = ()
     alternatives: tuple[WayNotTaken, ...] = ()
+    look_on_the_way: tuple[str, ...] = ()
+    """Containers to look into before the first step, while passing them."""
 
 
 class Timing(msgspec.Struct, frozen=True, kw_only=True):
@@ -162,6 +164,13 @@ class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
     contents: dict[str, tuple[SeenItem, ...]]
 
 
+class Dropped(msgspec.Struct, frozen=True, kw_only=True):
+    """Messages that the recorder had to drop since the file began, by topic, because writing could not keep up."""
+
+    stamp: Stamp
+    counts: dict[str, int]
+
+
 class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Metadata record `lios.run`, every value printed as text in MCAP."""
 
@@ -186,7 +195,9 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     inertial_frame: str = ""
 
 
-DomainEvent = Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth
+DomainEvent = (
+    Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth | Dropped
+)
 
 TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
     {
@@ -198,13 +209,14 @@ TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
         "/search/action": ActionFinished,
         "/search/outcome": Outcome,
         "/search/truth": GroundTruth,
+        "/recorder/dropped": Dropped,
     }
 )
 """Topic by topic. The schema's name is "lios." and the class's name."""
 
 TOPIC_OF: Mapping[type[msgspec.Struct], str] = MappingProxyType({cls: topic for topic, cls in TOPICS.items()})
 
-REPEATABLE = tuple(topic for topic in TOPICS if topic != "/search/timing")
+REPEATABLE = tuple(topic for topic in TOPICS if topic not in ("/search/timing", "/recorder/dropped"))
 """Topics whose bytes are the same for the same seed."""
 
 

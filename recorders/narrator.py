@@ -1,0 +1,150 @@
+"""What would a person want to see and read while a run goes on? Viewer messages for every event of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import hypot
+from typing import final
+
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from google.protobuf.message import Message
+
+from recorders import viewer
+from workbench.execution.events import Acted, Believed, Ended, Event, Observed, Planned, RunStatus
+from workbench.planning.tasks import Task, goal_types
+from workbench.runs.place import Place
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import START
+from workbench.worlds.names import readable_name
+from workbench.worlds.travel import Paths
+
+ViewerMessage = tuple[str, Message, int]
+"""Topic, message, log time in nanoseconds."""
+
+MAP, SCENE, TF, POSE, PATH, LOG = "/map", "/viz/scene", "/tf", "/robot/pose", "/robot/path", "/log"
+POSE_EVERY_M = 0.5
+"""Along a walked path, a pose at every corner and at least this often."""
+
+
+@final
+class Narrator:
+    """Keeps what a scene needs: the last belief, what was searched, which item is sought.
+
+    Args:
+        paths: the ways that the plan takes; the place's own if not given.
+        motion: tell the robot's pose from its actions.
+    """
+
+    def __init__(self, place: Place, task: Task, *, paths: Paths | None = None, motion: bool = True) -> None:
+        self._place = place
+        self._paths = paths or place.paths()
+        self._motion = motion
+        self._searched: dict[str, tuple[str, ...]] = {}
+        self._believed: Believed | None = None
+        self._sought: str = (*goal_types(task.goal), "")[0]
+        self._title = task.title or task.scenario
+
+    def opening(self, stamp_ns: int) -> Iterator[ViewerMessage]:
+        """The map, the scene and the robot at its start."""
+        if self._place.occupancy is not None:
+            yield MAP, viewer.map_grid(self._place.occupancy, stamp_ns), stamp_ns
+        yield SCENE, viewer.scene(self._place.plan, stamp_ns), stamp_ns
+        if self._motion:
+            yield from self._robot(self._place.standing.get(START, self._place.plan.start), stamp_ns)
+        yield LOG, viewer.words(f"Task: {self._title}", stamp_ns), stamp_ns
+
+    def tell(self, event: Event) -> Iterator[ViewerMessage]:
+        """The viewer messages of one event, in the order of their stamps."""
+        match event:
+            case Observed():
+                yield from self._observed(event)
+            case Believed():
+                self._believed = event
+            case Planned():
+                yield from self._planned(event)
+            case Acted():
+                yield from self._acted(event)
+            case Ended():
+                level = Log.INFO if event.status is RunStatus.DONE else Log.WARNING
+                text = f"Ended: {event.status.value}, cost {event.cost:.1f} ({event.reason})"
+                yield LOG, viewer.words(text, event.stamp_ns, level=level), event.stamp_ns
+                yield SCENE, self._scene(event.stamp_ns), event.stamp_ns
+            case _:
+                pass
+
+    def _observed(self, event: Observed) -> Iterator[ViewerMessage]:
+        self._searched[event.container] = tuple(item.type for item in event.items)
+        if not event.known_at_start:
+            held = ", ".join(readable_name(item.type) for item in event.items) or "nothing"
+            yield LOG, viewer.words(f"{event.container} holds {held}", event.stamp_ns), event.stamp_ns
+
+    def _planned(self, event: Planned) -> Iterator[ViewerMessage]:
+        stamp, plan = event.stamp_ns, event.made.plan
+        finds = [step for step in plan.steps if step.action == "find"]
+        if finds:
+            self._sought = finds[0].item_types[0]
+        steps = "; ".join(str(step) for step in plan.steps) or plan.note or "no steps"
+        text = f"Decision {event.decision} ({event.reason}): {steps}; expected {plan.cost:.1f}"
+        yield LOG, viewer.words(text, stamp), stamp
+        yield SCENE, self._scene(stamp), stamp
+        yield PATH, viewer.path_ahead(self._ahead(event), stamp), stamp
+
+    def _ahead(self, event: Planned) -> list[Point]:
+        """The way of the plan: to where its find looks first, and on through its targets."""
+        stops = [event.robot_at]
+        for step in event.made.plan.steps:
+            if step.action == "find" and event.made.search_order and step is _first_find(event):
+                stops.append(event.made.search_order[0].container)  # type: ignore[arg-type]
+            stops.append(step.target)
+        points: list[Point] = []
+        for a, b in pairwise(stops):
+            way = self._paths.path(a, b) if a != b else None
+            points.extend(way or ())
+        return points
+
+    def _acted(self, event: Acted) -> Iterator[ViewerMessage]:
+        if self._motion:
+            for pose, stamp in walked(event):
+                yield from self._robot(pose, stamp)
+        if not event.success:
+            text = f"{event.step} failed: {event.reason}"
+            yield LOG, viewer.words(text, event.stamp_ns, level=Log.WARNING), event.stamp_ns
+
+    def _robot(self, pose: Pose, stamp_ns: int) -> Iterator[ViewerMessage]:
+        yield TF, viewer.robot_transforms(pose, stamp_ns), stamp_ns
+        yield POSE, viewer.robot_pose(pose, stamp_ns), stamp_ns
+
+    def _scene(self, stamp_ns: int) -> Message:
+        belief = None if self._believed is None else self._believed.belief
+        probability: dict[str, float] = {}
+        if belief is not None and self._sought in belief.item_types:
+            row = belief.probability[list(belief.item_types).index(self._sought)]  # type: ignore[arg-type]
+            probability = dict(zip(belief.containers, (float(p) for p in row), strict=True))
+        return viewer.scene(
+            self._place.plan, stamp_ns, sought=self._sought, probability=probability, searched=self._searched
+        )
+
+
+def walked(event: Acted) -> Iterator[tuple[Pose, int]]:
+    """The robot's poses during an action, with stamps spread over its time by the metres walked."""
+    points = [*event.path[:1], *(p for a, b in pairwise(event.path) for p in _between(a, b))]
+    poses = viewer.facing(points)
+    gone = [0.0]
+    for a, b in pairwise(points):
+        gone.append(gone[-1] + hypot(b[0] - a[0], b[1] - a[1]))
+    for pose, metres in zip(poses, gone, strict=False):
+        share = metres / gone[-1] if gone[-1] > 0 else 1.0
+        yield pose, event.start_ns + round((event.stamp_ns - event.start_ns) * share)
+    if event.standing is not None:
+        yield event.standing, event.stamp_ns
+
+
+def _between(a: Point, b: Point) -> list[Point]:
+    """Points after a up to b, at most POSE_EVERY_M apart."""
+    count = max(1, int(hypot(b[0] - a[0], b[1] - a[1]) / POSE_EVERY_M + 0.999))
+    return [(a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count + 1)]
+
+
+def _first_find(event: Planned) -> object:
+    return next(step for step in event.made.plan.steps if step.action == "find")

@@ -1,0 +1,182 @@
+"""Where did a run happen? The floor plan, travel costs, standing poses and occupancy that a log carries with it.
+
+Attachment "place.json". Travel costs keep every digit, so that a replay walks the same metres, bit for bit.
+The occupancy grid is packed to one bit a cell, zlib, base64.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from types import MappingProxyType
+
+import msgspec
+import numpy as np
+
+from workbench.errors import Malformed
+from workbench.runs.task_json import TASK_ATTACHMENT, task_from_json, task_to_json
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import ContainerId, FloorPlan, LocationId
+from workbench.worlds.occupancy import OccupancyGrid
+from workbench.worlds.travel import Paths, TravelCosts
+from workbench.worlds.world import World
+
+__all__ = [
+    "PLACE_ATTACHMENT",
+    "TASK_ATTACHMENT",
+    "Place",
+    "place_from_json",
+    "place_to_json",
+    "task_from_json",
+    "task_to_json",
+]
+
+PLACE_ATTACHMENT = "place.json"
+PLACE_VERSION = 1
+MAX_CELLS = 64_000_000
+"""A larger occupancy grid is a damaged file, not a place."""
+
+
+class MalformedPlace(Malformed):
+    """An attachment place.json that does not describe a place."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(f"{PLACE_ATTACHMENT} describes no place: {reason}. Run lios doctor on the log.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A place as the robot knew it before it opened anything, complete enough to walk in again.
+
+    Attributes:
+        standing: where the robot stands to use each reachable location.
+        occupancy: furniture and walls, for ways and for the viewer's map; None when it was not known.
+        robot_radius_m: how far the robot's middle keeps from what is occupied.
+    """
+
+    plan: FloorPlan
+    travel: TravelCosts
+    standing: Mapping[LocationId, Pose] = field(default_factory=lambda: MappingProxyType({}))
+    occupancy: OccupancyGrid | None = None
+    robot_radius_m: float = 0.2
+
+    @classmethod
+    def of(cls, world: World) -> Place:
+        """The place of a world; its occupancy is taken from ways that keep their grid as `grid`."""
+        asked = ((location, world.paths.standing_pose(location)) for location in world.travel.locations)
+        standing = {location: pose for location, pose in asked if pose is not None}
+        grid = getattr(world.paths, "grid", None)
+        return cls(
+            plan=world.plan,
+            travel=world.travel,
+            standing=MappingProxyType(standing),
+            occupancy=grid if isinstance(grid, OccupancyGrid) else None,
+        )
+
+    def paths(self) -> Paths:
+        """The ways between locations, found again on the occupancy grid; straight lines where there is no grid."""
+        from workbench.runs.ways import Ways
+
+        return Ways(self.standing, self.travel, self.occupancy, self.robot_radius_m)
+
+
+class _Travel(msgspec.Struct, frozen=True, kw_only=True):
+    locations: tuple[str, ...]
+    metres: tuple[tuple[float, ...], ...]
+    unreachable: tuple[str, ...] = ()
+
+
+class _Occupancy(msgspec.Struct, frozen=True, kw_only=True):
+    origin: Point
+    resolution_m: float
+    rows: int
+    columns: int
+    bits: str
+
+
+class _Place(msgspec.Struct, frozen=True, kw_only=True):
+    version: int
+    plan: FloorPlan
+    travel: _Travel
+    standing: dict[str, Pose]
+    occupancy: _Occupancy | None = None
+    robot_radius_m: float = 0.2
+
+
+def place_to_json(place: Place) -> bytes:
+    """The attachment; the same place gives the same bytes."""
+    grid = place.occupancy
+    wire = _Place(
+        version=PLACE_VERSION,
+        plan=place.plan,
+        travel=_Travel(
+            locations=place.travel.locations,
+            metres=tuple(tuple(row) for row in place.travel.metres.tolist()),
+            unreachable=place.travel.unreachable,
+        ),
+        standing={name: place.standing[name] for name in sorted(place.standing)},
+        occupancy=None if grid is None else _packed(grid),
+        robot_radius_m=place.robot_radius_m,
+    )
+    return msgspec.json.encode(wire)
+
+
+def place_from_json(data: bytes | str) -> Place:
+    """The place again.
+
+    Raises:
+        MalformedPlace: no JSON, not a place, or a grid that cannot be.
+    """
+    try:
+        wire = msgspec.json.decode(data, type=_Place)
+        if wire.version > PLACE_VERSION:
+            raise MalformedPlace(f"its version is {wire.version}, and this release reads up to {PLACE_VERSION}")
+        size = len(wire.travel.locations)
+        travel = TravelCosts(
+            locations=tuple(LocationId(name) for name in wire.travel.locations),
+            metres=np.array(wire.travel.metres, dtype=np.float64).reshape(size, size),
+            unreachable=tuple(ContainerId(name) for name in wire.travel.unreachable),
+        )
+    except (msgspec.MsgspecError, UnicodeDecodeError, ValueError, RecursionError) as error:
+        raise MalformedPlace(str(error)) from error
+    return Place(
+        plan=wire.plan,
+        travel=travel,
+        standing=MappingProxyType({LocationId(name): pose for name, pose in wire.standing.items()}),
+        occupancy=None if wire.occupancy is None else _unpacked(wire.occupancy),
+        robot_radius_m=wire.robot_radius_m,
+    )
+
+
+def _packed(grid: OccupancyGrid) -> _Occupancy:
+    rows, columns = grid.occupied.shape
+    bits = zlib.compress(np.packbits(grid.occupied).tobytes(), 9)
+    return _Occupancy(
+        origin=grid.origin,
+        resolution_m=grid.resolution_m,
+        rows=rows,
+        columns=columns,
+        bits=base64.b64encode(bits).decode("ascii"),
+    )
+
+
+def _unpacked(wire: _Occupancy) -> OccupancyGrid:
+    cells = wire.rows * wire.columns
+    if wire.rows < 0 or wire.columns < 0 or cells > MAX_CELLS or not isfinite(wire.resolution_m):
+        raise MalformedPlace(f"an occupancy grid of {wire.rows} x {wire.columns} cells")
+    inflate = zlib.decompressobj()
+    try:
+        raw = inflate.decompress(base64.b64decode(wire.bits, validate=True), (cells + 7) // 8 + 1)
+        bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), count=cells)
+    except (ValueError, zlib.error) as error:
+        raise MalformedPlace(f"occupancy: {error}") from error
+    if bits.size != cells:
+        raise MalformedPlace(f"occupancy: {bits.size} cells instead of {cells}")
+    return OccupancyGrid(
+        origin=wire.origin,
+        resolution_m=wire.resolution_m,
+        occupied=bits.reshape(wire.rows, wire.columns).astype(np.bool_),
+    )

@@ -1,0 +1,55 @@
+"""Which way leads from one location to another, when only a log is at hand?
+
+The same ways that the robot's navigation found: they come from the log's occupancy grid and standing poses by the
+same code, so that a replay walks the same corner points. A straight line where the log has no grid, or where a
+standing pose is not on free ground (a place whose map was measured otherwise).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import LocationId
+from workbench.worlds.navigation import Navigation, free_cells
+from workbench.worlds.occupancy import OccupancyGrid
+from workbench.worlds.travel import TravelCosts
+
+
+@final
+class Ways:
+    """Ways of a logged place; implements `Paths`."""
+
+    def __init__(
+        self,
+        standing: Mapping[LocationId, Pose],
+        travel: TravelCosts,
+        occupancy: OccupancyGrid | None,
+        robot_radius_m: float,
+    ) -> None:
+        self._standing = standing
+        self._navigation: Navigation | None = None
+        if occupancy is not None:
+            free = free_cells(occupancy, robot_radius_m)
+            on_free = {name: pose for name, pose in standing.items() if _is_free(occupancy, free, pose)}
+            self._navigation = Navigation(travel=travel, grid=occupancy, free=free, standing=on_free)
+
+    def standing_pose(self, location: LocationId) -> Pose | None:
+        return self._standing.get(location)
+
+    def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
+        """Corner points from a to b, both ends included; None when one of them cannot be reached."""
+        start, end = self._standing.get(a), self._standing.get(b)
+        if start is None or end is None:
+            return None
+        way = None if self._navigation is None else self._navigation.path(a, b)
+        return (start.point, end.point) if way is None else way
+
+
+def _is_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], pose: Pose) -> bool:
+    row, column = grid.cell_at(pose.point)
+    return 0 <= row < free.shape[0] and 0 <= column < free.shape[1] and bool(free[row, column])
