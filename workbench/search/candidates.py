@@ -71,17 +71,20 @@ def choose(
     limit: int,
     ranking: Ranking,
 ) -> npt.NDArray[np.intp]:
-    """The candidates: indices of containers, best first, at most `limit`; ties go to the earlier container.
+    """The candidates of each item type, in the plan's order; of equally ranked containers the earlier.
 
     Args:
-        probability: shape (containers,).
+        probability: shape (item types, containers).
         from_m, to_m: metres from the origin and to the target, shape (containers,); means for a table.
+
+    Returns:
+        Indices of containers, shape (item types, min(limit, containers)).
     """
-    count = min(check_limit(limit), len(probability))
+    count = min(check_limit(limit), probability.shape[1])
     if ranking == "worth":
         score = probability / (1.0 + from_m + to_m / 2.0)
-        return np.argsort(-score, kind="stable")[:count]
-    near = np.argsort(from_m + to_m, kind="stable")[: min(NEAREST_KEPT, count)]
-    likely = np.argsort(-probability, kind="stable")
-    others = likely[~np.isin(likely, near)][: count - len(near)]
-    return np.concatenate([near, others])
+    else:
+        score = probability.copy()
+        near = np.argsort(from_m + to_m, kind="stable")[: min(NEAREST_KEPT, count)]
+        score[:, near] = 2.0
+    return np.sort(np.argsort(-score, axis=1, kind="stable")[:, :count], axis=1)

@@ -8,6 +8,9 @@ then never costs less than the find from where one stands.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -56,8 +59,9 @@ def expected_find_costs(
     here = places(belief, travel, origins=origins, targets=targets)
     metres = np.zeros((len(belief.item_types), len(origins), len(targets)))
     if here.containers and metres.size:
-        for item in range(len(belief.item_types)):
-            metres[item] = _one_item(here, item, costs, belief_model, limit, ranking or ranking_of(belief_model))
+        setup = _setup(here, np.arange(len(metres)), costs, belief_model, limit, ranking)
+        table = _program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search)
+        metres = np.maximum(table, 0.0)
     return FindCosts(
         item_types=belief.item_types,
         origins=tuple(origins),
@@ -86,24 +90,82 @@ def expected_search(
     item = query.belief.item_types.index(query.item_type)
     if not here.containers:
         return ExpectedSearch(stops=(), partial_costs=(), cost=0.0, missing=1.0)
-    chosen = _candidates(here, item, limit, ranking or ranking_of(belief_model))
-    missing = still_missing_by_subset(here.probability[item], chosen, belief_model)
-    found = query.costs.manipulation + here.to_m[chosen]
-    between = here.between_m[np.ix_(chosen, chosen)]
-    table = reference.subset_costs(missing, between, found, query.costs.search)[:, :, 0]
-    order = reference.best_order(missing, table, here.from_m[0, chosen], between, found[:, 0], query.costs.search)
-    return along(chosen[order], here, item=item, model=belief_model, costs=query.costs)
+    order = best_order(here, item, costs=query.costs, belief_model=belief_model, limit=limit, ranking=ranking)
+    return along(order, here, item=item, model=belief_model, costs=query.costs)
 
 
-def _candidates(here: Places, item: int, limit: int, ranking: Ranking) -> npt.NDArray[np.intp]:
-    return choose(
-        here.probability[item], here.from_m.mean(axis=0), here.to_m.mean(axis=1), limit=limit, ranking=ranking
+def best_order(
+    here: Places,
+    item: int,
+    *,
+    costs: ActionCosts,
+    belief_model: BeliefModel,
+    limit: int,
+    ranking: Ranking | None = None,
+) -> npt.NDArray[np.intp]:
+    """The minimiser's order for one item type, from the first origin to the first target of `here`.
+
+    Returns:
+        Indices into here.containers, at most `limit` of them.
+    """
+    setup = _setup(here, np.array([item]), costs, belief_model, limit, ranking)
+    order = _program().best_order(
+        setup.missing[0], setup.between_m[0], setup.from_m[0, 0], setup.found[0, :, 0], costs.search
+    )
+    return setup.candidates[0, order]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Setup:
+    """The arrays of reference.cost_table and the candidates that they are about, shape (item types, k)."""
+
+    candidates: npt.NDArray[np.intp]
+    missing: Array
+    between_m: Array
+    from_m: Array
+    found: Array
+
+
+def _setup(
+    here: Places,
+    items: npt.NDArray[np.intp],
+    costs: ActionCosts,
+    model: BeliefModel,
+    limit: int,
+    ranking: Ranking | None,
+) -> _Setup:
+    probability = here.probability[items]
+    chosen = choose(
+        probability,
+        here.from_m.mean(axis=0),
+        here.to_m.mean(axis=1),
+        limit=limit,
+        ranking=ranking or ranking_of(model),
+    )
+    return _Setup(
+        candidates=chosen,
+        missing=still_missing_by_subset(probability, chosen, model),
+        between_m=here.between_m[chosen[:, :, None], chosen[:, None, :]],
+        from_m=np.ascontiguousarray(here.from_m[:, chosen].swapaxes(0, 1)),
+        found=costs.manipulation + here.to_m[chosen],
     )
 
 
-def _one_item(here: Places, item: int, costs: ActionCosts, model: BeliefModel, limit: int, ranking: Ranking) -> Array:
-    chosen = _candidates(here, item, limit, ranking)
-    missing = still_missing_by_subset(here.probability[item], chosen, model)
-    found = costs.manipulation + here.to_m[chosen]
-    table = reference.subset_costs(missing, here.between_m[np.ix_(chosen, chosen)], found, costs.search)
-    return reference.from_origins(missing, table, here.from_m[:, chosen], found, costs.search)
+class _Program(Protocol):
+    """What reference.py and compiled.py both are."""
+
+    def cost_table(self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Array: ...
+
+    def best_order(
+        self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float
+    ) -> list[int]: ...
+
+
+@cache
+def _program() -> _Program:
+    """The compiled program, or the readable one where numba cannot be imported."""
+    try:
+        from workbench.search import compiled
+    except ImportError:
+        return cast(_Program, reference)
+    return cast(_Program, compiled)

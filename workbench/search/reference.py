@@ -24,68 +24,73 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 
-def subset_costs(missing: Array, between_m: Array, found: Array, search: float) -> Array:
-    """W(S, i) for every subset S of the candidates and every candidate i in it.
+def cost_table(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Array:
+    """W(nothing, origin) for every item type, origin and target.
 
     Args:
-        missing: R(S), shape (2**k,).
-        between_m: d(i, a) between candidates, shape (k, k).
-        found: R_pick + d(a, to), shape (k, targets).
+        missing: R(S), shape (item types, 2**k).
+        between_m: d(i, a) between candidates, shape (item types, k, k).
+        from_m: metres from each origin to each candidate, shape (item types, origins, k).
+        found: R_pick + d(a, to), shape (item types, k, targets).
         search: R_search.
 
     Returns:
-        Shape (2**k, k, targets); entries with i not in S are W(S, .) as if standing at i.
+        Shape (item types, origins, targets).
     """
-    k = len(between_m)
-    table = np.zeros((1 << k, k, found.shape[1]))
-    for subset in range((1 << k) - 2, -1, -1):
-        table[subset] = _least(missing, between_m, found, search, table, subset)
-    return table
+    answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
+    for item in range(len(answer)):
+        table = subset_costs(missing[item], between_m[item], found[item], search)
+        answer[item] = _least(missing[item], from_m[item], found[item], search, table, 0)
+    return answer
 
 
-def from_origins(missing: Array, table: Array, from_m: Array, found: Array, search: float) -> Array:
-    """W(nothing, origin).
-
-    Args:
-        from_m: metres from each origin to each candidate, shape (origins, k).
-
-    Returns:
-        Shape (origins, targets).
-    """
-    return _least(missing, from_m, found, search, table, 0)
-
-
-def _least(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
-    """The recursion's right-hand side, standing at each row of from_m: shape (rows, targets)."""
-    left = np.array([a for a in range(from_m.shape[1]) if not subset >> a & 1], dtype=np.intp)
-    after = subset | (1 << left)
-    gain = missing[subset] - missing[after]
-    onward = missing[subset] * search + gain[:, None] * found[left] + table[after, left]
-    steps = missing[subset] * from_m[:, left, None] + onward
-    return steps.min(axis=1)
-
-
-def best_order(
-    missing: Array, table: Array, from_m: Array, between_m: Array, found: Array, search: float
-) -> list[int]:
+def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
     """The minimiser's order of candidates from one origin to one target; ties go to the earlier candidate.
 
     Args:
-        from_m: shape (k,).
-        found: shape (k,).
-        table: shape (2**k, k), for that target.
+        missing: shape (2**k,).
+        between_m: shape (k, k).
+        from_m, found: shape (k,).
     """
+    table = subset_costs(missing, between_m, found[:, None], search)
     order: list[int] = []
     subset, row = 0, from_m
     while len(order) < len(between_m):
         left = [a for a in range(len(between_m)) if not subset >> a & 1]
-        costs = [
-            missing[subset] * (row[a] + search)
-            + (missing[subset] - missing[subset | 1 << a]) * found[a]
-            + table[subset | 1 << a, a]
-            for a in left
-        ]
-        chosen = left[int(np.argmin(costs))]
+        steps = _steps(missing, row[None], found[:, None], search, table, subset)[0, :, 0]
+        chosen = left[int(np.argmin(steps))]
         order.append(chosen)
         subset, row = subset | 1 << chosen, between_m[chosen]
     return order
+
+
+def subset_costs(missing: Array, between_m: Array, found: Array, search: float) -> Array:
+    """W(S, i) of one item type for every subset S of its candidates and every candidate i.
+
+    Args:
+        missing: shape (2**k,).
+        between_m: shape (k, k).
+        found: shape (k, targets).
+
+    Returns:
+        Shape (2**k, k, targets).
+    """
+    k = len(between_m)
+    table = np.zeros((1 << k, k, found.shape[1]))
+    for subset in range((1 << k) - 2, 0, -1):
+        table[subset] = _least(missing, between_m, found, search, table, subset)
+    return table
+
+
+def _least(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
+    """The recursion's right-hand side, standing at each row of from_m: shape (rows, targets)."""
+    return _steps(missing, from_m, found, search, table, subset).min(axis=1)
+
+
+def _steps(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
+    """What is minimised, for each next container a in order: shape (rows, candidates left, targets)."""
+    left = np.array([a for a in range(from_m.shape[1]) if not subset >> a & 1], dtype=np.intp)
+    after = subset | (1 << left)
+    gain = missing[subset] - missing[after]
+    onward = missing[subset] * search + gain[:, None] * found[left] + table[after, left]
+    return missing[subset] * from_m[:, left, None] + onward

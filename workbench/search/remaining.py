@@ -65,21 +65,23 @@ def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:
 
 
 def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:
-    """R(S) for every subset S of the candidates; bit j of the index stands for candidate j.
+    """R(S) for every subset S of the candidates; bit j of the subset's number stands for candidate j.
 
     Args:
-        probability: shape (containers,), over all unsearched containers.
-        candidates: indices into it, shape (k,).
+        probability: shape (item types, containers), over all unsearched containers.
+        candidates: indices into the containers, shape (item types, k).
 
     Returns:
-        Shape (2**k,); entry 0 is 1.
+        Shape (item types, 2**k); entry 0 of each is 1.
     """
     w = weights(probability, model)
-    rest = np.delete(w, candidates).sum()
-    inside = np.zeros(1)
-    for j in candidates:
-        inside = np.concatenate([inside, inside + w[j]])
-    return still_missing(inside, inside[::-1] + rest, model)
+    chosen = np.take_along_axis(w, candidates, axis=1)
+    others = w.copy()
+    np.put_along_axis(others, candidates, 0.0, axis=1)
+    inside = np.zeros((len(w), 1))
+    for j in range(candidates.shape[1]):
+        inside = np.concatenate([inside, inside + chosen[:, j : j + 1]], axis=1)
+    return still_missing(inside, inside[:, ::-1] + others.sum(axis=1, keepdims=True), model)
 
 
 def still_missing_along(probability: Array, order: npt.NDArray[np.intp], model: BeliefModel) -> Array:

@@ -1,0 +1,162 @@
+"""The program of reference.py, compiled: the same recursion, the same figures to rounding, hundreds of times faster.
+
+The inner loop runs over the targets, which share all but one term; subsets are visited by size, so that only two
+layers of them are in memory. The first call on a machine compiles for a few seconds and keeps the result beside
+this file, or in numba's own cache where that cannot be written. Import this module only when it is needed:
+numba itself takes most of a second.
+"""
+
+# pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+TILE = 64
+"""Targets that are carried through the subsets together."""
+
+MATH = {"nnan", "ninf", "nsz"}
+"""No entry is ever NaN or infinite; sums keep their order, so the answers do not depend on the machine."""
+
+
+def cost_table(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Array:
+    """W(nothing, origin) for every item type; arguments and answer as reference.cost_table."""
+    answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
+    order, position, start = _layers(between_m.shape[1])
+    _cost_table(missing, between_m, from_m, found, float(search), order, position, start, answer)
+    return answer
+
+
+def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
+    """The minimiser's order for one origin and target; arguments and answer as reference.best_order."""
+    return [int(a) for a in _best_order(missing, between_m, from_m, found, float(search))]
+
+
+@njit(cache=True, nogil=True)
+def _layers(k: int) -> tuple[Indices, Indices, Indices]:
+    """Subsets by size: all subsets in that order, each one's place within its size, where each size starts."""
+    n = 1 << k
+    size = np.zeros(n, np.int64)
+    position = np.zeros(n, np.int64)
+    filled = np.zeros(k + 1, np.int64)
+    for subset in range(n):
+        size[subset] = size[subset >> 1] + (subset & 1)
+        position[subset] = filled[size[subset]]
+        filled[size[subset]] += 1
+    start = np.zeros(k + 2, np.int64)
+    for s in range(k + 1):
+        start[s + 1] = start[s] + filled[s]
+    order = np.empty(n, np.int64)
+    for subset in range(n):
+        order[start[size[subset]] + position[subset]] = subset
+    return order, position, start
+
+
+@njit(cache=True, nogil=True, fastmath=MATH)
+def _cost_table(
+    missing: Array,
+    between_m: Array,
+    from_m: Array,
+    found: Array,
+    search: float,
+    order: Indices,
+    position: Indices,
+    start: Indices,
+    answer: Array,
+) -> None:
+    items, origins, k = from_m.shape
+    targets = found.shape[2]
+    width = min(targets, TILE)
+    largest = 0
+    for size in range(k + 1):
+        largest = max(largest, start[size + 1] - start[size])
+    layer = np.zeros((2, largest, k, width))
+    onward = np.empty((k, width))
+    best = np.empty(width)
+    reward = np.zeros((k, width))
+    left = np.empty(k, np.int64)
+    for item in range(items):
+        for first in range(0, targets, width):
+            tile = min(width, targets - first)
+            for a in range(k):
+                for g in range(tile):
+                    reward[a, g] = found[item, a, first + g]
+            layer[k & 1, 0] = 0.0
+            for size in range(k - 1, -1, -1):
+                here, next_size = size & 1, 1 - (size & 1)
+                for place in range(start[size], start[size + 1]):
+                    subset = order[place]
+                    r = missing[item, subset]
+                    count = 0
+                    for a in range(k):
+                        if not subset >> a & 1:
+                            after = subset | (1 << a)
+                            gain = r - missing[item, after]
+                            later = layer[next_size, position[after], a]
+                            for g in range(width):
+                                onward[count, g] = r * search + gain * reward[a, g] + later[g]
+                            left[count] = a
+                            count += 1
+                    for i in range(k):
+                        if subset >> i & 1:
+                            leg = r * between_m[item, i, left[0]]
+                            for g in range(width):
+                                best[g] = leg + onward[0, g]
+                            for j in range(1, count):
+                                leg = r * between_m[item, i, left[j]]
+                                for g in range(width):
+                                    best[g] = min(best[g], leg + onward[j, g])
+                            for g in range(width):
+                                layer[here, place - start[size], i, g] = best[g]
+            for o in range(origins):
+                leg = missing[item, 0] * from_m[item, o, 0]
+                for g in range(width):
+                    best[g] = leg + onward[0, g]
+                for j in range(1, k):
+                    leg = missing[item, 0] * from_m[item, o, j]
+                    for g in range(width):
+                        best[g] = min(best[g], leg + onward[j, g])
+                for g in range(tile):
+                    answer[item, o, first + g] = best[g]
+
+
+@njit(cache=True, nogil=True, fastmath=MATH)
+def _best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Indices:
+    k = len(from_m)
+    n = 1 << k
+    table = np.zeros((n, k))
+    onward = np.empty(k)
+    for subset in range(n - 2, 0, -1):
+        r = missing[subset]
+        for a in range(k):
+            if not subset >> a & 1:
+                after = subset | (1 << a)
+                onward[a] = r * search + (r - missing[after]) * found[a] + table[after, a]
+        for i in range(k):
+            if subset >> i & 1:
+                best, chosen = 0.0, -1
+                for a in range(k):
+                    if not subset >> a & 1:
+                        cost = r * between_m[i, a] + onward[a]
+                        if chosen < 0 or cost < best:
+                            best, chosen = cost, a
+                table[subset, i] = best
+    order = np.empty(k, np.int64)
+    subset = 0
+    for stop in range(k):
+        r = missing[subset]
+        best, chosen = 0.0, -1
+        for a in range(k):
+            if not subset >> a & 1:
+                after = subset | (1 << a)
+                leg = from_m[a] if stop == 0 else between_m[order[stop - 1], a]
+                cost = r * (leg + search) + (r - missing[after]) * found[a] + table[after, a]
+                if chosen < 0 or cost < best:
+                    best, chosen = cost, a
+        order[stop] = chosen
+        subset |= 1 << chosen
+    return order
