@@ -16,7 +16,7 @@ from types import MappingProxyType
 import msgspec
 import numpy as np
 
-from workbench.errors import Malformed
+from workbench.errors import BadValue, Malformed
 from workbench.runs.task_json import TASK_ATTACHMENT, task_from_json, task_to_json
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, FloorPlan, LocationId
@@ -64,17 +64,28 @@ class Place:
     robot_radius_m: float = 0.2
 
     @classmethod
-    def of(cls, world: World) -> Place:
-        """The place of a world; its occupancy is taken from ways that keep their grid as `grid`."""
-        asked = ((location, world.paths.standing_pose(location)) for location in world.travel.locations)
+    def of(cls, plan: FloorPlan, ways: Paths, *, travel: TravelCosts | None = None) -> Place:
+        """The place of a floor plan and its ways; travel costs and grid are taken from ways that keep them.
+
+        Raises:
+            BadValue: ways without `travel`, and none given.
+        """
+        known, grid = travel or getattr(ways, "travel", None), getattr(ways, "grid", None)
+        if not isinstance(known, TravelCosts):
+            raise BadValue(f"travel costs of {plan.name}", known, "given, or kept by its ways")
+        asked = ((location, ways.standing_pose(location)) for location in known.locations)
         standing = {location: pose for location, pose in asked if pose is not None}
-        grid = getattr(world.paths, "grid", None)
         return cls(
-            plan=world.plan,
-            travel=world.travel,
+            plan=plan,
+            travel=known,
             standing=MappingProxyType(standing),
             occupancy=grid if isinstance(grid, OccupancyGrid) else None,
         )
+
+    @classmethod
+    def of_world(cls, world: World) -> Place:
+        """The place that a world is in."""
+        return cls.of(world.plan, world.paths, travel=world.travel)
 
     def paths(self) -> Paths:
         """The ways between locations, found again on the occupancy grid; straight lines where there is no grid."""
