@@ -9,27 +9,26 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.planning.scenarios import make_task, prepare_house
-from workbench.planning.strategies import strategy as strategy_named
-from workbench.planning.task_files import load_task
-from workbench.worlds.navigation import Navigation, navigate
-from workbench.worlds.simulated import SimulatedWorld
 
 from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import BadValue, UnknownName
 from workbench.execution.events import Ended, Event
 from workbench.execution.loop import outcome_of, run_task
 from workbench.execution.start import MOST_KNOWN_SHARE, known_at_start
+from workbench.planning.scenarios import make_task, prepare_house
+from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
 from workbench.runs.place import Place, place_to_json, task_to_json
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.search.costs import SIMULATION, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
+from workbench.worlds.navigation import Navigation, navigate
+from workbench.worlds.simulated import SimulatedWorld
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,12 +92,10 @@ def trial_for(
     if wish.find:
         task = find_task(item_type_in(house, wish.find), START)
         share = most_known or 0.0
-    elif wish.task_file is not None:
-        task = load_task(wish.task_file)
-        share = MOST_KNOWN_SHARE if most_known is None else most_known
     else:
-        house = prepare_house(wish.scenario, house, seed=seed)
-        task = make_task(wish.scenario, house, seed=seed)
+        scenario = wish.scenario or str(wish.task_file)
+        house = prepare_house(scenario, house, seed=seed)
+        task = make_task(scenario, house, seed=seed)
         share = MOST_KNOWN_SHARE if most_known is None else most_known
     known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
     return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)
