@@ -1,7 +1,8 @@
 """What are things called, which hold others, which can be carried, how large are they usually?
 
 One readable table, data/vocabulary.csv, a row a type. Types that it does not have are read by rule: "ObjaWallClock"
-(an Objaverse asset of ProcTHOR) is a "wall clock". Sizes are medians over AI2-THOR's assets of that type.
+(an Objaverse asset of ProcTHOR) is a "wall clock". Sizes are medians over the things of that type in the training
+houses of the shared ProcTHOR files, or over AI2-THOR's assets of a type that they do not have.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ class Word:
         carry: a robot's arm can take it.
         size_m: usual (depth, width, height): x, y, z of its own frame, x being its front.
         asset_names: how the ids of AI2-THOR's assets of this type begin, besides its own name.
+        asset: an AI2-THOR asset of about the usual size, "" when there is none.
     """
 
     type: str
@@ -38,6 +40,7 @@ class Word:
     carry: bool
     size_m: tuple[float, float, float]
     asset_names: tuple[str, ...]
+    asset: str
 
 
 @cache
@@ -146,4 +149,5 @@ def _word(row: Mapping[str, str]) -> Word:
         carry=row["carry"] == "yes",
         size_m=(float(row["depth_m"]), float(row["width_m"]), float(row["height_m"])),
         asset_names=tuple(row["asset_names"].split()),
+        asset=row["asset"],
     )
