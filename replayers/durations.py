@@ -1,0 +1,96 @@
+"""How long does an action take? Simulated by the simulator's figures; a robot's fitted from its own log.
+
+A move takes `move_s` to get going and `metre_s` a metre; a look and a manipulation take their mean. The residuals
+stand beside the figures: a fit is a prediction, not a measurement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from workbench.runs.vocabulary import NANO, ActionFinished
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Durations:
+    """Seconds of actions.
+
+    Attributes:
+        move_s, metre_s: a move of x metres takes move_s + metre_s * x.
+        look_s, manipulation_s: means.
+        residual_s: root mean square of what the fit leaves, per kind ("move", "look", "manipulation").
+        samples: how many recorded actions each was fitted from; 0 means the simulator's figure stands in.
+    """
+
+    metre_s: float = 1.0
+    move_s: float = 0.0
+    look_s: float = 2.0
+    manipulation_s: float = 5.0
+    residual_s: tuple[tuple[str, float], ...] = ()
+    samples: tuple[tuple[str, int], ...] = ()
+
+    def move_ns(self, metres: float) -> int:
+        return round((self.move_s * (metres > 0) + self.metre_s * metres) * NANO)
+
+    @property
+    def look_ns(self) -> int:
+        return round(self.look_s * NANO)
+
+    @property
+    def manipulation_ns(self) -> int:
+        return round(self.manipulation_s * NANO)
+
+
+SIMULATED = Durations()
+"""The simulated world's: 1 s a metre, 2 s a look, 5 s a manipulation."""
+
+FEWEST = 3
+"""With fewer recorded actions of a kind, its spread cannot be told; the simulator's figure stands in for none."""
+
+
+def fitted_durations(actions: Iterable[ActionFinished]) -> Durations:
+    """Speed and durations from the actions of a log that succeeded."""
+    done = [a for a in actions if a.success and a.stamp.ns >= a.start.ns]
+    moves = [(a.travel_m, _seconds(a)) for a in done if a.action == "move" and a.travel_m > 0]
+    looks = [_seconds(a) for a in done if a.action == "search"]
+    handled = [_seconds(a) for a in done if a.action not in ("move", "search")]
+    move_s, metre_s, move_left = _line(moves)
+    look_s, look_left = _mean(looks, SIMULATED.look_s)
+    manipulation_s, manipulation_left = _mean(handled, SIMULATED.manipulation_s)
+    return Durations(
+        metre_s=metre_s,
+        move_s=move_s,
+        look_s=look_s,
+        manipulation_s=manipulation_s,
+        residual_s=(("move", move_left), ("look", look_left), ("manipulation", manipulation_left)),
+        samples=(("move", len(moves)), ("look", len(looks)), ("manipulation", len(handled))),
+    )
+
+
+def _seconds(action: ActionFinished) -> float:
+    return (action.stamp.ns - action.start.ns) / NANO
+
+
+def _line(moves: list[tuple[float, float]]) -> tuple[float, float, float]:
+    """Seconds to get going, seconds a metre, and the residual; never a negative one of the first two."""
+    if not moves:
+        return SIMULATED.move_s, SIMULATED.metre_s, 0.0
+    metres, seconds = np.array(moves, dtype=np.float64).T
+    start, slope = 0.0, float(seconds @ metres / (metres @ metres))
+    if len(moves) >= FEWEST and np.ptp(metres) > 0:
+        fitted_slope, fitted_start = np.polyfit(metres, seconds, 1)
+        if fitted_start > 0 and fitted_slope > 0:
+            start, slope = float(fitted_start), float(fitted_slope)
+    left = seconds - start - slope * metres
+    return start, slope, sqrt(float(np.mean(left**2)))
+
+
+def _mean(seconds: list[float], otherwise: float) -> tuple[float, float]:
+    if not seconds:
+        return otherwise, 0.0
+    values = np.array(seconds, dtype=np.float64)
+    return float(values.mean()), float(values.std())

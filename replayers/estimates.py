@@ -1,0 +1,81 @@
+"""What would it have cost on average, and who would have won, over worlds drawn from the belief?
+
+Everything here is sampled and says so: means with a Monte-Carlo interval, a predictive interval of the cost itself,
+the chance that one strategy beats another in the same world. Bounds stand elsewhere (bounds.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.drawn_worlds import DrawnWorlds
+from replayers.relevance import Answer
+from replayers.unfolding import Question, Unfolding
+
+Floats = npt.NDArray[np.float64]
+
+Z95 = 1.959964
+MASS = 0.9
+"""The share of drawn worlds that the predictive interval aims to hold."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """A mean over drawn worlds.
+
+    Attributes:
+        mean: of the charged cost.
+        ci95: the Monte-Carlo interval of that mean: more worlds make it narrower.
+        interval90: where the cost itself lies in nine of ten drawn worlds.
+        success: share of worlds in which the task was done.
+        worlds: how many were drawn.
+    """
+
+    mean: float
+    ci95: tuple[float, float]
+    interval90: tuple[float, float]
+    success: float
+    worlds: int
+
+
+def costs_in(worlds: DrawnWorlds, tree: Unfolding) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """What a strategy costs in each world, shape (worlds,), and whether it did the task there."""
+    costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
+    for world in range(len(worlds)):
+
+        def choose(question: Question, world: int = world) -> Answer:
+            live = tuple(dict.fromkeys(t for option in question.options for t in option))
+            answer = worlds.answer(world, question.container, live)
+            return answer if answer in question.options else question.options[0]
+
+        leaf, _ = tree.follow(choose)
+        costs[world], done[world] = leaf.ended.cost, leaf.ended.status.value == "done"
+    return costs, done
+
+
+def estimate_of(costs: Floats, done: npt.NDArray[np.bool_]) -> Estimate:
+    """The estimate from the costs in drawn worlds."""
+    mean, half = float(costs.mean()), Z95 * float(costs.std(ddof=1)) / sqrt(len(costs)) if len(costs) > 1 else 0.0
+    return Estimate(
+        mean=mean,
+        ci95=(mean - half, mean + half),
+        interval90=predictive_interval(costs),
+        success=float(done.mean()),
+        worlds=len(costs),
+    )
+
+
+def predictive_interval(costs: Floats, mass: float = MASS) -> tuple[float, float]:
+    """The central interval of drawn costs, both ends included."""
+    tail = (1 - mass) / 2
+    low = float(np.quantile(costs, tail, method="inverted_cdf"))
+    return low, float(np.quantile(costs, 1 - tail, method="inverted_cdf"))
+
+
+def beats(a: Floats, b: Floats, *, near: float = 1e-6) -> tuple[float, float]:
+    """In which share of the same drawn worlds a is cheaper than b, and in which they cost the same."""
+    return float(np.mean(a < b - near)), float(np.mean(np.abs(a - b) <= near))

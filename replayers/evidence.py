@@ -1,0 +1,104 @@
+"""What does a log make certain, and what does it leave open? The ground on which every counterfactual stands.
+
+Certain are the contents of the containers that were known or searched, as they were at the start of the run; the
+map and the travel costs; and what the place refused. Open are the other containers that can be reached: every
+filling of them is a world that agrees with the log (docs/replay.md says exactly what is assumed).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from replayers.reading_evidence import Deed, Leg, contents_at_start, deeds, first_belief, refused, refused_looks
+from replayers.run import Run
+from workbench.planning.tasks import Task
+from workbench.runs.place import Place
+from workbench.runs.vocabulary import RunInfo
+from workbench.search.costs import ActionCosts
+from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What one log makes certain.
+
+    Attributes:
+        path, sha256, info, complete: which log; whether it was closed in order.
+        known: containers whose contents the robot knew before it started.
+        contents: every container whose contents are certain (the known ones too), as at the start of the run.
+        shut: containers that could not be searched, with the reason; they refuse again.
+        barred: locations to which every recorded move was refused; they refuse again.
+        stuck: items of which every recorded pick was refused; they refuse again.
+        walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
+        first_belief: per (item type, container), the first probability that the log holds.
+        steady: whether no later belief of the log differs from the first one about the same pair.
+        notes: what was odd and how it is read, one line each.
+    """
+
+    path: str
+    sha256: str
+    info: RunInfo
+    complete: bool
+    place: Place
+    task: Task
+    costs: ActionCosts
+    known: Contents
+    contents: Contents
+    shut: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
+    barred: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
+    stuck: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
+    walked: frozenset[Leg] = frozenset()
+    done: frozenset[Deed] = frozenset()
+    first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
+    steady: bool = True
+    notes: tuple[str, ...] = ()
+
+    @property
+    def open(self) -> tuple[ContainerId, ...]:
+        """Containers that can be reached and whose contents nobody saw, in the plan's order."""
+        return tuple(
+            c.id
+            for c in self.place.plan.containers
+            if c.id not in self.contents
+            and c.id not in self.shut
+            and LocationId(c.id) not in self.barred
+            and self.place.travel.reaches(LocationId(c.id))
+        )
+
+    def seen_types(self) -> frozenset[ItemType]:
+        """Item types of which the log shows an instance."""
+        return frozenset(item.type for items in self.contents.values() for item in items)
+
+    def instances(self, item_type: ItemType) -> int:
+        """How many instances of a type the log shows."""
+        return sum(item.type == item_type for items in self.contents.values() for item in items)
+
+
+def evidence_of(run: Run) -> Evidence:
+    """What a run's log makes certain."""
+    containers = tuple(c.id for c in run.place.plan.containers)
+    contents, odd = contents_at_start(run.observations, run.actions, containers)
+    probabilities, steady, strange = first_belief(run.beliefs, containers)
+    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
+    known = {ContainerId(o.container) for o in run.observations if o.known_at_start}
+    return Evidence(
+        path=str(run.path),
+        sha256=run.sha256,
+        info=run.info,
+        complete=run.complete,
+        place=run.place,
+        task=run.task,
+        costs=run.costs,
+        known=MappingProxyType({c: contents[c] for c in sorted(known) if c in contents}),
+        contents=MappingProxyType(contents),
+        shut=refused_looks(run.actions, contents),
+        barred=MappingProxyType({LocationId(k): v for k, v in refused(run.actions, "move").items()}),
+        stuck=MappingProxyType({ItemId(k): v for k, v in refused(run.actions, "pick").items()}),
+        walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
+        done=deeds(run.actions),
+        first_belief=probabilities,
+        steady=steady,
+        notes=(*cut, *odd, *strange),
+    )

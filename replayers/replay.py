@@ -1,0 +1,307 @@
+"""What would another planner have cost on the day of this log, and how far can the log tell?
+
+`replay` runs one strategy over one log: over the log alone (which may end undetermined), over every world that
+agrees with it (bounds), over worlds drawn from the belief (estimate), and, on request, in the recorded truth.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.bounds import Bounds, Budget, bounds_of
+from replayers.drawn_worlds import DrawnWorlds, draw_worlds
+from replayers.durations import SIMULATED, Durations, fitted_durations
+from replayers.estimates import Estimate, costs_in, estimate_of
+from replayers.evidence import Evidence, evidence_of
+from replayers.logged_belief import estimator_for
+from replayers.logged_world import LoggedWorld
+from replayers.relevance import Assumptions, Relevance, relevance_of
+from replayers.run import Run
+from replayers.unfolding import Unfolding, no_time
+from workbench.beliefs.belief import Estimator
+from workbench.errors import Unsupported
+from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
+from workbench.execution.loop import run_task
+from workbench.planning.actions import relevant_types
+from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
+from workbench.planning.strategy import Strategy
+from workbench.runs.vocabulary import GroundTruth
+from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+
+MAX_STEPS = 500
+"""As the closed loop's."""
+
+Floats = npt.NDArray[np.float64]
+
+
+class TruthNotRecorded(Unsupported):
+    """The truth was asked for, and the log does not hold it."""
+
+    def __init__(self, path: object) -> None:
+        super().__init__(f"{path}: this log holds no ground truth. Leave --with-truth out.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How replays are made.
+
+    Attributes:
+        estimator: "log", "same", or an estimator's name (logged_belief.py).
+        worlds: how many worlds the estimate draws; 0 leaves it out.
+        budget: how far the tree of runs is followed.
+        assumptions: what is taken for granted beyond the log.
+        with_truth: also run in the recorded truth.
+        seed: of the drawn worlds. The strategies' own seed is the run's.
+    """
+
+    estimator: str = "log"
+    worlds: int = 200
+    budget: Budget = field(default_factory=Budget)
+    assumptions: Assumptions = field(default_factory=Assumptions)
+    with_truth: bool = False
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """One strategy over one log.
+
+    Attributes:
+        status: how the run over the log alone ended; "undetermined" where it looks into what nobody opened.
+        reason, unseen: of that end.
+        bounds: over all worlds that agree with the log; None where the strategy failed to decide at all.
+        estimate: over drawn worlds; None if not asked for.
+        support: steps of the run over the log alone, by what they rest on.
+        seconds: predicted duration of the run over the log alone, by the log's own speeds.
+        true_cost, true_status: in the recorded truth, where it was asked for.
+        drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
+        events: of the run over the log alone.
+    """
+
+    strategy: str
+    status: RunStatus
+    reason: str
+    unseen: str | None
+    bounds: Bounds | None
+    estimate: Estimate | None
+    support: Mapping[str, int]
+    searches: int
+    seconds: float
+    true_cost: float | None
+    true_status: str | None
+    drawn: Floats | None
+    events: tuple[Event, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def exact(self) -> bool:
+        return self.bounds is not None and self.bounds.exact
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ground:
+    """One log prepared for any number of strategies.
+
+    Attributes:
+        evidence: what the log makes certain.
+        estimator: who believes.
+        worlds: drawn once for all strategies, so that comparisons are paired.
+        truth: the recorded truth, where it may be used.
+    """
+
+    evidence: Evidence
+    estimator: Estimator
+    worlds: DrawnWorlds | None
+    durations: Durations
+    truth: House | None
+    settings: Settings
+    notes: tuple[str, ...] = ()
+
+
+def ground_of(run: Run, settings: Settings) -> Ground:
+    """Prepares a log.
+
+    Raises:
+        NoBelief, UnknownName: no beliefs can be had.
+        TruthNotRecorded: the truth is asked for and is not there.
+    """
+    evidence = evidence_of(run)
+    if settings.with_truth and run.truth is None:
+        raise TruthNotRecorded(run.path)
+    types = relevant_types(evidence.task.goal)
+    estimator, note = estimator_for(evidence, types, name=settings.estimator)
+    robot = evidence.info.source == "spot"
+    ground = Ground(
+        evidence=evidence,
+        estimator=estimator,
+        worlds=None,
+        durations=fitted_durations(run.actions) if robot else SIMULATED,
+        truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
+        settings=settings,
+        notes=tuple(n for n in (*evidence.notes, note) if n),
+    )
+    return replace(ground, worlds=_worlds(ground, types))
+
+
+def replay(run: Run, strategy_name: str, settings: Settings | None = None) -> Replay:
+    """Replays one strategy over one run. For many over one log, prepare it once: ground_of, replay_on."""
+    return replay_on(ground_of(run, settings or Settings()), strategy_name)
+
+
+def replay_on(ground: Ground, strategy_name: str) -> Replay:
+    """Replays one strategy over a prepared log.
+
+    Raises:
+        UnknownName: no such strategy.
+        Unsupported: the oracle without the truth.
+    """
+    if canonical_name(strategy_name) in NEEDS_TRUTH:
+        return _in_truth_only(ground, strategy_name)
+    return replay_strategy(ground, strategy(strategy_name))
+
+
+def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
+    """Replays a strategy over a prepared log."""
+    evidence, settings = ground.evidence, ground.settings
+    alone = over_log_alone(ground, planner)
+    ended = alone[-1]
+    assert isinstance(ended, Ended), "the loop always ends with Ended"
+    relevance = relevance_of(evidence, planner, settings.assumptions)
+    tree = Unfolding(evidence, planner, ground.estimator, relevance, seed=evidence.info.seed, max_steps=MAX_STEPS)
+    bounds = bounds_of(tree, budget=settings.budget, max_steps=MAX_STEPS)
+    drawn, estimate = None, None
+    if ground.worlds is not None:
+        drawn, done = costs_in(ground.worlds, tree)
+        estimate = estimate_of(drawn, done)
+    true = _ended(in_truth(ground, planner)) if ground.truth is not None else None
+    return Replay(
+        strategy=planner.name,
+        status=ended.status,
+        reason=ended.reason,
+        unseen=ended.unseen,
+        bounds=bounds,
+        estimate=estimate,
+        support=MappingProxyType(support_of(alone)),
+        searches=ended.searches,
+        seconds=(ended.stamp_ns - evidence.info.started.ns) / 1e9,
+        true_cost=true.cost if true else None,
+        true_status=true.status.value if true else None,
+        drawn=drawn,
+        events=alone,
+        notes=ground.notes,
+    )
+
+
+def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
+    """The run over what the log holds and nothing else; ends undetermined at the first unopened container."""
+    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations))
+
+
+def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
+    """The run in the recorded truth."""
+    assert ground.truth is not None, "asked for the truth of a ground without one"
+    contents = ground.truth.contents
+
+    def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
+        return contents[container]
+
+    return _run(ground, planner, LoggedWorld(ground.evidence, filling=told, durations=ground.durations))
+
+
+def support_of(events: tuple[Event, ...]) -> dict[str, int]:
+    """How many steps rest on what: logged, implied, imputed."""
+    counted = Counter(e.support for e in events if isinstance(e, Acted | Observed) and e.support)
+    return dict(sorted(counted.items()))
+
+
+def house_of(evidence: Evidence, truth: GroundTruth) -> House:
+    """The house of a recorded truth."""
+    contents = {
+        ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
+        for c, items in truth.contents.items()
+    }
+    return House(plan=evidence.place.plan, contents=contents)
+
+
+def _run(ground: Ground, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
+    evidence = ground.evidence
+    return tuple(
+        run_task(
+            world,
+            planner,
+            ground.estimator,
+            evidence.task,
+            costs=evidence.costs,
+            seed=evidence.info.seed,
+            max_steps=MAX_STEPS,
+            stopwatch=no_time,
+        )
+    )
+
+
+def _ended(events: tuple[Event, ...]) -> Ended:
+    ended = events[-1]
+    assert isinstance(ended, Ended), "the loop always ends with Ended"
+    return ended
+
+
+def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
+    """A strategy that must see the truth: only where the log holds it and it may be used."""
+    if ground.truth is None:
+        raise Unsupported(
+            f"{strategy_name} knows the whole house; a log can only tell with its recorded truth. Give --with-truth."
+        )
+    events = in_truth(ground, strategy(strategy_name, house=ground.truth))
+    ended = _ended(events)
+    return Replay(
+        strategy=canonical_name(strategy_name) or strategy_name,
+        status=ended.status,
+        reason=ended.reason,
+        unseen=None,
+        bounds=None,
+        estimate=None,
+        support=MappingProxyType(support_of(events)),
+        searches=ended.searches,
+        seconds=(ended.stamp_ns - ground.evidence.info.started.ns) / 1e9,
+        true_cost=ended.cost,
+        true_status=ended.status.value,
+        drawn=None,
+        events=events,
+        notes=ground.notes,
+    )
+
+
+def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
+    """Worlds for the estimate, over all the task's types."""
+    evidence, settings = ground.evidence, ground.settings
+    if settings.worlds <= 0:
+        return None
+    relevance: Relevance = relevance_of(evidence, _Types(types), settings.assumptions)
+    start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
+    belief = ground.estimator.believe(start, relevance.types)
+    return draw_worlds(
+        evidence,
+        relevance,
+        belief,
+        count=settings.worlds,
+        rng=np.random.default_rng(settings.seed),
+        exists=relevance.must_exist,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Types:
+    """Stands for whichever strategy: the types of the task."""
+
+    types: tuple[ItemType, ...]
+    name: str = "any"
+
+    def relevant_types(self, task: object) -> tuple[ItemType, ...]:
+        return self.types

@@ -1,0 +1,126 @@
+"""What must still be paid before the goal can be met, in the luckiest of the worlds that agree with the log?
+
+A bound from below that no strategy can beat, whatever it does: each missing delivery must at least be carried from
+the best place where its item can be. Travel costs are used as they are logged, through their shortest detours, so
+that the bound also holds where a logged matrix breaks the triangle inequality. Infinite where no world can meet the
+goal any more: the run then fails.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import inf
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse.csgraph import shortest_path
+
+from replayers.evidence import Evidence
+from replayers.relevance import Answer, Relevance
+from workbench.execution.goal_check import is_met
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge
+
+Floats = npt.NDArray[np.float64]
+
+
+@final
+class StillToWalk:
+    """The bound for one log and one task."""
+
+    def __init__(self, evidence: Evidence, relevance: Relevance) -> None:
+        travel = evidence.place.travel
+        self._evidence = evidence
+        self._relevance = relevance
+        self._index = {name: i for i, name in enumerate(travel.locations)}
+        self._metres = shortest_metres(np.asarray(travel.metres))
+        self._handle = evidence.costs.manipulation
+        self._may = frozenset(relevance.types)
+        self._open = tuple(LocationId(c) for c in evidence.open)
+
+    def after(
+        self, knowledge: Knowledge, container: ContainerId, answer: Answer, settled: frozenset[ContainerId]
+    ) -> float:
+        """At least this much is still to pay once a container has given its answer."""
+        gone = settled | {container}
+        return self._least(self._evidence.task.goal, knowledge, gone, (LocationId(container), answer))
+
+    def _least(
+        self, goal: Goal, knowledge: Knowledge, settled: frozenset[ContainerId], new: tuple[LocationId, Answer]
+    ) -> float:
+        if is_met(goal, knowledge):
+            return 0.0
+        if isinstance(goal, AnyOf):
+            return min((self._least(part, knowledge, settled, new) for part in goal.parts), default=0.0)
+        if isinstance(goal, AllOf):
+            parts = [self._least(part, knowledge, settled, new) for part in goal.parts]
+            carried = [self._carried(part, knowledge, settled, new) for part in goal.parts]
+            return max([*parts, sum(carried)], default=0.0)
+        return self._leaf(goal, knowledge, settled, new)
+
+    def _leaf(
+        self,
+        goal: Delivered | Holding,
+        knowledge: Knowledge,
+        settled: frozenset[ContainerId],
+        new: tuple[LocationId, Answer],
+    ) -> float:
+        here, to = self._index.get(knowledge.robot_at), self._index.get(goal.at)
+        if here is None or to is None:
+            return inf
+        place = self._handle if isinstance(goal, Delivered) else 0.0
+        if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
+            return float(self._metres[here, to]) + place
+        sources = self._sources(goal.item_type, knowledge, settled, new)
+        ways = [float(self._metres[here, s] + self._metres[s, to]) + self._handle + place for s in sources]
+        if isinstance(goal, Delivered) and to in sources:
+            ways.append(float(self._metres[here, to]))
+        return min(ways, default=inf)
+
+    def _carried(
+        self, goal: Goal, knowledge: Knowledge, settled: frozenset[ContainerId], new: tuple[LocationId, Answer]
+    ) -> float:
+        """Loaded metres and manipulations of one part alone; those of different parts add up: one hand."""
+        if not isinstance(goal, Delivered) or is_met(goal, knowledge):
+            return 0.0
+        to = self._index.get(goal.at)
+        if to is None:
+            return inf
+        if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
+            return self._handle
+        sources = self._sources(goal.item_type, knowledge, settled, new)
+        if to in sources:
+            return 0.0
+        return min((float(self._metres[s, to]) + 2 * self._handle for s in sources), default=inf)
+
+    def _sources(
+        self,
+        item_type: ItemType,
+        knowledge: Knowledge,
+        settled: frozenset[ContainerId],
+        new: tuple[LocationId, Answer],
+    ) -> tuple[int, ...]:
+        """Where an instance may stand: known, told by the log, or in a container that is still open."""
+        places: dict[LocationId, None] = dict.fromkeys(at for at, _ in knowledge.where(item_type))
+        if item_type in new[1]:
+            places[new[0]] = None
+        for container, items in self._evidence.contents.items():
+            if container not in knowledge.first_seen and any(i.type == item_type for i in items):
+                places[LocationId(container)] = None
+        if item_type in self._may:
+            places.update(dict.fromkeys(c for c in self._open if c not in settled))
+        return tuple(self._index[p] for p in places if p in self._index)
+
+
+def shortest_metres(metres: Floats) -> Floats:
+    """All-pairs metres with detours allowed: at most what is logged, and a metric."""
+    return _shortest(metres.tobytes(), metres.shape[0])
+
+
+@lru_cache(maxsize=64)
+def _shortest(data: bytes, size: int) -> Floats:
+    metres = np.frombuffer(data, dtype=np.float64).reshape(size, size)
+    found = shortest_path(np.where(metres > 0, metres, 1e-12), method="FW")
+    return np.asarray(found, dtype=np.float64) * (1 - 1e-12)
