@@ -23,6 +23,8 @@ ViewerMessage = tuple[str, Message, int]
 """Topic, message, log time in nanoseconds."""
 
 MAP, SCENE, TF, POSE, PATH, LOG = "/map", "/viz/scene", "/tf", "/robot/pose", "/robot/path", "/log"
+LATCHED = (MAP, SCENE, TF)
+"""Repeated at the start of every part of a split log."""
 POSE_EVERY_M = 0.5
 """Along a walked path, a pose at every corner and at least this often."""
 

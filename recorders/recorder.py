@@ -1,6 +1,6 @@
 """How is a run recorded? Every event of the loop to its topic, the viewer's channels beside it, on disk at once.
 
-The file explains itself: the run's identity as metadata, place, task and settings as attachments, schemas for every
+The file explains itself: the run's identity as metadata, place, task and settings as attachments, a schema for every
 topic. Every decision, and at least every second, is flushed and synced; a crash loses what came after that.
 In simulation `log_time` is the event's own stamp, so that the same seed gives the same bytes.
 """
@@ -8,24 +8,25 @@ In simulation `log_time` is the event's own stamp, so that the same seed gives t
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, final
 
-import msgspec
 from google.protobuf.message import Message
-from mcap_protobuf.schema import build_file_descriptor_set
 
-from recorders.narrator import Narrator
-from recorders.writer import CHUNK_BYTES, Compression, McapWriter
+from recorders.background import Background
+from recorders.channel_spec import json_channel, protobuf_channel
+from recorders.narrator import LATCHED, Narrator, ViewerMessage
+from recorders.sinks import LogFiles, Sink, Split
+from recorders.writer import DiskFull
 from workbench.execution.events import Ended, Event, Planned
 from workbench.planning.tasks import Task
 from workbench.runs.codec import encode, ground_truth, to_wire
 from workbench.runs.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_to_json, task_to_json
 from workbench.runs.run_info import INFO_METADATA, info_to_metadata
 from workbench.runs.settings_json import SETTINGS_ATTACHMENT, settings_to_json
-from workbench.runs.vocabulary import TOPIC_OF, DomainEvent, RunInfo, schema_name
+from workbench.runs.vocabulary import DomainEvent, GroundTruth, RunInfo
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import Contents
 from workbench.worlds.travel import Paths
@@ -47,12 +48,16 @@ class RunRecorder:
         paths: draws the way ahead; the place's own ways if not given.
         settings: more facts for settings.json.
         viewer: write the Foxglove channels.
-        motion: write the robot's pose and transforms from its actions; off where a robot reports its own.
+        motion: write the robot's pose and transforms from its actions; by default where no robot reports its own.
         sync_s: the longest time that a message waits for the disk.
+        background: write in a thread, so that `record` never waits for the disk and never raises for it.
+        split: continue in further files.
+        sink: where everything goes instead of to `path`: a ring buffer, or files shared with other topics.
+        receipt_ns: a clock for log_time; by default the event's own stamp, which publish_time always is.
 
     Raises:
-        OutputExists: the log exists and force is not set.
-        DiskFull: no room; what was recorded is kept.
+        OutputExists, CannotCreate: nothing was written.
+        DiskFull: no room; what was recorded is kept. With background it is raised by `close` alone.
     """
 
     def __init__(
@@ -70,54 +75,65 @@ class RunRecorder:
         viewer: bool = True,
         motion: bool | None = None,
         sync_s: float = SYNC_S,
-        chunk_bytes: int = CHUNK_BYTES,
-        compression: Compression = "zstd",
+        background: bool = False,
+        split: Split | None = None,
+        sink: Sink | None = None,
+        receipt_ns: Callable[[], int] | None = None,
     ) -> None:
         self.info = info
-        self._writer = McapWriter(path, force=force, chunk_bytes=chunk_bytes, compression=compression)
-        self._channels: dict[str, int] = {}
-        self._sync_s = sync_s
-        self._synced = time.monotonic()
+        self._files = sink or LogFiles(path, force=force, split=split)
+        self._background = Background(self._files, sync_s=sync_s) if background else None
+        self._receipt_ns = receipt_ns
+        self._sync_s, self._synced = sync_s, time.monotonic()
+        moving = info.source != "spot" if motion is None else motion
+        self._narrator = Narrator(place, task, paths=paths, motion=moving) if viewer else None
         start_ns = info.started.ns
-        self._writer.add_metadata(INFO_METADATA, info_to_metadata(info))
+        more = {**(settings or {}), "recorder": {"sync_s": sync_s, "syncs_at": "every decision"}}
+        self.sink.describe(INFO_METADATA, info_to_metadata(info))
         for name, data in (
             (PLACE_ATTACHMENT, place_to_json(place)),
             (TASK_ATTACHMENT, task_to_json(task)),
-            (SETTINGS_ATTACHMENT, settings_to_json(costs, settings)),
+            (SETTINGS_ATTACHMENT, settings_to_json(costs, more)),
         ):
-            self._writer.add_attachment(name, "application/json", data, log_time=start_ns, create_time=start_ns)
-        self._narrator = (
-            Narrator(place, task, paths=paths, motion=info.source != "spot" if motion is None else motion)
-            if viewer
-            else None
-        )
+            self.sink.attach(name, "application/json", data, log_time=start_ns)
         if truth is not None:
-            self._write_domain(ground_truth(truth, start_ns))
+            self._write_domain(self.sink, ground_truth(truth, start_ns))
         if self._narrator is not None:
-            self._write_viewer(self._narrator.opening(start_ns))
+            self._write_viewer(self.sink, self._narrator.opening(start_ns))
         self.sync()
 
     @property
+    def sink(self) -> Sink:
+        """Where further topics of the same log go: images, robot state. Written to from the recording thread."""
+        return self._background or self._files
+
+    @property
     def path(self) -> Path:
-        return self._writer.path
+        return self._files.path
 
     def record(self, event: Event) -> None:
-        """Writes an event and what a viewer draws of it; a decision and the end are on disk when this returns."""
-        for wire in to_wire(event):
-            self._write_domain(wire)
-        if self._narrator is not None:
-            self._write_viewer(self._narrator.tell(event))
+        """Writes an event and what a viewer draws of it; a decision and the end are synced at once."""
+        if self._background is None:
+            self._write(event)
+        else:
+            self._background.submit(lambda: self._write(event))
         if isinstance(event, Planned | Ended) or time.monotonic() - self._synced >= self._sync_s:
             self.sync()
 
     def sync(self) -> None:
-        """Brings everything recorded so far to the disk."""
-        self._writer.flush()
+        """Brings everything recorded so far to the disk; in the background, without waiting."""
+        self.sink.flush()
         self._synced = time.monotonic()
 
     def close(self) -> None:
-        """Writes the index and closes the log. Safe to call twice."""
-        self._writer.close()
+        """Writes the index and closes the log. Safe to call twice.
+
+        Raises:
+            DiskFull: the background thread had to stop.
+        """
+        self.sink.close()
+        if self._background is not None and self._background.trouble is not None:
+            raise self._background.trouble
 
     def __enter__(self) -> Self:
         return self
@@ -125,29 +141,27 @@ class RunRecorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if isinstance(error, DiskFull):
+            return  # the writer closed what it could
         self.close()
 
-    def _write_domain(self, event: DomainEvent) -> None:
-        topic = TOPIC_OF[type(event)]
-        if topic not in self._channels:
-            schema = self._writer.add_schema(
-                schema_name(type(event)), "jsonschema", msgspec.json.encode(json_schema(type(event)))
-            )
-            self._channels[topic] = self._writer.add_channel(topic, "json", schema)
-        self._writer.add_message(self._channels[topic], encode(event), log_time=event.stamp.ns)
+    def _write(self, event: Event) -> None:
+        for wire in to_wire(event):
+            self._write_domain(self._files, wire)
+        if self._narrator is not None:
+            self._write_viewer(self._files, self._narrator.tell(event))
 
-    def _write_viewer(self, messages: Iterable[tuple[str, Message, int]]) -> None:
+    def _write_domain(self, sink: Sink, event: DomainEvent) -> None:
+        channel = json_channel(type(event), latched=isinstance(event, GroundTruth))
+        sink.write(channel, encode(event), log_time=self._log_time(event.stamp.ns), publish_time=event.stamp.ns)
+
+    def _write_viewer(self, sink: Sink, messages: Iterable[ViewerMessage]) -> None:
         for topic, message, stamp_ns in messages:
-            if topic not in self._channels:
-                schema = self._writer.add_schema(
-                    message.DESCRIPTOR.full_name,
-                    "protobuf",
-                    build_file_descriptor_set(type(message)).SerializeToString(deterministic=True),
-                )
-                self._channels[topic] = self._writer.add_channel(topic, "protobuf", schema)
-            self._writer.add_message(
-                self._channels[topic], message.SerializeToString(deterministic=True), log_time=stamp_ns
-            )
+            channel = protobuf_channel(topic, type(message), latched=topic in LATCHED)
+            sink.write(channel, _bytes(message), log_time=self._log_time(stamp_ns), publish_time=stamp_ns)
+
+    def _log_time(self, stamp_ns: int) -> int:
+        return stamp_ns if self._receipt_ns is None else self._receipt_ns()
 
 
 def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> Ended | None:
@@ -170,8 +184,5 @@ def recorded(events: Iterable[Event], recorder: RunRecorder) -> Iterator[Event]:
         yield event
 
 
-def json_schema(event_class: type[msgspec.Struct]) -> dict[str, Any]:
-    """The JSON Schema of a wire class, self-contained, with an object at its root as viewers want it."""
-    schema = msgspec.json.schema(event_class)
-    root = schema["$defs"].pop(event_class.__name__)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **root, "$defs": schema["$defs"]}
+def _bytes(message: Message) -> bytes:
+    return message.SerializeToString(deterministic=True)

@@ -90,10 +90,10 @@ def scene(
     """
     at, p, seen = timestamp(stamp_ns), probability or {}, searched or {}
     entities = [
-        *(_entity(f"room/{room.id}", at, triangles=[_floor(room)], kind=room.kind) for room in plan.rooms),
+        *(_entity(f"room/{room.id}", at, triangles=[_floor(room)], facts={"kind": room.kind}) for room in plan.rooms),
         _entity("walls", at, cubes=[cube for wall in plan.walls if not wall.empty for cube in _wall(wall, plan)]),
         *(
-            _entity(f"furniture/{piece.id}", at, cubes=[_box(piece, OTHER_FLOOR)], type=piece.type)
+            _entity(f"furniture/{piece.id}", at, cubes=[_box(piece, OTHER_FLOOR)], facts={"type": piece.type})
             for piece in plan.furniture
         ),
         *(_container(box, at, sought, p.get(box.id), seen.get(box.id)) for box in plan.containers),
@@ -174,7 +174,7 @@ def _container(
         facts["held"] = ", ".join(held) or "nothing"
     elif probability is not None:
         facts["sought"], facts["probability"] = sought, f"{probability:.4f}"
-    return _entity(f"container/{box.id}", at, cubes=[_box(box, colour)], texts=[text], **facts)
+    return _entity(f"container/{box.id}", at, cubes=[_box(box, colour)], texts=[text], facts=facts)
 
 
 def _entity(
@@ -184,14 +184,14 @@ def _entity(
     cubes: Iterable[CubePrimitive] = (),
     triangles: Iterable[TriangleListPrimitive] = (),
     texts: Iterable[TextPrimitive] = (),
-    **facts: str,
+    facts: Mapping[str, str] | None = None,
 ) -> SceneEntity:
     return SceneEntity(
         timestamp=at,
         frame_id=MAP_FRAME,
         id=name,
         lifetime=Duration(),
-        metadata=[KeyValuePair(key=key, value=value) for key, value in facts.items()],
+        metadata=[KeyValuePair(key=key, value=value) for key, value in (facts or {}).items()],
         cubes=cubes,
         triangles=triangles,
         texts=texts,

@@ -1,0 +1,226 @@
+"""Where do recorded messages go? A Sink takes channels, messages, attachments and metadata, and keeps them.
+
+LogFiles        to one file, or to parts of bounded size or time, each of which opens alone
+RingBuffer      the last seconds in memory, saved on demand                              (ring_buffer.py)
+Background      to another sink, by a thread of its own, without ever blocking the caller (background.py)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol, final
+
+from recorders.channel_spec import ChannelSpec
+from recorders.chunk import Compression
+from recorders.writer import CHUNK_BYTES, KEEP_FREE_BYTES, McapWriter
+from workbench.errors import BadValue
+
+PART_METADATA = "lios.part"
+"""Which part of a split log a file is: run, part (from 0), before (the file before it)."""
+
+
+class Sink(Protocol):
+    """Takes what is recorded."""
+
+    @property
+    def path(self) -> Path:
+        """The file that is being written, or will be."""
+        ...
+
+    def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
+        """Takes a message; False when it had to be dropped. Stamps in nanoseconds."""
+        ...
+
+    def attach(self, name: str, media_type: str, data: bytes, *, log_time: int) -> None:
+        """Takes an attachment, which every part carries."""
+        ...
+
+    def describe(self, name: str, values: Mapping[str, str]) -> None:
+        """Takes a metadata record, which every part carries."""
+        ...
+
+    def flush(self) -> None:
+        """Brings all that was taken to the disk, or sees to it that this happens at once."""
+        ...
+
+    def close(self) -> None:
+        """Finishes; safe to call twice."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Split:
+    """When a log is continued in another file; None is never.
+
+    Attributes:
+        part_bytes: after a file has grown beyond this.
+        part_s: after a file spans this many seconds of log time.
+    """
+
+    part_bytes: int | None = None
+    part_s: float | None = None
+
+    def __post_init__(self) -> None:
+        if (self.part_bytes is not None and self.part_bytes < 1) or (self.part_s is not None and self.part_s <= 0):
+            raise BadValue("split", (self.part_bytes, self.part_s), "of more than 0 bytes or seconds")
+
+    @property
+    def never(self) -> bool:
+        return self.part_bytes is None and self.part_s is None
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A message held in memory."""
+
+    channel: ChannelSpec
+    data: bytes
+    log_time: int
+    publish_time: int | None = None
+
+
+@dataclass(slots=True)
+class Standing:
+    """What every part must carry: attachments, metadata, and the last message of every latched channel."""
+
+    attachments: dict[str, tuple[str, bytes, int]] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    latched: dict[ChannelSpec, Kept] = field(default_factory=dict)
+
+    def write_to(self, part: Part, log_time: int) -> None:
+        """Everything once more; messages with the time at which the part begins."""
+        for name, values in self.metadata.items():
+            part.writer.add_metadata(name, values)
+        for name, (media_type, data, stamp) in self.attachments.items():
+            part.writer.add_attachment(name, media_type, data, log_time=stamp, create_time=stamp)
+        for kept in self.latched.values():
+            publish_time = kept.log_time if kept.publish_time is None else kept.publish_time
+            part.write(Kept(kept.channel, kept.data, log_time, publish_time))
+
+
+@final
+class Part:
+    """One file of a log: a writer, and which id each channel has in it."""
+
+    def __init__(self, writer: McapWriter) -> None:
+        self.writer = writer
+        self.first_ns: int | None = None
+        self._ids: dict[ChannelSpec, int] = {}
+
+    def write(self, message: Kept) -> None:
+        channel = message.channel
+        if channel not in self._ids:
+            schema = 0
+            if channel.schema_name:
+                schema = self.writer.add_schema(channel.schema_name, channel.schema_encoding, channel.schema_data)
+            self._ids[channel] = self.writer.add_channel(
+                channel.topic, channel.message_encoding, schema, dict(channel.metadata)
+            )
+        if self.first_ns is None:
+            self.first_ns = message.log_time
+        self.writer.add_message(
+            self._ids[channel], message.data, log_time=message.log_time, publish_time=message.publish_time
+        )
+
+
+@final
+class LogFiles:
+    """Writes to one file, or to parts `name_0000.mcap`, `name_0001.mcap`, ...; nothing is lost between parts.
+
+    Raises:
+        OutputExists, CannotCreate, DiskFull: as McapWriter.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        split: Split | None = None,
+        force: bool = False,
+        chunk_bytes: int = CHUNK_BYTES,
+        compression: Compression = "zstd",
+        keep_free_bytes: int = KEEP_FREE_BYTES,
+    ) -> None:
+        self._path = Path(path)
+        self._split = split or Split()
+        self._force = force
+        self._chunk_bytes, self._keep_free_bytes = chunk_bytes, keep_free_bytes
+        self._compression: Compression = compression
+        self._standing = Standing()
+        self.parts: list[Path] = []
+        self._part = self._open_part()
+
+    @property
+    def path(self) -> Path:
+        return self._part.writer.path
+
+    @property
+    def bytes_in_hand(self) -> int:
+        return self._part.writer.bytes_in_hand
+
+    def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
+        if self._is_full(log_time):
+            self._next_part(log_time)
+        message = Kept(channel, data, log_time, publish_time)
+        self._part.write(message)
+        if channel.latched and not self._split.never:
+            self._standing.latched[channel] = message
+        return True
+
+    def attach(self, name: str, media_type: str, data: bytes, *, log_time: int) -> None:
+        self._part.writer.add_attachment(name, media_type, data, log_time=log_time, create_time=log_time)
+        if not self._split.never:
+            self._standing.attachments[name] = (media_type, data, log_time)
+
+    def describe(self, name: str, values: Mapping[str, str]) -> None:
+        self._part.writer.add_metadata(name, values)
+        if not self._split.never:
+            self._standing.metadata[name] = dict(values)
+
+    def flush(self) -> None:
+        self._part.writer.flush()
+
+    def next_part(self, log_time: int) -> None:
+        """Goes on in another file now, for instance with a new run."""
+        self._next_part(log_time)
+
+    def close(self) -> None:
+        self._part.writer.close()
+
+    def abandon(self) -> None:
+        """Leaves the file as a crash would."""
+        self._part.writer.abandon()
+
+    def _is_full(self, log_time: int) -> bool:
+        writer, split = self._part.writer, self._split
+        if split.part_bytes is not None and writer.bytes_written + writer.bytes_in_hand >= split.part_bytes:
+            return self._part.first_ns is not None
+        if split.part_s is not None and self._part.first_ns is not None:
+            return log_time - self._part.first_ns >= split.part_s * 1e9
+        return False
+
+    def _next_part(self, log_time: int) -> None:
+        before = self._part
+        self._part = self._open_part()
+        before.writer.close()
+        self._standing.write_to(self._part, log_time)
+        self._part.writer.add_metadata(
+            PART_METADATA, {"part": str(len(self.parts) - 1), "before": before.writer.path.name}
+        )
+        self._part.writer.flush()
+
+    def _open_part(self) -> Part:
+        path = self._path
+        if not self._split.never:
+            path = path.with_name(f"{path.stem}_{len(self.parts):04d}{path.suffix}")
+        writer = McapWriter(
+            path,
+            force=self._force,
+            chunk_bytes=self._chunk_bytes,
+            compression=self._compression,
+            keep_free_bytes=self._keep_free_bytes,
+        )
+        self.parts.append(path)
+        return Part(writer)
