@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
@@ -10,13 +10,16 @@ import numpy as np
 from workbench.beliefs.belief import Belief
 from workbench.planning.actions import relevant_types
 from workbench.planning.find_pricing import FindPricing, FindQuestion
+from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus
+from workbench.planning.problem import Problem, locations_that_matter, missing_types, problem_of
 from workbench.planning.single_find import plan_single_find
-from workbench.planning.strategy import Decision, View
+from workbench.planning.solver import BuiltIn, Solver
+from workbench.planning.strategy import Alternative, Decision, View
 from workbench.planning.tasks import Holding, Task
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery
-from workbench.worlds.house import ItemType
+from workbench.worlds.house import ItemType, LocationId
 
 
 @final
@@ -28,40 +31,61 @@ class Composed:
         pricing: what planning charges for a find.
         policy: where a find looks first.
         find_known: whether a find is offered though an instance is known.
+        solver: what makes the plan; a single find needs none.
     """
 
     name: str
     pricing: FindPricing
     policy: SearchPolicy
     find_known: bool = False
+    solver: Solver = field(default_factory=BuiltIn)
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        return relevant_types(task.goal)
+        return types_to_believe(task)
 
     def decide(self, view: View) -> Decision:
         if view.budget_s <= 0:
             return Decision(plan=Plan(status=PlanStatus.TIMED_OUT, note="no planning time is left"))
+        problem = self.problem(view)
         goal = view.task.goal
         if isinstance(goal, Holding):
-            return self._single_find(goal, view)
-        return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note="this goal is not supported yet"))
+            plan = plan_single_find(goal, view.knowledge, problem.find_costs, view.costs, find_known=self.find_known)
+            return with_search_order(plan, problem.find_costs, self.policy, view)
+        made = self.solver.solve(problem, budget_s=view.budget_s)
+        return with_search_order(made.plan, problem.find_costs, self.policy, view, made.alternatives)
 
-    def _single_find(self, goal: Holding, view: View) -> Decision:
-        knowledge = view.knowledge
-        find_costs = None
-        offered = self.find_known or not knowledge.knows(goal.item_type)
-        if offered and knowledge.unsearched and knowledge.travel.reaches(goal.at):
-            find_costs = self.pricing.price(
-                FindQuestion(
-                    belief=only(view.belief, (goal.item_type,)),
-                    travel=knowledge.travel,
-                    origins=(knowledge.robot_at,),
-                    targets=(goal.at,),
-                    costs=view.costs,
-                )
-            )
-        plan = plan_single_find(goal, knowledge, find_costs, view.costs, find_known=self.find_known)
-        return with_search_order(plan, find_costs, self.policy, view)
+    def problem(self, view: View) -> Problem:
+        """What this strategy has to solve at this moment."""
+        return problem_at(view, self.pricing, find_known=self.find_known)
+
+
+def types_to_believe(task: Task) -> tuple[ItemType, ...]:
+    """The relevant types that exist in the place."""
+    types = relevant_types(task.goal)
+    return tuple(t for t in types if t in task.available) if task.available else types
+
+
+def problem_at(view: View, pricing: FindPricing, *, find_known: bool = False) -> Problem:
+    """The typed problem of a view, its finds priced."""
+    goal, knowledge = view.task.goal, view.knowledge
+    types = missing_types(goal, knowledge, view.task.available, find_known=find_known)
+    locations: tuple[LocationId, ...]
+    if isinstance(goal, Holding):
+        places = (knowledge.robot_at, goal.at) if knowledge.travel.reaches(goal.at) else (knowledge.robot_at,)
+        locations = tuple(dict.fromkeys(places))
+    else:
+        locations = locations_that_matter(goal, knowledge, hubs_for(view))
+    find_costs = None
+    if types:
+        question = FindQuestion(
+            belief=only(view.belief, types),
+            travel=knowledge.travel,
+            origins=locations,
+            targets=locations,
+            costs=view.costs,
+        )
+        find_costs = pricing.price(question)
+    return problem_of(goal, knowledge, view.costs, locations=locations, find_costs=find_costs)
 
 
 def only(belief: Belief, item_types: tuple[ItemType, ...]) -> Belief:
@@ -73,9 +97,16 @@ def only(belief: Belief, item_types: tuple[ItemType, ...]) -> Belief:
     )
 
 
-def with_search_order(plan: Plan, find_costs: FindCosts | None, policy: SearchPolicy, view: View) -> Decision:
+def with_search_order(
+    plan: Plan,
+    find_costs: FindCosts | None,
+    policy: SearchPolicy,
+    view: View,
+    alternatives: tuple[Alternative, ...] = (),
+) -> Decision:
     """The decision for a plan: its first find gets the policy's order."""
-    return Decision(plan=plan, find_costs=find_costs, search_order=_order(plan, policy, view))
+    order = _order(plan, policy, view)
+    return Decision(plan=plan, find_costs=find_costs, search_order=order, alternatives=alternatives)
 
 
 def _order(plan: Plan, policy: SearchPolicy, view: View) -> tuple[SearchStop, ...]:

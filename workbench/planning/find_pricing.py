@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol, final
 
 import numpy as np
+import numpy.typing as npt
 
 from workbench.beliefs.belief import Belief
 from workbench.search.bounds import optimistic_find_costs, pessimistic_find_costs
@@ -14,7 +15,7 @@ from workbench.search.candidates import PAPER_LIMIT
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import BeliefModel, FindCosts
-from workbench.worlds.house import House, LocationId
+from workbench.worlds.house import House, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
 
@@ -81,14 +82,13 @@ class Expected:
         )
 
 
-NOWHERE = 1e6
-"""What the oracle charges for a type that no unsearched container holds: more than any failure cost."""
-
-
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """The least way by a container that really holds the type. Only the oracle has it."""
+    """The least way by a container that really holds the type; types that none holds are left out.
+
+    Only the oracle has it.
+    """
 
     house: House
 
@@ -96,18 +96,18 @@ class Truth:
         travel, costs = question.travel, question.costs
         rows = [travel.index(location) for location in question.origins]
         columns = [travel.index(location) for location in question.targets]
-        metres = np.full((len(question.belief.item_types), len(rows), len(columns)), NOWHERE)
         open_to_search = frozenset(question.belief.containers)
-        for i, item_type in enumerate(question.belief.item_types):
-            for container in self.house.holders(item_type):
-                if container in open_to_search:
-                    via = travel.index(LocationId(container))
-                    way = travel.metres[rows, via][:, None] + travel.metres[via, columns][None, :]
-                    metres[i] = np.minimum(metres[i], way + costs.search + costs.manipulation)
+        ways: dict[ItemType, npt.NDArray[np.float64]] = {}
+        for item_type in question.belief.item_types:
+            holders = [c for c in self.house.holders(item_type) if c in open_to_search]
+            via = [travel.index(LocationId(container)) for container in holders]
+            if via:
+                lengths = travel.metres[np.ix_(rows, via)][:, :, None] + travel.metres[np.ix_(via, columns)][None]
+                ways[item_type] = lengths.min(axis=1) + costs.search + costs.manipulation
         return FindCosts(
-            item_types=question.belief.item_types,
+            item_types=tuple(ways),
             origins=tuple(question.origins),
             targets=tuple(question.targets),
-            metres=metres,
+            metres=np.array(list(ways.values())).reshape(len(ways), len(rows), len(columns)),
             kind="model",
         )

@@ -40,8 +40,9 @@ def plan_single_find(
         if (length := _by_way_of(knowledge, here, location, to)) is not None
     ]
     known = min(ways, default=None, key=lambda way: (way[0], way[1], way[2].id))
-    offered = find_costs is not None and bool(knowledge.unsearched) and (known is None or find_known)
-    find_cost = find_costs.of(goal.item_type, here, to) if offered and find_costs is not None else None
+    find_cost = None
+    if find_costs is not None and goal.item_type in find_costs.item_types and (known is None or find_known):
+        find_cost = find_costs.of(goal.item_type, here, to)
     if known is not None and (find_cost is None or known[0] <= find_cost):
         _, place, item = known
         steps += _walk(knowledge, here, place)

@@ -1,0 +1,356 @@
+"""Which plan is cheapest? The built-in solver: every recipe searched exactly, in this process, in milliseconds.
+
+It plans over the problem's locations. Recipes are tried in the order of what they cost at least; one that cannot
+beat the best plan so far is not searched. A test holds it to the optimum that Fast Downward proves for the same
+problem.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.planning import recipe_search as rs
+from workbench.planning.plans import Plan, PlanStatus, PlanStep
+from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
+from workbench.planning.recipes import Recipe, recipes_of
+from workbench.planning.strategy import Alternative
+from workbench.worlds.house import LocationId
+
+SOLVER = "built-in"
+MOST_NODES = 400_000
+"""States of one recipe; beyond, the plan is no longer proven optimal and says within which bound it is."""
+
+MOST_STATES_CODED = 2**62
+
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solved:
+    """A plan, and what else was learnt on the way.
+
+    Attributes:
+        alternatives: the recipes not taken, cheapest first; a cost known only from below says so.
+        expanded: states looked at.
+    """
+
+    plan: Plan
+    alternatives: tuple[Alternative, ...] = ()
+    expanded: int = 0
+
+
+@dataclass(slots=True)
+class _Attempt:
+    """One recipe from one way of beginning (with the held thing used, or put down first)."""
+
+    recipe: Recipe
+    arrays: _Arrays
+    hand: int
+    put_down: bool
+    bound: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Arrays:
+    """A recipe in numbers; see recipe_search.search for shapes."""
+
+    d: rs.FloatArray
+    fetch: rs.FloatArray
+    least: rs.FloatArray
+    standing: rs.IntArray
+    end: rs.IntArray
+    in_hand: rs.IntArray
+    op_slot: rs.IntArray
+    op_where: rs.IntArray
+    op_after: rs.IntArray
+    n_ops: int
+
+
+def solve(
+    problem: Problem,
+    *,
+    budget_s: float = float("inf"),
+    alternatives: bool = False,
+    most_nodes: int = MOST_NODES,
+    clock: Clock = time.perf_counter,
+) -> Solved:
+    """The cheapest plan over the problem's locations.
+
+    Args:
+        budget_s: gives up after this time with the best plan so far and a bound, or TIMED_OUT without one.
+        alternatives: also solve the recipes that cannot win, for people.
+        most_nodes: states of one recipe.
+        clock: seconds; only the budget reads it.
+    """
+    if holds(problem.goal, initial_state(problem), problem):
+        return Solved(plan=_plan_of((), lower_bound=0.0))
+    unreachable = goal_is_out_of_reach(problem)
+    if unreachable:
+        return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
+    began = clock()
+    attempts = _attempts(problem)
+    best: tuple[float, _Attempt, rs.IntArray] | None = None
+    unproven = float("inf")
+    expanded = 0
+    others: list[Alternative] = []
+    for attempt in attempts:
+        limit = best[0] if best is not None else float("inf")
+        if attempt.bound >= limit and not alternatives:
+            break
+        if clock() - began > budget_s:
+            unproven = min(unproven, attempt.bound)
+            continue
+        status, cost, bound, moves, nodes = _search(
+            problem, attempt, float("inf") if alternatives else limit, most_nodes
+        )
+        expanded += nodes
+        if status == rs.LIMIT:
+            unproven = min(unproven, bound)
+        if status == rs.SOLVED:
+            others.append(Alternative(title=attempt.recipe.title, cost=cost, why_not="costs more"))
+            if cost < limit:
+                best = (cost, attempt, moves)
+    if best is None:
+        return Solved(plan=_no_plan(attempts, unproven, problem), expanded=expanded)
+    plan = _plan_of(_steps(problem, best[1], best[2]), lower_bound=min(best[0], unproven))
+    return Solved(plan=plan, alternatives=_not_taken(others, best[1].recipe.title), expanded=expanded)
+
+
+def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
+    """What the cheapest plan costs that begins by fetching each slot in turn; for goals with one recipe."""
+    found: dict[str, float] = {}
+    for attempt in _attempts(problem)[:most]:
+        if attempt.hand >= 0:
+            continue
+        for slot in range(len(attempt.recipe.slots)):
+            status, cost, _, moves, _ = _search(problem, attempt, float("inf"), MOST_NODES, first=slot)
+            if status == rs.SOLVED:
+                first = next((s for s in _steps(problem, attempt, moves) if s.action in ("find", "pick")), None)
+                if first is not None:
+                    verb = "find" if first.action == "find" else "fetch"
+                    title = f"{verb} {first.item_types[0]} first"
+                    found[title] = min(cost, found.get(title, float("inf")))
+    ranked = sorted(found.items(), key=lambda pair: (pair[1], pair[0]))
+    return tuple(Alternative(title=title, cost=cost) for title, cost in ranked)
+
+
+def _attempts(problem: Problem) -> list[_Attempt]:
+    """Every recipe and way to begin, by what it costs at least; ties in the recipes' order."""
+    held = next((thing for thing in problem.things if thing.held), None)
+    attempts: list[_Attempt] = []
+    for recipe in recipes_of(problem):
+        arrays = _arrays(problem, recipe)
+        if held is None:
+            attempts.append(_Attempt(recipe, arrays, -1, False))
+            continue
+        attempts.append(_Attempt(recipe, arrays, -1, True))
+        for slot, wanted in enumerate(recipe.slots):
+            if held.id in wanted.things:
+                attempts.append(_Attempt(recipe, arrays, slot, False))
+    for attempt in attempts:
+        attempt.bound = _search(problem, attempt, 0.0, 1)[2]
+    return sorted(attempts, key=lambda attempt: attempt.bound)
+
+
+def _search(
+    problem: Problem, attempt: _Attempt, bound: float, most_nodes: int, *, first: int = -1
+) -> tuple[int, float, float, rs.IntArray, int]:
+    a = attempt.arrays
+    c = problem.costs.manipulation
+    robot = problem.locations.index(problem.robot_at)
+    return rs.search(
+        robot, attempt.hand, c if attempt.put_down else 0.0, first, a.d, a.fetch, a.least, a.standing, a.end,
+        a.in_hand, a.op_slot, a.op_where, a.op_after, a.n_ops, c, bound, most_nodes,
+    )  # fmt: skip
+
+
+def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
+    where = {location: i for i, location in enumerate(problem.locations)}
+    rows = [problem.travel.index(location) for location in problem.locations]
+    d = np.ascontiguousarray(problem.travel.metres[np.ix_(rows, rows)])
+    n, slots = len(rows), len(recipe.slots)
+    things = {thing.id: thing for thing in problem.things}
+    fetch = np.full((slots, n, n), np.inf)
+    standing = np.zeros((slots, n), dtype=np.int64)
+    for s, slot in enumerate(recipe.slots):
+        for name in slot.things:
+            fetch[s] = np.minimum(fetch[s], _fetch(problem, things[name], where, d))
+            at = _place_of(problem, things[name])
+            if at is not None:
+                standing[s, where[at]] = 1
+    parts = max([len(o.slots) for o in recipe.operations], default=1)
+    op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
+    op_where = np.zeros_like(op_slot)
+    op_after = np.zeros(len(op_slot), dtype=np.int64)
+    for o, operation in enumerate(recipe.operations):
+        op_after[o] = sum(1 << before for before in operation.after)
+        for j, slot in enumerate(operation.slots):
+            op_slot[o, j] = slot
+            op_where[o, j] = operation.preparation.parts[j].where == "hand"
+    return _Arrays(
+        d=d,
+        fetch=fetch,
+        least=np.ascontiguousarray(fetch.min(axis=1)) if slots else np.zeros((0, n)),
+        standing=standing,
+        end=np.array([where[slot.end] if slot.end else -1 for slot in recipe.slots], dtype=np.int64),
+        in_hand=np.array([slot.in_hand for slot in recipe.slots], dtype=np.int64),
+        op_slot=op_slot,
+        op_where=op_where,
+        op_after=op_after,
+        n_ops=len(recipe.operations),
+    )
+
+
+def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
+    """Where a thing stands once the hand is free; None when it is missing."""
+    return problem.robot_at if thing.held else thing.at
+
+
+def _fetch(problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray) -> rs.FloatArray:
+    at = _place_of(problem, thing)
+    if at is not None:
+        i = where[at]
+        return d[:, i][:, None] + problem.costs.manipulation + d[i, :][None, :]
+    costs = problem.find_costs
+    if costs is None:
+        return np.full_like(d, np.inf)
+    rows = [costs.origins.index(location) for location in problem.locations]
+    columns = [costs.targets.index(location) for location in problem.locations]
+    return costs.metres[costs.item_types.index(thing.type)][np.ix_(rows, columns)]
+
+
+def _steps(problem: Problem, attempt: _Attempt, moves: rs.IntArray) -> tuple[PlanStep, ...]:
+    """The search's errands, in its reverse order, as steps of a plan."""
+    return _Walk(problem, attempt).steps(moves)
+
+
+class _Walk:
+    """Follows the errands and writes their steps down."""
+
+    def __init__(self, problem: Problem, attempt: _Attempt) -> None:
+        self.problem, self.attempt = problem, attempt
+        self.things = {thing.id: thing for thing in problem.things}
+        self.robot = problem.robot_at
+        self.chosen: dict[int, Thing] = {}
+        self.at: dict[int, LocationId] = {}
+        self.out: list[PlanStep] = []
+
+    def steps(self, moves: rs.IntArray) -> tuple[PlanStep, ...]:
+        held = next((thing for thing in self.problem.things if thing.held), None)
+        if held is not None and self.attempt.put_down:
+            self.handle("place", held)
+        if held is not None and self.attempt.hand >= 0:
+            self.chosen[self.attempt.hand] = held
+        for kind, x, b in moves[::-1].tolist():
+            self.follow(kind, x, self.problem.locations[b])
+        return tuple(self.out)
+
+    def follow(self, kind: int, x: int, b: LocationId) -> None:
+        if kind == rs.CHOOSE:
+            fitting = [t for t in self.fitting(x) if _place_of(self.problem, t) == b]
+            self.chosen[x], self.at[x] = fitting[0], b
+        elif kind == rs.FETCH:
+            self.fetch(x, b)
+        elif kind == rs.CARRY:
+            self.walk(b)
+        elif kind == rs.PLACE:
+            self.handle("place", self.chosen[x])
+            self.at[x] = self.robot
+        else:
+            self.prepare(x, b)
+
+    def fitting(self, slot: int) -> list[Thing]:
+        return [self.things[name] for name in self.attempt.recipe.slots[slot].things]
+
+    def fetch(self, slot: int, b: LocationId) -> None:
+        d = self.problem
+        if slot not in self.chosen:
+            where = {location: i for i, location in enumerate(d.locations)}
+            i, j = where[self.robot], where[b]
+            options = [(float(_fetch(d, t, where, self.attempt.arrays.d)[i, j]), t.id, t) for t in self.fitting(slot)]
+            cost, _, thing = min(options, key=lambda option: option[:2])
+            self.chosen[slot] = thing
+            if thing.missing:
+                self.step("find", b, thing, cost)
+                return
+            self.at[slot] = self.robot if thing.at is None else thing.at
+        self.walk(self.at[slot])
+        self.handle("pick", self.chosen[slot])
+        self.walk(b)
+
+    def prepare(self, number: int, b: LocationId) -> None:
+        self.walk(b)
+        operation = self.attempt.recipe.operations[number]
+        things = [self.chosen[slot] for slot in operation.slots]
+        self.out.append(
+            PlanStep(
+                action=operation.preparation.name,
+                origin=self.robot,
+                target=self.robot,
+                item_types=tuple(thing.type for thing in things),
+                items=tuple(thing.id for thing in things),
+                cost=self.problem.costs.manipulation,
+            )
+        )
+
+    def handle(self, action: str, thing: Thing) -> None:
+        self.step(action, self.robot, thing, self.problem.costs.manipulation)
+
+    def walk(self, b: LocationId) -> None:
+        if b != self.robot:
+            self.step("move", b, None, self.problem.distance(self.robot, b))
+
+    def step(self, action: str, target: LocationId, thing: Thing | None, cost: float) -> None:
+        self.out.append(
+            PlanStep(
+                action=action,
+                origin=self.robot,
+                target=target,
+                item_types=(thing.type,) if thing else (),
+                items=(thing.id,) if thing else (),
+                cost=cost,
+            )
+        )
+        self.robot = target
+
+
+def _plan_of(steps: tuple[PlanStep, ...], *, lower_bound: float) -> Plan:
+    cost = sum(step.cost for step in steps)
+    optimal = lower_bound >= cost - 1e-6
+    return Plan(
+        status=PlanStatus.SOLVED,
+        steps=steps,
+        cost=cost,
+        lower_bound=min(lower_bound, cost),
+        optimal=optimal,
+        solver=SOLVER,
+    )
+
+
+def _no_plan(attempts: list[_Attempt], unproven: float, problem: Problem) -> Plan:
+    if unproven < float("inf"):
+        return Plan(status=PlanStatus.TIMED_OUT, solver=SOLVER, note="no plan was found within the planning budget")
+    missing = "no way of meeting the goal has all its things" if not attempts else "no sequence of actions meets it"
+    return Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=missing)
+
+
+def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]:
+    cheapest: dict[str, Alternative] = {}
+    for other in others:
+        if other.title != taken and (other.title not in cheapest or other.cost < cheapest[other.title].cost):
+            cheapest[other.title] = other
+    return tuple(sorted(cheapest.values(), key=lambda other: (other.cost, other.title)))
+
+
+def without_hypothetical(plan: Plan) -> Plan:
+    """The plan as others see it: a thing that is not found yet has a type and no id."""
+
+    def shown(step: PlanStep) -> PlanStep:
+        unknown = any(item.startswith(MISSING) for item in step.items)
+        return replace(step, items=()) if unknown else step
+
+    return replace(plan, steps=tuple(shown(step) for step in plan.steps))

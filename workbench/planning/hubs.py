@@ -1,0 +1,43 @@
+"""Where could things meet that are to be prepared together? A few places from which what is needed is near."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.planning.actions import EFFECTS, relevant_types
+from workbench.planning.strategy import View
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
+from workbench.worlds.house import LocationId
+
+HUBS = 3
+
+
+def prepares(goal: Goal) -> bool:
+    """Whether some part of the goal asks for a property that a preparation gives."""
+    if isinstance(goal, AllOf | AnyOf):
+        return any(prepares(part) for part in goal.parts)
+    given = {prop for prop, _ in EFFECTS.values()}
+    return isinstance(goal, Delivered) and any(prop in given for prop in goal.properties)
+
+
+def hubs_for(view: View, *, most: int = HUBS) -> tuple[LocationId, ...]:
+    """The reachable locations from which the relevant types are nearest on average, best first.
+
+    A type's place is its nearest known instance, or the belief's containers weighted by their probability.
+    Goals without preparation need none.
+    """
+    if not prepares(view.task.goal):
+        return ()
+    travel, knowledge, belief = view.knowledge.travel, view.knowledge, view.belief
+    columns = [travel.index(LocationId(c)) for c in belief.containers]
+    score = np.zeros(len(travel.locations))
+    for item_type in relevant_types(view.task.goal):
+        known = [travel.index(place) for place, _ in knowledge.where(item_type) if travel.reaches(place)]
+        if known:
+            score += travel.metres[:, known].min(axis=1)
+        elif item_type in belief.item_types and columns:
+            p = belief.of(item_type)
+            weight = p / p.sum() if p.sum() > 0 else np.full(len(p), 1 / len(p))
+            score += travel.metres[:, columns] @ weight
+    ranked = np.argsort(score, kind="stable")[:most]
+    return tuple(travel.locations[int(i)] for i in ranked)

@@ -1,0 +1,262 @@
+"""What exactly is to be planned? One typed problem, from which every route to a plan starts.
+
+It names only what can matter: the locations, the things of relevant types, and for missing types one hypothetical
+thing each, which a find brings. PDDL, SAS+ and the built-in solver are printed or read from it, never edited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from workbench.planning.actions import BY_NAME, relevant_types
+from workbench.planning.plans import PlanStep
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, goal_locations
+from workbench.search.costs import ActionCosts
+from workbench.search.find_costs import FindCosts
+from workbench.worlds.house import ItemId, ItemType, LocationId
+from workbench.worlds.knowledge import Fact, Knowledge
+from workbench.worlds.travel import TravelCosts
+
+MISSING = "?"
+"""The id of a hypothetical thing begins so: "?Mug", "?Mug#2"."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thing:
+    """An item of the problem: a known instance, or a hypothetical one that a find brings.
+
+    Attributes:
+        at: where it stands; None when it is missing or held.
+        held: in the robot's hand.
+    """
+
+    id: ItemId
+    type: ItemType
+    at: LocationId | None = None
+    held: bool = False
+
+    @property
+    def missing(self) -> bool:
+        return self.at is None and not self.held
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """Everything that a solver needs.
+
+    Attributes:
+        locations: where the robot may stop, in an order that does not change; robot_at is among them.
+        things: sorted by id.
+        find_costs: with every missing type, and all locations as origins and targets; None without finds.
+    """
+
+    travel: TravelCosts
+    costs: ActionCosts
+    locations: tuple[LocationId, ...]
+    robot_at: LocationId
+    things: tuple[Thing, ...]
+    facts: frozenset[Fact]
+    goal: Goal
+    find_costs: FindCosts | None = None
+
+    def distance(self, a: LocationId, b: LocationId) -> float:
+        return float(self.travel.metres[self.travel.index(a), self.travel.index(b)])
+
+    def of_type(self, item_type: ItemType) -> tuple[Thing, ...]:
+        return tuple(thing for thing in self.things if thing.type == item_type)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """A moment of a plan: where the robot and every thing is, and what preparing has brought about."""
+
+    robot_at: LocationId
+    holding: ItemId | None
+    places: Mapping[ItemId, LocationId] = field(hash=False)
+    facts: frozenset[Fact] = frozenset()
+
+
+def initial_state(problem: Problem) -> State:
+    held = next((thing.id for thing in problem.things if thing.held), None)
+    places = {thing.id: thing.at for thing in problem.things if thing.at is not None}
+    return State(robot_at=problem.robot_at, holding=held, places=places, facts=problem.facts)
+
+
+class IllegalStep(ValueError):
+    """A step whose preconditions do not hold."""
+
+    def __init__(self, step: PlanStep, why: str) -> None:
+        super().__init__(f"'{step}' cannot be done: {why}")
+
+
+def apply(step: PlanStep, state: State) -> State:
+    """The state after a step; hypothetical things are named by their ids in the step's items.
+
+    Raises:
+        IllegalStep: a precondition does not hold.
+    """
+    if step.origin != state.robot_at:
+        raise IllegalStep(step, f"the robot is at {state.robot_at}")
+    if step.action == "move":
+        return replace(state, robot_at=step.target)
+    if not step.items:
+        raise IllegalStep(step, "it names no item")
+    item = step.items[0]
+    if step.action in ("pick", "find"):
+        return _taken(step, state, item)
+    if step.action == "place":
+        if state.holding != item:
+            raise IllegalStep(step, f"{item} is not in hand")
+        return replace(state, holding=None, places={**state.places, item: state.robot_at})
+    return _prepared(step, state)
+
+
+def _taken(step: PlanStep, state: State, item: ItemId) -> State:
+    if state.holding is not None:
+        raise IllegalStep(step, f"the hand holds {state.holding}")
+    if step.action == "pick" and state.places.get(item) != state.robot_at:
+        raise IllegalStep(step, f"{item} is not here")
+    if step.action == "find" and item in state.places:
+        raise IllegalStep(step, f"{item} is not missing")
+    left = {other: place for other, place in state.places.items() if other != item}
+    return replace(state, robot_at=step.target, holding=item, places=left)
+
+
+def _prepared(step: PlanStep, state: State) -> State:
+    preparation = BY_NAME.get(step.action)
+    if preparation is None or len(step.items) != len(preparation.parts):
+        raise IllegalStep(step, "there is no such action on so many items")
+    if state.holding is not None and all(part.where == "here" for part in preparation.parts):
+        raise IllegalStep(step, f"the hand holds {state.holding}")
+    gained: set[Fact] = set()
+    for part, item in zip(preparation.parts, step.items, strict=True):
+        if part.where == "hand" and state.holding != item:
+            raise IllegalStep(step, f"{item} is not in hand")
+        if part.where == "here" and state.places.get(item) != state.robot_at:
+            raise IllegalStep(step, f"{item} does not stand here")
+        lacking = [prop for prop in part.needs if (prop, (item,)) not in state.facts]
+        if lacking:
+            raise IllegalStep(step, f"{item} is not {lacking[0]}")
+        gained |= {(prop, (item,)) for prop in part.gains}
+    return replace(state, facts=state.facts | gained)
+
+
+def holds(goal: Goal, state: State, problem: Problem) -> bool:
+    """Whether some assignment of different things to the goal's parts meets it."""
+    types = {thing.id: thing.type for thing in problem.things}
+    return any(_way_holds(way, state, types, frozenset()) for way in ways_of(goal))
+
+
+def _way_holds(
+    way: tuple[Delivered | Holding, ...], state: State, types: Mapping[ItemId, ItemType], used: frozenset[ItemId]
+) -> bool:
+    if not way:
+        return True
+    return any(
+        _way_holds(way[1:], state, types, used | {item})
+        for item in sorted(types)
+        if item not in used and types[item] == way[0].item_type and _want_holds(way[0], item, state)
+    )
+
+
+def _want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
+    if isinstance(want, Holding):
+        return state.holding == item and state.robot_at == want.at
+    there = state.places.get(item) == want.at
+    return there and all((prop, (item,)) in state.facts for prop in want.properties)
+
+
+def ways_of(goal: Goal) -> tuple[tuple[Delivered | Holding, ...], ...]:
+    """The goal as alternatives of wants that must all hold: its disjunctive normal form, without repetitions."""
+    if isinstance(goal, AnyOf):
+        return tuple(dict.fromkeys(way for part in goal.parts for way in ways_of(part)))
+    if isinstance(goal, AllOf):
+        ways: tuple[tuple[Delivered | Holding, ...], ...] = ((),)
+        for part in goal.parts:
+            ways = tuple((*way, *more) for way in ways for more in ways_of(part))
+        return tuple(dict.fromkeys(ways))
+    return ((goal,),)
+
+
+def missing_types(
+    goal: Goal, knowledge: Knowledge, available: tuple[ItemType, ...], *, find_known: bool = False
+) -> tuple[ItemType, ...]:
+    """The relevant types for which a find is offered: fewer instances known than some way needs.
+
+    Args:
+        available: types that exist; empty when that is not known.
+        find_known: offer a find of known types too.
+    """
+    if not knowledge.unsearched:
+        return ()
+    needed = {t: max(sum(want.item_type == t for want in way) for way in ways_of(goal)) for t in relevant_types(goal)}
+    return tuple(
+        t
+        for t in relevant_types(goal)
+        if (not available or t in available) and (find_known or _known(knowledge, t) < max(needed[t], 1))
+    )
+
+
+def _known(knowledge: Knowledge, item_type: ItemType) -> int:
+    held = knowledge.holding is not None and knowledge.holding.type == item_type
+    return len(knowledge.where(item_type)) + held
+
+
+def locations_that_matter(
+    goal: Goal, knowledge: Knowledge, hubs: tuple[LocationId, ...] = ()
+) -> tuple[LocationId, ...]:
+    """The robot's place, the goal's places, the known places of relevant things, and hubs; reachable ones.
+
+    For goals without preparation no optimal plan needs another place where travel and find costs obey the triangle
+    inequality: whatever is carried goes straight from where it is to where it is wanted. For cooking a meeting
+    place elsewhere may be better; hubs bring it back.
+    """
+    types = relevant_types(goal)
+    known = [location for t in types for location, _ in knowledge.where(t)]
+    wanted = (knowledge.robot_at, *goal_locations(goal), *sorted(known), *hubs)
+    return tuple(location for location in dict.fromkeys(wanted) if knowledge.travel.reaches(location))
+
+
+def problem_of(
+    goal: Goal,
+    knowledge: Knowledge,
+    costs: ActionCosts,
+    *,
+    locations: tuple[LocationId, ...],
+    find_costs: FindCosts | None,
+) -> Problem:
+    """The problem as the robot knows it; finds are offered for the types that find_costs has."""
+    things: list[Thing] = []
+    found = find_costs.item_types if find_costs is not None else ()
+    for item_type in relevant_types(goal):
+        for location, item in knowledge.where(item_type):
+            if knowledge.travel.reaches(location):
+                things.append(Thing(id=item.id, type=item_type, at=location))
+        if item_type in found:
+            most = max(sum(want.item_type == item_type for want in way) for way in ways_of(goal))
+            lacking = max(most - _known(knowledge, item_type), 1)
+            names = [f"{MISSING}{item_type}"] + [f"{MISSING}{item_type}#{i + 2}" for i in range(lacking - 1)]
+            things += [Thing(id=ItemId(name), type=item_type) for name in names]
+    held = knowledge.holding
+    if held is not None:
+        things.append(Thing(id=held.id, type=held.type, held=True))
+    return Problem(
+        travel=knowledge.travel,
+        costs=costs,
+        locations=locations,
+        robot_at=knowledge.robot_at,
+        things=tuple(sorted(things, key=lambda thing: thing.id)),
+        facts=knowledge.facts,
+        goal=goal,
+        find_costs=find_costs,
+    )
+
+
+def goal_is_out_of_reach(problem: Problem) -> str:
+    """Why no way of meeting the goal can be walked, or "" when some can: its places cannot be reached."""
+    for way in ways_of(problem.goal):
+        if all(problem.travel.reaches(want.at) for want in way):
+            return ""
+    places = sorted({place for place in goal_locations(problem.goal) if not problem.travel.reaches(place)})
+    return f"{', '.join(places)} cannot be reached"

@@ -1,0 +1,453 @@
+"""What is the cheapest way to carry out one recipe? Exact A* over where its slots are, compiled with numba.
+
+A state is the robot's place, what it holds, where each slot stands (or that its instance is not chosen yet) and
+which operations are done. One move of the search is a whole errand: fetch a slot and carry it somewhere, put it
+down, carry on, walk somewhere and prepare. With one hand and metric travel every optimal plan is a chain of these.
+
+The heuristic never overestimates: what is carried is carried apart (one hand), so the least carries of all slots
+add up, and the slots of a pending operation must meet at one place, the best of which is charged.
+"""
+
+# pyright: reportMissingParameterType=false, reportUnknownParameterType=false, reportUnknownLambdaType=false
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+FETCH, PLACE, CARRY, PREPARE, CHOOSE, DROP = range(6)
+"""Moves of the search: (kind, slot or operation, place)."""
+
+SOLVED, NO_PLAN, LIMIT = range(3)
+
+_EPS = 1e-9
+_INF = np.inf
+
+
+def _compiled(function: Any) -> Any:
+    return cast(Any, numba.njit(cache=True, nogil=True)(function))
+
+
+@_compiled
+def _heuristic(
+    robot, hand, pos, done, d, least, standing, end, in_hand, op_slot, op_where, n_ops, c
+):  # fmt: skip
+    n_slots = len(pos)
+    n_loc = d.shape[0]
+    total = 0.0
+    pending_any = False
+    for o in range(n_ops):
+        if not (done >> o) & 1:
+            total += c
+            pending_any = True
+    for s in range(n_slots):
+        busy = False
+        if pending_any:
+            for o in range(n_ops):
+                if not (done >> o) & 1:
+                    for j in range(op_slot.shape[1]):
+                        if op_slot[o, j] == s:
+                            busy = True
+        if busy or end[s] < 0:
+            continue
+        t = end[s]
+        put = 0.0 if in_hand[s] else c
+        if hand == s:
+            total += d[robot, t] + put
+        elif pos[s] >= 0:
+            if pos[s] != t or in_hand[s]:
+                total += c + d[pos[s], t] + put
+        elif in_hand[s] or not standing[s, t]:
+            total += least[s, t] + put
+    if not pending_any:
+        return total
+    for o in range(n_ops):
+        if (done >> o) & 1:
+            continue
+        best = _INF
+        for m in range(n_loc):
+            here = 0.0
+            for j in range(op_slot.shape[1]):
+                s = op_slot[o, j]
+                if s < 0:
+                    continue
+                owned = True
+                for o2 in range(o):
+                    if not (done >> o2) & 1:
+                        for j2 in range(op_slot.shape[1]):
+                            if op_slot[o2, j2] == s:
+                                owned = False
+                if not owned:
+                    continue
+                t = end[s]
+                if op_where[o, j] == 1:
+                    if hand == s:
+                        here += d[robot, m]
+                    elif pos[s] >= 0:
+                        here += c + d[pos[s], m]
+                    else:
+                        here += least[s, m]
+                    if t >= 0:
+                        here += d[m, t] + (0.0 if in_hand[s] else c)
+                    continue
+                if hand == s:
+                    here += d[robot, m] + c
+                elif pos[s] >= 0:
+                    if pos[s] != m:
+                        here += 2 * c + d[pos[s], m]
+                elif not standing[s, m]:
+                    here += least[s, m] + c
+                if t >= 0 and (t != m or in_hand[s]):
+                    here += c + d[m, t] + (0.0 if in_hand[s] else c)
+                if here >= best:
+                    break
+            if here < best:
+                best = here
+        total += best
+    return total
+
+
+@_compiled
+def _partner_stands(s, b, pos, done, op_slot, op_where, n_ops):
+    """Whether a tool in hand would meet the other parts of one of its operations at b: they must stand there."""
+    for o in range(n_ops):
+        if (done >> o) & 1:
+            continue
+        mine = False
+        others = True
+        for j in range(op_slot.shape[1]):
+            if op_slot[o, j] == s:
+                mine = True
+            elif op_slot[o, j] >= 0 and pos[op_slot[o, j]] != b:
+                others = False
+        if mine and others:
+            return True
+    return False
+
+
+@_compiled
+def _slot_of_code(code, table, size):
+    h = code * np.int64(-7046029254386353131)
+    i = ((h >> 20) ^ h) & (size - 1)
+    while table[i, 0] != -1 and table[i, 0] != code:
+        i = (i + 1) & (size - 1)
+    return i
+
+
+@_compiled
+def _grown_table(table):
+    size = table.shape[0] * 2
+    bigger = np.full((size, 2), -1, dtype=np.int64)
+    for i in range(table.shape[0]):
+        if table[i, 0] != -1:
+            j = _slot_of_code(table[i, 0], bigger, size)
+            bigger[j, 0] = table[i, 0]
+            bigger[j, 1] = table[i, 1]
+    return bigger
+
+
+@_compiled
+def _push(heap_f, heap_n, count, f, n):
+    i = count
+    while i > 0:
+        p = (i - 1) >> 1
+        if heap_f[p] < f or (heap_f[p] == f and heap_n[p] < n):
+            break
+        heap_f[i] = heap_f[p]
+        heap_n[i] = heap_n[p]
+        i = p
+    heap_f[i] = f
+    heap_n[i] = n
+
+
+@_compiled
+def _pop(heap_f, heap_n, count):
+    """Removes the top; the caller has read it and lowers its count."""
+    last = count - 1
+    f = heap_f[last]
+    n = heap_n[last]
+    i = 0
+    while True:
+        k = 2 * i + 1
+        if k >= last:
+            break
+        if k + 1 < last and (heap_f[k + 1] < heap_f[k] or (heap_f[k + 1] == heap_f[k] and heap_n[k + 1] < heap_n[k])):
+            k += 1
+        if f < heap_f[k] or (f == heap_f[k] and n < heap_n[k]):
+            break
+        heap_f[i] = heap_f[k]
+        heap_n[i] = heap_n[k]
+        i = k
+    heap_f[i] = f
+    heap_n[i] = n
+
+
+@_compiled
+def search(
+    robot0, hand0, g0, first, d, fetch, least, standing, end, in_hand, op_slot, op_where, op_after, n_ops, c,
+    bound, most_nodes,
+):  # fmt: skip
+    """A* from one state.
+
+    Args:
+        robot0, hand0: where the robot is; the slot in its hand or -1.
+        g0: cost before the first move.
+        first: a slot that must be fetched (or carried) first, or -1.
+        d: metres, shape (places, places).
+        fetch: cost of walking to a slot's nearest instance, picking it and carrying it on; shape
+            (slots, places, places); infinite where no instance is.
+        least: minimum of fetch over its origins, shape (slots, places).
+        standing: an instance stands there already, shape (slots, places).
+        end, in_hand: where each slot must be at the end, -1 for anywhere; held or standing.
+        op_slot, op_where: slots of each operation, -1 for none, and 1 for those in hand; shape (operations, parts).
+        op_after: bit mask of operations that come before.
+        c: cost of a manipulation.
+        bound: only plans that cost less are of interest.
+        most_nodes: gives up beyond.
+
+    Returns:
+        (status, cost, lower bound, moves), moves of shape (n, 3) in reverse order, expanded nodes.
+    """
+    n_slots = fetch.shape[0]
+    n_loc = d.shape[0]
+    carried_only = np.ones(n_slots, dtype=np.bool_)
+    op_mask = np.zeros(n_slots, dtype=np.int64)
+    for o in range(n_ops):
+        for j in range(op_slot.shape[1]):
+            if op_slot[o, j] >= 0:
+                carried_only[op_slot[o, j]] = False
+                op_mask[op_slot[o, j]] |= 1 << o
+    base = np.empty(n_slots, dtype=np.int64)
+    for s in range(n_slots):
+        base[s] = 2 if carried_only[s] else n_loc + 1
+    tool = np.zeros(n_slots, dtype=np.bool_)
+    for s in range(n_slots):
+        tool[s] = not carried_only[s]
+        for o in range(n_ops):
+            for j in range(op_slot.shape[1]):
+                if op_slot[o, j] == s and op_where[o, j] == 0:
+                    tool[s] = False
+    all_done = (1 << n_ops) - 1
+    capacity = 1024
+    node_pos = np.full((capacity, n_slots), -1, dtype=np.int64)
+    node = np.zeros((capacity, 3), dtype=np.int64)  # robot, hand, done
+    node_g = np.zeros(capacity)
+    parent = np.full(capacity, -1, dtype=np.int64)
+    action = np.zeros((capacity, 3), dtype=np.int64)
+    heap_f = np.zeros(capacity)
+    heap_n = np.zeros(capacity, dtype=np.int64)
+    table = np.full((4096, 2), -1, dtype=np.int64)
+    count = 1
+    heap = 0
+    node[0, 0] = robot0
+    node[0, 1] = hand0
+    node_g[0] = g0
+    h0 = _heuristic(robot0, hand0, node_pos[0], 0, d, least, standing, end, in_hand, op_slot, op_where, n_ops, c)
+    empty = np.zeros((0, 3), dtype=np.int64)
+    if g0 + h0 >= bound - _EPS:
+        return NO_PLAN, _INF, g0 + h0, empty, 0
+    _push(heap_f, heap_n, heap, g0 + h0, 0)
+    heap = 1
+    expanded = 0
+    pruned = _INF
+    succ = np.zeros((n_slots * (2 * n_loc + 2) + n_ops * n_loc + n_loc + 4, 3), dtype=np.int64)
+    cost = np.zeros(len(succ))
+    closed = np.zeros(capacity, dtype=np.bool_)
+    pos2 = np.zeros(n_slots, dtype=np.int64)
+    while heap > 0:
+        f = heap_f[0]
+        i = heap_n[0]
+        _pop(heap_f, heap_n, heap)
+        heap -= 1
+        if closed[i]:
+            continue
+        closed[i] = True
+        robot = node[i, 0]
+        hand = node[i, 1]
+        done = node[i, 2]
+        g = node_g[i]
+        pos = node_pos[i]
+        met = done == all_done
+        for s in range(n_slots):
+            if met and end[s] >= 0:
+                if in_hand[s]:
+                    met = hand == s and robot == end[s]
+                else:
+                    met = hand != s and pos[s] == end[s]
+        if met:
+            length = 0
+            k = i
+            while parent[k] >= 0:
+                length += 1
+                k = parent[k]
+            moves = np.zeros((length, 3), dtype=np.int64)
+            k = i
+            for q in range(length):
+                moves[q] = action[k]
+                k = parent[k]
+            return SOLVED, g, g, moves, expanded
+        expanded += 1
+        if count > most_nodes:
+            return LIMIT, _INF, f, empty, expanded
+        n = 0
+        forced = first >= 0 and i == 0
+        # Choosing an instance where it stands costs nothing.
+        if not forced:
+            for s in range(n_slots):
+                if pos[s] < 0 and hand != s:
+                    for a in range(n_loc):
+                        if standing[s, a] and ((op_mask[s] & ~done) != 0 or (end[s] == a and not in_hand[s])):
+                            if carried_only[s] and a != end[s]:
+                                continue
+                            succ[n, 0] = CHOOSE
+                            succ[n, 1] = s
+                            succ[n, 2] = a
+                            cost[n] = 0.0
+                            n += 1
+        if hand < 0:
+            for s in range(n_slots):
+                if forced and s != first:
+                    continue
+                pending = op_mask[s] & ~done
+                if pending == 0 and (end[s] < 0 or (pos[s] == end[s] and not in_hand[s])):
+                    continue
+                for b in range(n_loc):
+                    if pending == 0 and b != end[s]:
+                        continue
+                    if tool[s] and b != end[s] and not _partner_stands(s, b, pos, done, op_slot, op_where, n_ops):
+                        continue
+                    w = fetch[s, robot, b] if pos[s] < 0 else d[robot, pos[s]] + c + d[pos[s], b]
+                    if w == _INF or (pos[s] >= 0 and pos[s] == b and pending == 0 and not in_hand[s]):
+                        continue
+                    succ[n, 0] = FETCH
+                    succ[n, 1] = s
+                    succ[n, 2] = b
+                    cost[n] = w
+                    n += 1
+        elif not forced or hand == first:
+            last = action[i, 0]
+            useful = not carried_only[hand] or robot == end[hand]
+            if useful and (not in_hand[hand] or op_mask[hand] & ~done):
+                succ[n, 0] = PLACE
+                succ[n, 1] = hand
+                succ[n, 2] = robot
+                cost[n] = c
+                n += 1
+            if (last != FETCH and last != CARRY) or i == 0:
+                for b in range(n_loc):
+                    if b != robot and not ((op_mask[hand] & ~done) == 0 and b != end[hand]):
+                        succ[n, 0] = CARRY
+                        succ[n, 1] = hand
+                        succ[n, 2] = b
+                        cost[n] = d[robot, b]
+                        n += 1
+        if not forced:
+            for o in range(n_ops):
+                if (done >> o) & 1 or (op_after[o] & ~done) != 0:
+                    continue
+                where = -2
+                needs_hand = False
+                able = True
+                for j in range(op_slot.shape[1]):
+                    s = op_slot[o, j]
+                    if s < 0:
+                        continue
+                    if op_where[o, j] == 1:
+                        needs_hand = True
+                        able = able and hand == s
+                    else:
+                        if hand == s or pos[s] < 0 or (where >= 0 and pos[s] != where):
+                            able = False
+                        else:
+                            where = pos[s]
+                if not able or (not needs_hand and hand >= 0):
+                    continue
+                if where < 0:
+                    where = robot
+                if needs_hand and where != robot:
+                    continue
+                succ[n, 0] = PREPARE
+                succ[n, 1] = o
+                succ[n, 2] = where
+                cost[n] = c + d[robot, where]
+                n += 1
+        for k in range(n):
+            kind = succ[k, 0]
+            x = succ[k, 1]
+            b = succ[k, 2]
+            robot2 = robot
+            hand2 = hand
+            done2 = done
+            for s in range(n_slots):
+                pos2[s] = pos[s]
+            if kind == FETCH:
+                robot2 = b
+                hand2 = x
+                pos2[x] = -1
+            elif kind == PLACE:
+                hand2 = -1
+                pos2[x] = b
+            elif kind == CARRY:
+                robot2 = b
+            elif kind == PREPARE:
+                robot2 = b
+                done2 = done | (1 << x)
+            else:
+                pos2[x] = b
+            g2 = g + cost[k]
+            code = np.int64(done2)
+            code = code * n_loc + robot2
+            code = code * (n_slots + 1) + hand2 + 1
+            for s in range(n_slots):
+                digit = np.int64(0)
+                if pos2[s] >= 0:
+                    digit = np.int64(1) if carried_only[s] else pos2[s] + 1
+                code = code * base[s] + digit
+            at = _slot_of_code(code, table, table.shape[0])
+            old = table[at, 1] if table[at, 0] != -1 else -1
+            if old >= 0 and node_g[old] <= g2 + _EPS:
+                continue
+            h = _heuristic(robot2, hand2, pos2, done2, d, least, standing, end, in_hand, op_slot, op_where, n_ops, c)
+            if g2 + h >= bound - _EPS:
+                pruned = min(pruned, g2 + h)
+                continue
+            if old >= 0:
+                closed[old] = True
+            if count == capacity:
+                capacity *= 2
+                node_pos = np.concatenate((node_pos, np.full((count, n_slots), -1, dtype=np.int64)))
+                node = np.concatenate((node, np.zeros((count, 3), dtype=np.int64)))
+                node_g = np.concatenate((node_g, np.zeros(count)))
+                parent = np.concatenate((parent, np.full(count, -1, dtype=np.int64)))
+                action = np.concatenate((action, np.zeros((count, 3), dtype=np.int64)))
+                closed = np.concatenate((closed, np.zeros(count, dtype=np.bool_)))
+                pos = node_pos[i]
+            if heap == len(heap_f):
+                heap_f = np.concatenate((heap_f, np.zeros(heap)))
+                heap_n = np.concatenate((heap_n, np.zeros(heap, dtype=np.int64)))
+            j = count
+            count += 1
+            node[j, 0] = robot2
+            node[j, 1] = hand2
+            node[j, 2] = done2
+            for s in range(n_slots):
+                node_pos[j, s] = pos2[s]
+            node_g[j] = g2
+            parent[j] = i
+            action[j, 0] = kind
+            action[j, 1] = x
+            action[j, 2] = b
+            if table[at, 0] == -1 and count * 2 > table.shape[0]:
+                table = _grown_table(table)
+                at = _slot_of_code(code, table, table.shape[0])
+            table[at, 0] = code
+            table[at, 1] = j
+            _push(heap_f, heap_n, heap, g2 + h, j)
+            heap += 1
+    return NO_PLAN, _INF, min(bound, pruned), empty, expanded

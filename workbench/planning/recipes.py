@@ -1,0 +1,182 @@
+"""In which ways can a goal be met? Recipes: which things, which preparations, what must end where.
+
+A recipe has slots (a thing of a type, to be chosen among its instances) and operations on them. Breakfast+Coffee
+has eighteen: boil in a pot or a kettle, peel one of three, toast, each with coffee from one of three makers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from workbench.planning.actions import Preparation, producers
+from workbench.planning.problem import Problem, ways_of
+from workbench.planning.tasks import Delivered, Holding
+from workbench.worlds.house import ItemId, ItemType, LocationId
+
+T = TypeVar("T")
+
+MOST_RECIPES = 4000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slot:
+    """A thing that a recipe uses.
+
+    Attributes:
+        has: properties that it must have already.
+        end: where it must stand at the end, None when that does not matter.
+        in_hand: at the end it is held there instead of standing.
+        things: instances that can fill it, sorted.
+    """
+
+    type: ItemType
+    has: frozenset[str] = frozenset()
+    end: LocationId | None = None
+    in_hand: bool = False
+    things: tuple[ItemId, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Operation:
+    """A preparation on slots; `after` are indices of operations that must come before."""
+
+    preparation: Preparation
+    slots: tuple[int, ...]
+    after: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    slots: tuple[Slot, ...] = ()
+    operations: tuple[Operation, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """For people: "boil Egg, Pot; Bowl"."""
+        used = {slot for operation in self.operations for slot in operation.slots}
+        done = [
+            f"{operation.preparation.name} {', '.join(self.slots[slot].type for slot in operation.slots)}"
+            for operation in self.operations
+        ]
+        return "; ".join([*done, *(slot.type for i, slot in enumerate(self.slots) if i not in used)])
+
+
+@dataclass(frozen=True, slots=True)
+class _Open:
+    """A property that some slot still has to get, before operation `before`."""
+
+    slot: int
+    prop: str
+    before: int | None
+
+
+def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
+    """Every recipe that the problem's things can fill, in an order that does not change."""
+    found: dict[Recipe, None] = {}
+    for way in ways_of(problem.goal):
+        if sum(isinstance(want, Holding) for want in way) > 1 or not _reached(way, problem):
+            continue
+        slots = tuple(Slot(type=want.item_type, end=want.at, in_hand=isinstance(want, Holding)) for want in way)
+        wanted = tuple(
+            _Open(i, prop, None)
+            for i, want in enumerate(way)
+            if isinstance(want, Delivered)
+            for prop in want.properties
+        )
+        for recipe in _expand(Recipe(slots=slots), wanted, problem):
+            for filled in _filled(recipe, problem):
+                found[filled] = None
+                if len(found) >= MOST_RECIPES:
+                    return tuple(found)
+    return tuple(found)
+
+
+def _reached(way: tuple[Delivered | Holding, ...], problem: Problem) -> bool:
+    return all(problem.travel.reaches(want.at) for want in way)
+
+
+def _expand(recipe: Recipe, wanted: tuple[_Open, ...], problem: Problem) -> list[Recipe]:
+    """All ways of giving the wanted properties: by an instance that has it, or by a preparation."""
+    if not wanted:
+        return [recipe]
+    head, rest = wanted[0], wanted[1:]
+    slot = recipe.slots[head.slot]
+    made = [i for i, op in enumerate(recipe.operations) if _gives(op, head.slot, head.prop)]
+    if made:
+        return _expand(_ordered(recipe, head.before, made[0]), rest, problem)
+    grown: list[Recipe] = []
+    has = replace(slot, has=slot.has | {head.prop})
+    if any(_fits(has, thing.id, problem) for thing in problem.of_type(slot.type)):
+        grown += _expand(replace(recipe, slots=_with(recipe.slots, head.slot, has)), rest, problem)
+    for preparation, index in producers(slot.type, head.prop):
+        for parts, slots in _cast(preparation, index, head.slot, recipe.slots, problem):
+            number = len(recipe.operations)
+            operations = (*recipe.operations, Operation(preparation=preparation, slots=parts))
+            more = _ordered(replace(recipe, slots=slots, operations=operations), head.before, number)
+            needs = tuple(
+                _Open(parts[i], prop, number) for i, part in enumerate(preparation.parts) for prop in part.needs
+            )
+            grown += _expand(more, (*needs, *rest), problem)
+    return grown
+
+
+def _gives(operation: Operation, slot: int, prop: str) -> bool:
+    pairs = zip(operation.slots, operation.preparation.parts, strict=True)
+    return any(s == slot and prop in part.gains for s, part in pairs)
+
+
+def _ordered(recipe: Recipe, before: int | None, number: int) -> Recipe:
+    """The recipe with operation `number` ahead of operation `before`."""
+    if before is None:
+        return recipe
+    operation = recipe.operations[before]
+    later = replace(operation, after=tuple(sorted({*operation.after, number})))
+    return replace(recipe, operations=_with(recipe.operations, before, later))
+
+
+def _cast(
+    preparation: Preparation, index: int, slot: int, slots: tuple[Slot, ...], problem: Problem
+) -> list[tuple[tuple[int, ...], tuple[Slot, ...]]]:
+    """Who plays which part: a slot that the recipe has already, or a new one of each type that things exist of."""
+    castings: list[tuple[tuple[int, ...], tuple[Slot, ...]]] = [((), slots)]
+    for i, part in enumerate(preparation.parts):
+        following: list[tuple[tuple[int, ...], tuple[Slot, ...]]] = []
+        for chosen, current in castings:
+            if i == index:
+                following.append(((*chosen, slot), current))
+                continue
+            for item_type in part.types:
+                same = [s for s, other in enumerate(current) if other.type == item_type and s not in (*chosen, slot)]
+                following += [((*chosen, s), current) for s in same]
+                if len(problem.of_type(item_type)) > sum(other.type == item_type for other in current):
+                    following.append(((*chosen, len(current)), (*current, Slot(type=item_type))))
+        castings = following
+    return castings
+
+
+def _filled(recipe: Recipe, problem: Problem) -> list[Recipe]:
+    """The recipe with its slots' instances; where two slots share a type, one recipe for each assignment."""
+    filled = [recipe]
+    types = [slot.type for slot in recipe.slots]
+    for i, slot in enumerate(recipe.slots):
+        fitting = tuple(thing.id for thing in problem.of_type(slot.type) if _fits(slot, thing.id, problem))
+        if types.count(slot.type) == 1:
+            choices = [fitting] if fitting else []
+        else:
+            choices = [(thing,) for thing in fitting]
+        filled = [
+            replace(each, slots=_with(each.slots, i, replace(each.slots[i], things=things)))
+            for each in filled
+            for things in choices
+            if types.count(slot.type) == 1 or all(things != other.things for other in each.slots[:i])
+        ]
+    return filled
+
+
+def _fits(slot: Slot, thing: ItemId, problem: Problem) -> bool:
+    return all((prop, (thing,)) in problem.facts for prop in slot.has)
+
+
+def _with(items: tuple[T, ...], index: int, item: T) -> tuple[T, ...]:
+    return (*items[:index], item, *items[index + 1 :])

@@ -1,0 +1,41 @@
+"""What makes plans? The seam that solvers fill, and the built-in one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, final
+
+from workbench.planning.built_in import Solved, begin_with_each, solve, without_hypothetical
+from workbench.planning.problem import Problem
+
+MOST_TO_EXPLAIN = 6
+"""Things of a problem beyond which the ways not taken are not computed: it would cost more than the plan."""
+
+
+class Solver(Protocol):
+    """Turns a typed problem into a plan. A crash, a hang or nonsense is a status of the plan, never an exception."""
+
+    @property
+    def name(self) -> str: ...
+
+    def solve(self, problem: Problem, *, budget_s: float) -> Solved: ...
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuiltIn:
+    """Exact, in this process.
+
+    Attributes:
+        explain: also say what beginning otherwise would have cost.
+    """
+
+    explain: bool = True
+    name: str = "built-in"
+
+    def solve(self, problem: Problem, *, budget_s: float) -> Solved:
+        made = solve(problem, budget_s=budget_s)
+        others = made.alternatives
+        if self.explain and len(made.plan.steps) > 1 and not others and len(problem.things) <= MOST_TO_EXPLAIN:
+            others = begin_with_each(problem)
+        return Solved(plan=without_hypothetical(made.plan), alternatives=others, expanded=made.expanded)
