@@ -1,0 +1,105 @@
+"""What do the cameras see? A plain picture of walls and furniture by ray casting over the map, tags as white squares.
+
+Enough to fill a camera's channel with pictures that change as the robot walks; not a likeness.
+"""
+
+from __future__ import annotations
+
+import io
+from math import atan2, cos, hypot, pi, sin
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from workbench.worlds.geometry import Pose
+from workbench.worlds.occupancy import OccupancyGrid
+
+CAMERAS = {
+    "frontleft_fisheye_image": 0.45,
+    "frontright_fisheye_image": -0.45,
+    "left_fisheye_image": pi / 2,
+    "right_fisheye_image": -pi / 2,
+    "back_fisheye_image": pi,
+    "hand_color_image": 0.0,
+}
+"""Per visual source its heading in the body frame."""
+
+COLUMNS, ROWS = 640, 480
+FIELD_RAD = 1.6
+RAYS = 160
+REACH_M, RAY_STEP_M = 8.0, 0.06
+EYE_M, WALL_M = 0.5, 2.4
+
+
+def draw(
+    grid: OccupancyGrid | None,
+    pose: Pose,
+    heading_rad: float,
+    tags: list[tuple[float, float, float]],
+    *,
+    colour: bool,
+) -> npt.NDArray[np.uint8]:
+    """A picture of shape (ROWS, COLUMNS) or (ROWS, COLUMNS, 3).
+
+    Args:
+        tags: positions of visible tags in the map frame.
+    """
+    depths = _depths(grid, pose, heading_rad)
+    focal = COLUMNS / 2 / np.tan(FIELD_RAD / 2)
+    half = np.clip(focal * (WALL_M - EYE_M) / depths, 2, ROWS)
+    low = np.clip(focal * EYE_M / depths, 2, ROWS)
+    row = np.arange(ROWS)[:, None] - ROWS / 2
+    shade = np.clip(230 - 22 * depths, 40, 230)
+    floor = np.clip(60 + row * 0.25, 30, 130)
+    picture = np.where(row < -half[None, :], 200.0, np.where(row < low[None, :], shade[None, :], floor))
+    image = np.repeat(picture, COLUMNS // RAYS, axis=1).astype(np.uint8)
+    for tag in tags:
+        _paint_tag(image, pose, heading_rad, tag, focal)
+    return np.repeat(image[:, :, None], 3, axis=2) if colour else image
+
+
+def jpeg(picture: npt.NDArray[np.uint8], *, quality: int, ratio: float) -> tuple[bytes, int, int]:
+    """The picture as JPEG, scaled by ratio; bytes, columns, rows."""
+    image = Image.fromarray(picture)
+    if 0 < ratio < 1:
+        image = image.resize((max(8, round(COLUMNS * ratio)), max(6, round(ROWS * ratio))))
+    stream = io.BytesIO()
+    image.save(stream, "JPEG", quality=quality)
+    return stream.getvalue(), image.width, image.height
+
+
+def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> npt.NDArray[np.uint16]:
+    """Depths in millimetres, shape (60, RAYS): the same in every row."""
+    depths = np.clip(_depths(grid, pose, heading_rad) * 1000, 0, 65535).astype(np.uint16)
+    return np.repeat(depths[None, :], 60, axis=0)
+
+
+def _depths(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> npt.NDArray[np.float64]:
+    """How far it is to the first occupied cell, per ray from left to right, shape (RAYS,)."""
+    if grid is None:
+        return np.full(RAYS, REACH_M)
+    angles = pose.yaw_rad + heading_rad + np.linspace(FIELD_RAD / 2, -FIELD_RAD / 2, RAYS)
+    far = np.arange(0.3, REACH_M, RAY_STEP_M)
+    columns = ((pose.x_m + far[:, None] * np.cos(angles) - grid.origin[0]) / grid.resolution_m).astype(np.int64)
+    rows = ((pose.y_m + far[:, None] * np.sin(angles) - grid.origin[1]) / grid.resolution_m).astype(np.int64)
+    inside = (rows >= 0) & (columns >= 0) & (rows < grid.occupied.shape[0]) & (columns < grid.occupied.shape[1])
+    hit = ~inside | grid.occupied[rows * inside, columns * inside]
+    first = np.where(hit.any(axis=0), hit.argmax(axis=0), len(far) - 1)
+    return far[first] * np.cos(angles - pose.yaw_rad - heading_rad)
+
+
+def _paint_tag(
+    image: npt.NDArray[np.uint8], pose: Pose, heading_rad: float, tag: tuple[float, float, float], focal: float
+) -> None:
+    bearing = atan2(tag[1] - pose.y_m, tag[0] - pose.x_m) - pose.yaw_rad - heading_rad
+    bearing = atan2(sin(bearing), cos(bearing))
+    away = hypot(tag[0] - pose.x_m, tag[1] - pose.y_m)
+    if abs(bearing) > FIELD_RAD / 2 or away < 0.2:
+        return
+    column = int(COLUMNS / 2 - np.tan(bearing) * focal)
+    row = int(ROWS / 2 - (tag[2] - EYE_M) / away * focal)
+    side = max(2, int(0.146 * focal / away / 2))
+    for grow, value in ((2, 255), (0, 20)):
+        top, left = max(0, row - side - grow), max(0, column - side - grow)
+        image[top : max(0, row + side + grow), left : max(0, column + side + grow)] = value

@@ -1,0 +1,91 @@
+"""May the motors run? Emergency-stop endpoints that must keep saying so (Spot SDK, "E-Stop").
+
+An endpoint answers each challenge with its complement; one that falls silent for its timeout stops the robot.
+Timeouts run on the wall, whatever the body's time does.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from dataclasses import dataclass, field
+
+from bosdyn.api import estop_pb2
+
+CUT, NONE = estop_pb2.ESTOP_LEVEL_CUT, estop_pb2.ESTOP_LEVEL_NONE
+
+
+@dataclass(slots=True)
+class Endpoint:
+    proto: estop_pb2.EstopEndpoint
+    level: int = CUT
+    challenge: int = 1
+    heard_s: float = 0.0
+
+    @property
+    def allows(self) -> bool:
+        timeout = self.proto.timeout.seconds + self.proto.timeout.nanos * 1e-9
+        return self.level == NONE and time.monotonic() - self.heard_s <= timeout
+
+
+@dataclass(slots=True)
+class EstopBoard:
+    """The configuration and its endpoints. Without any endpoint the robot does not move."""
+
+    config_id: str = "config-1"
+    endpoints: dict[str, Endpoint] = field(default_factory=dict)
+    pressed: bool = False
+    _count: itertools.count[int] = field(default_factory=lambda: itertools.count(2))
+
+    @property
+    def stopped(self) -> bool:
+        return self.pressed or not self.endpoints or not all(e.allows for e in self.endpoints.values())
+
+    def press(self) -> None:
+        self.pressed = True
+
+    def release(self) -> None:
+        self.pressed = False
+
+    def configure(self, config: estop_pb2.EstopConfig) -> estop_pb2.EstopConfig:
+        """A new configuration; its endpoints still have to register."""
+        self.config_id = f"config-{next(self._count)}"
+        self.endpoints = {}
+        for endpoint in config.endpoints:
+            self.register(endpoint)
+        return self.config()
+
+    def config(self) -> estop_pb2.EstopConfig:
+        return estop_pb2.EstopConfig(unique_id=self.config_id, endpoints=[e.proto for e in self.endpoints.values()])
+
+    def register(self, endpoint: estop_pb2.EstopEndpoint) -> estop_pb2.EstopEndpoint:
+        kept = estop_pb2.EstopEndpoint()
+        kept.CopyFrom(endpoint)
+        kept.unique_id = endpoint.unique_id or f"endpoint-{next(self._count)}"
+        self.endpoints[kept.unique_id] = Endpoint(kept)
+        return kept
+
+    def deregister(self, unique_id: str) -> bool:
+        return self.endpoints.pop(unique_id, None) is not None
+
+    def check_in(self, request: estop_pb2.EstopCheckInRequest) -> tuple[int, int]:
+        """The status and the next challenge."""
+        endpoint = self.endpoints.get(request.endpoint.unique_id)
+        if endpoint is None:
+            return estop_pb2.EstopCheckInResponse.STATUS_ENDPOINT_UNKNOWN, 0
+        right = request.response == (~endpoint.challenge) & 0xFFFFFFFFFFFFFFFF
+        endpoint.challenge = next(self._count) * 7919
+        if not right:
+            return estop_pb2.EstopCheckInResponse.STATUS_INCORRECT_CHALLENGE_RESPONSE, endpoint.challenge
+        endpoint.level, endpoint.heard_s = request.stop_level, time.monotonic()
+        return estop_pb2.EstopCheckInResponse.STATUS_OK, endpoint.challenge
+
+    def status(self) -> estop_pb2.EstopSystemStatus:
+        return estop_pb2.EstopSystemStatus(
+            stop_level=CUT if self.stopped else NONE,
+            stop_level_details="pressed" if self.pressed else "",
+            endpoints=[
+                estop_pb2.EstopEndpointWithStatus(endpoint=e.proto, stop_level=e.level)
+                for e in self.endpoints.values()
+            ],
+        )

@@ -1,0 +1,268 @@
+"""What is the state of the robot that is not there? Its body, its things, its leases; one lock around all of it.
+
+Services (services.py and those beside it) translate between this state and bosdyn-api's messages.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from recorders.spot.simulated.body import Body, Walk, WalkState
+from recorders.spot.simulated.clock import RobotClock
+from recorders.spot.simulated.estop import EstopBoard
+from recorders.spot.simulated.faults import Fault, FaultKind
+from recorders.spot.simulated.leases import LeaseBook
+from recorders.spot.simulated.sight import TaggedThing, in_hand, sees, thing_in
+from workbench.errors import Malformed
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import ContainerId, House, LocationId
+from workbench.worlds.site import Site
+from workbench.worlds.site_ways import SiteWays
+
+PICK_S, PLACE_S = 12.0, 4.0
+"""How long the arm takes to grasp what it was shown, and to move to a pose."""
+FORGET_S = 15.0
+"""For this long the robot lists a tag that it no longer sees, with the time when it did."""
+
+log = logging.getLogger("lios.spot.simulated")
+
+
+class UntaggedItem(Malformed):
+    """An item that a robot could never recognise."""
+
+    def __init__(self, item: str, site: Site) -> None:
+        super().__init__(f"{site.path}: no tag names the item {item}. Add it under tags.")
+
+
+@dataclass(slots=True)
+class Sighting:
+    """When and where a tag was last detected, in the map frame."""
+
+    position: tuple[float, float, float]
+    body_s: float
+    robot_ns: int
+
+
+@dataclass(slots=True)
+class Grasp:
+    """A pick that is going on."""
+
+    number: int
+    began_s: float
+    thing: TaggedThing | None
+
+
+@dataclass(slots=True)
+class RobotState:
+    """Everything that services read and change; hold `lock` (through `alive`) while doing so.
+
+    Attributes:
+        site: what the robot knows of the place. house: what is really there.
+        things: what carries a tag, wherever it is now.
+        on_drop: called with the seconds for which the network shall be gone.
+    """
+
+    site: Site
+    house: House
+    clock: RobotClock
+    body: Body
+    rng: np.random.Generator
+    things: list[TaggedThing]
+    faults: list[Fault] = field(default_factory=list)
+    leases: LeaseBook = field(default_factory=LeaseBook)
+    estop: EstopBoard = field(default_factory=EstopBoard)
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    localized: bool = False
+    hides_tags: bool = False
+    ends: list[tuple[float, FaultKind]] = field(default_factory=list)
+    sightings: dict[int, Sighting] = field(default_factory=dict)
+    grasp: Grasp | None = None
+    arm_busy_until_s: float = 0.0
+    gripper_open: bool = False
+    arm_deployed: bool = False
+    commands: dict[int, str] = field(default_factory=dict)
+    comments: list[str] = field(default_factory=list)
+    next_command: int = 1
+    on_drop: Callable[[float], None] | None = None
+
+    @contextmanager
+    def alive(self) -> Iterator[RobotState]:
+        """Lets the body live until now, then holds it still."""
+        with self.lock:
+            self.catch_up()
+            yield self
+
+    def catch_up(self) -> None:
+        now = self.clock.body_s()
+        while self.faults and self.faults[0].at_s <= now:
+            fault = self.faults.pop(0)
+            self.body.live_until(max(fault.at_s, self.body.lived_s))
+            self.suffer(fault)
+        self.body.live_until(now)
+        for end in [e for e in self.ends if e[0] <= now]:
+            self.ends.remove(end)
+            self.recover(end[1])
+        if self.estop.stopped:
+            self.body.power_off()
+        if self.body.walk is not None and self.body.walk.state is WalkState.WALKING and not self.localized:
+            self.body.halt(WalkState.LOST)
+        self._finish_grasp()
+        self._look()
+
+    def suffer(self, fault: Fault) -> None:
+        """Makes a failure happen now."""
+        log.info("fault: %s", fault.kind.value)
+        if fault.kind is FaultKind.LOST_LEASE:
+            self.leases.grant("another-client")
+            self.body.halt(WalkState.NO_LEASE)
+        elif fault.kind is FaultKind.LOST_LOCALIZATION:
+            self.localized = False
+        elif fault.kind is FaultKind.STUCK:
+            self.body.stuck = True
+        elif fault.kind is FaultKind.TAG_NOT_SEEN:
+            self.hides_tags = True
+        elif fault.kind is FaultKind.ESTOP:
+            self.estop.press()
+        elif fault.kind is FaultKind.CLOCK_SKEW:
+            self.clock.skew_s = fault.for_s or 0.0
+        elif fault.kind is FaultKind.DROPPED and self.on_drop is not None:
+            self.on_drop(fault.for_s or 2.0)
+        if fault.for_s is not None and fault.kind not in (FaultKind.CLOCK_SKEW, FaultKind.DROPPED):
+            self.ends.append((self.body.lived_s + fault.for_s, fault.kind))
+
+    def recover(self, kind: FaultKind) -> None:
+        """Ends a failure."""
+        if kind is FaultKind.STUCK:
+            self.body.stuck = False
+        elif kind is FaultKind.TAG_NOT_SEEN:
+            self.hides_tags = False
+        elif kind is FaultKind.LOST_LOCALIZATION:
+            self.localized = True
+        elif kind is FaultKind.ESTOP:
+            self.estop.release()
+
+    def number(self, what: str) -> int:
+        """The id of a new command."""
+        number, self.next_command = self.next_command, self.next_command + 1
+        self.commands[number] = what
+        return number
+
+    def walk_to(self, goal: Pose, *, speed_mps: float | None, lasts_s: float = inf, turn: bool = True) -> int | None:
+        """Walks to a pose of the map; None when there is no way."""
+        corners = self.way(self.body.pose.point, goal.point)
+        if corners is None:
+            return None
+        number = self.number("walk")
+        speed = min(self.body.speed_mps, speed_mps or self.body.speed_mps)
+        self.body.go(
+            Walk(
+                number=number,
+                corners=list(corners[1:]),
+                final_yaw_rad=goal.yaw_rad if turn else None,
+                speed_mps=speed,
+                end_s=self.body.lived_s + lasts_s,
+            )
+        )
+        return number
+
+    def way(self, a: Point, b: Point) -> tuple[Point, ...] | None:
+        ways = self.site.ways
+        return ways.path_between(a, b) if isinstance(ways, SiteWays) else (a, b)
+
+    def begin_grasp(self, at: tuple[float, float, float]) -> int:
+        """Reaches for the thing nearest to a point of the map."""
+        reachable = [
+            thing
+            for thing in self.things
+            if not thing.held
+            and np.hypot(*np.subtract(thing.position[:2], at[:2])) < 0.4
+            and np.hypot(thing.position[0] - self.body.pose.x_m, thing.position[1] - self.body.pose.y_m) < 1.8
+        ]
+        reachable.sort(key=lambda thing: float(np.hypot(*np.subtract(thing.position[:2], at[:2]))))
+        number = self.number("grasp")
+        self.grasp = Grasp(number=number, began_s=self.body.lived_s, thing=reachable[0] if reachable else None)
+        self.arm_deployed, self.gripper_open = True, True
+        return number
+
+    @property
+    def held(self) -> TaggedThing | None:
+        return next((thing for thing in self.things if thing.held), None)
+
+    def open_gripper(self) -> None:
+        """What is held falls onto what is nearest below: the container at hand, or the floor."""
+        self.gripper_open = True
+        thing = self.held
+        if thing is None:
+            return
+        near = self._container_at_hand()
+        if near is None:
+            x, y, _ = in_hand(self.body.pose)
+            thing.container, thing.position = None, (x, y, 0.0)
+        else:
+            container = self.site.plan.container(near)
+            place = sum(1 for other in self.things if other.container == near and not other.held)
+            put = thing_in(thing.tag, container, place)
+            thing.container, thing.position = near, put.position
+        thing.held = False
+
+    def _container_at_hand(self) -> ContainerId | None:
+        here = self.body.pose
+        near = [
+            (np.hypot(pose.x_m - here.x_m, pose.y_m - here.y_m), name)
+            for name, pose in self.site.ways.standing.items()
+            if name != LocationId("start")
+        ]
+        best = min(near, default=None)
+        return ContainerId(best[1]) if best is not None and best[0] < 1.0 else None
+
+    def _finish_grasp(self) -> None:
+        grasp = self.grasp
+        if grasp is None or self.body.lived_s - grasp.began_s < PICK_S or grasp.thing is None:
+            return
+        if not grasp.thing.held and self.held is None:
+            grasp.thing.held, grasp.thing.container, self.gripper_open = True, None, False
+
+    def _look(self) -> None:
+        for thing in self.things:
+            if thing.held:
+                thing.position = in_hand(self.body.pose)
+                self.sightings.pop(thing.tag, None)
+            elif not self.hides_tags and sees(self.site, self.body.pose, thing):
+                noise = self.rng.normal(0.0, 0.005, 3)
+                x, y, z = (float(value) for value in np.add(thing.position, noise))
+                self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns())
+        for tag in [t for t, seen in self.sightings.items() if self.body.lived_s - seen.body_s > FORGET_S]:
+            del self.sightings[tag]
+
+
+def new_state(
+    site: Site, house: House, clock: RobotClock, *, faults: tuple[Fault, ...] = (), seed: int = 0
+) -> RobotState:
+    """A robot sitting at the site's start, its motors off, localised nowhere.
+
+    Raises:
+        UntaggedItem: the house holds an item to which the site gives no tag.
+    """
+    tag_of = {item.id: tag for tag, item in site.tags.items()}
+    things: list[TaggedThing] = []
+    for name, items in house.contents.items():
+        for place, item in enumerate(items):
+            if item.id not in tag_of:
+                raise UntaggedItem(item.id, site)
+            things.append(thing_in(tag_of[item.id], site.plan.container(name), place))
+    return RobotState(
+        site=site,
+        house=house,
+        clock=clock,
+        body=Body(pose=site.plan.start, speed_mps=site.robot.speed_mps, lived_s=clock.body_s()),
+        rng=np.random.default_rng(seed),
+        things=things,
+        faults=sorted(faults, key=lambda fault: fault.at_s),
+    )

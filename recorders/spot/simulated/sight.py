@@ -1,0 +1,98 @@
+"""Which tags does the robot see? Those in range with nothing but air between; a closed container hides its own.
+
+Range: Spot's own fiducial detector sees a 0.146 m tag from about 3 m (Spot SDK, "Fiducials").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, sin
+
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import Container, ContainerId, FloorPlan
+from workbench.worlds.site import Site
+
+RANGE_M = 3.0
+CLOSED_RANGE_M = 0.6
+"""From the standing pose of a closed container: near enough to have it open."""
+HAND_M = (0.75, 0.0, 0.35)
+"""A held item in the body frame."""
+SPACING_M = 0.2
+
+
+@dataclass(slots=True)
+class TaggedThing:
+    """An item with a tag: in a container, in the hand, or put down somewhere."""
+
+    tag: int
+    container: ContainerId | None
+    position: tuple[float, float, float]
+    held: bool = False
+
+
+def thing_in(tag: int, container: Container, place: int) -> TaggedThing:
+    """A thing in a container: on top of it, or inside when that is high; the first in the middle, others beside."""
+    offset = (place + 1) // 2 * SPACING_M * (1 if place % 2 else -1)
+    limit = max(0.0, container.size_m[0] / 2 - 0.05)
+    along = max(-limit, min(limit, offset))
+    yaw = container.pose.yaw_rad
+    top = container.base_m + container.size_m[2]
+    return TaggedThing(
+        tag=tag,
+        container=container.id,
+        position=(container.pose.x_m + cos(yaw) * along, container.pose.y_m + sin(yaw) * along, min(top, 1.1)),
+    )
+
+
+def in_hand(pose: Pose) -> tuple[float, float, float]:
+    c, s = cos(pose.yaw_rad), sin(pose.yaw_rad)
+    return (pose.x_m + c * HAND_M[0] - s * HAND_M[1], pose.y_m + s * HAND_M[0] + c * HAND_M[1], HAND_M[2])
+
+
+def sees(site: Site, pose: Pose, thing: TaggedThing) -> bool:
+    """Whether the robot at a pose detects the tag of a thing."""
+    if thing.held:
+        return False
+    spot = (thing.position[0], thing.position[1])
+    if hypot(spot[0] - pose.x_m, spot[1] - pose.y_m) > RANGE_M:
+        return False
+    if thing.container is not None and _is_closed(site, thing.container):
+        stand = next((p for n, p in _standing(site) if n == thing.container), None)
+        if stand is None or hypot(stand.x_m - pose.x_m, stand.y_m - pose.y_m) > CLOSED_RANGE_M:
+            return False
+    return clear_line(site.plan, pose.point, spot)
+
+
+def clear_line(plan: FloorPlan, a: Point, b: Point) -> bool:
+    """Whether no wall stands between two points; doors are open."""
+    for wall in plan.walls:
+        if wall.empty:
+            continue
+        hit = _crossing(a, b, wall.start, wall.end)
+        if hit is not None and not any(_on(hit, door.start, door.end) for door in plan.doors if door.passable):
+            return False
+    return True
+
+
+def _is_closed(site: Site, container: ContainerId) -> bool:
+    return any(entry.closed for entry in site.file.containers if entry.id == container)
+
+
+def _standing(site: Site) -> list[tuple[str, Pose]]:
+    return [(str(name), pose) for name, pose in site.ways.standing.items()]
+
+
+def _crossing(a: Point, b: Point, c: Point, d: Point) -> Point | None:
+    """Where segment ab crosses cd, or None."""
+    rx, ry, sx, sy = b[0] - a[0], b[1] - a[1], d[0] - c[0], d[1] - c[1]
+    cross = rx * sy - ry * sx
+    if abs(cross) < 1e-12:
+        return None
+    t = ((c[0] - a[0]) * sy - (c[1] - a[1]) * sx) / cross
+    u = ((c[0] - a[0]) * ry - (c[1] - a[1]) * rx) / cross
+    return (a[0] + t * rx, a[1] + t * ry) if 0 <= t <= 1 and 0 <= u <= 1 else None
+
+
+def _on(point: Point, a: Point, b: Point) -> bool:
+    along = hypot(b[0] - a[0], b[1] - a[1])
+    return hypot(point[0] - a[0], point[1] - a[1]) + hypot(point[0] - b[0], point[1] - b[1]) <= along + 0.02
