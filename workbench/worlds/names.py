@@ -74,6 +74,12 @@ def usual_size_m(type_name: str) -> tuple[float, float, float]:
     return word.size_m if word else UNKNOWN_SIZE_M
 
 
+def generic_type(type_name: str) -> str:
+    """The type without its asset source: "ObjaEgg" is an "Egg", "ObjaCellphone" a "CellPhone"."""
+    word = _nearest_word(type_name)
+    return word.type if word else type_name.removeprefix("Obja")
+
+
 def type_named(name: str, known: Iterable[str], *, kind: str = "item type", where: str = "") -> str:
     """The type that a person means: "mug", "cell phone", "cell-phone" and "CellPhone" all do.
 

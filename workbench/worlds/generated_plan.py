@@ -1,0 +1,309 @@
+"""How are rooms laid out? A rectangle is cut into rooms, and a tree of doors and open walls joins them all.
+
+Sizes, doors per pair of kinds and open walls follow data/house_statistics.json. Coordinates are Unity's (x, z), so
+that writing ProcTHOR's JSON needs no conversion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, log, sqrt
+
+import numpy as np
+
+from workbench.errors import Failed
+from workbench.worlds.house_statistics import HouseStatistics, pair_name
+
+DOOR_M, DOUBLE_DOOR_M = 1.04, 1.95
+LEAST_SIDE_M = {"Bathroom": 2.2}
+LEAST_OTHER_SIDE_M = 3.0
+GREATEST_ASPECT = 2.6
+GAP = "gap"
+"""A part of the rectangle that is not built on, so that not every house is a rectangle."""
+
+
+class NoFloorPlan(Failed):
+    """No plan of that many rooms came out."""
+
+    def __init__(self, rooms: int, tries: int) -> None:
+        super().__init__(f"no floor plan of {rooms} rooms in {tries} tries. Try another --seed or fewer rooms.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rectangle:
+    """x from x0 to x1, z from z0 to z1, in metres."""
+
+    x0: float
+    z0: float
+    x1: float
+    z1: float
+
+    @property
+    def width(self) -> float:
+        return self.x1 - self.x0
+
+    @property
+    def depth(self) -> float:
+        return self.z1 - self.z0
+
+    def overlaps(self, other: Rectangle) -> bool:
+        apart = self.x1 <= other.x0 or other.x1 <= self.x0 or self.z1 <= other.z0 or other.z1 <= self.z0
+        return not apart
+
+    def within(self, other: Rectangle) -> bool:
+        return self.x0 >= other.x0 and self.x1 <= other.x1 and self.z0 >= other.z0 and self.z1 <= other.z1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedRoom:
+    """number: as in ProcTHOR's ids, "room|2"; numbers start at 2."""
+
+    number: int
+    kind: str
+    at: Rectangle
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Side:
+    """A straight piece of wall between two rooms, or between a room and the outside (second is None).
+
+    Either x0 = x1 or z0 = z1, and the first end is the lesser one.
+    """
+
+    first: PlannedRoom
+    second: PlannedRoom | None
+    x0: float
+    z0: float
+    x1: float
+    z1: float
+
+    @property
+    def length(self) -> float:
+        return (self.x1 - self.x0) + (self.z1 - self.z0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hole:
+    """A door or window in a side, from `low` to `high` metres along it. opened: the whole side is open instead."""
+
+    side: Side
+    low: float
+    high: float
+    opened: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedHouse:
+    rooms: tuple[PlannedRoom, ...]
+    sides: tuple[Side, ...]
+    doors: tuple[Hole, ...]
+    front_door: Hole | None
+    windows: tuple[Hole, ...]
+
+
+def plan_house(
+    statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator, tries: int = 400
+) -> PlannedHouse:
+    """Rooms, walls, doors and windows.
+
+    Raises:
+        NoFloorPlan: none came out in that many tries.
+    """
+    for _ in range(tries):
+        kinds = _draw_kinds(statistics, rooms, rng)
+        placed = _cut(_draw_areas(statistics, kinds, rng), rng)
+        if placed is None or not all(_is_livable(room) for room in placed):
+            continue
+        sides = _sides(placed)
+        doors = _join(statistics, placed, sides, rng)
+        if doors is not None:
+            outside = [side for side in sides if side.second is None and side.length >= 1.6]
+            windows = tuple(_windows(outside, rng))
+            return PlannedHouse(
+                rooms=placed, sides=sides, doors=doors, front_door=_front_door(outside, windows, rng), windows=windows
+            )
+    raise NoFloorPlan(rooms, tries)
+
+
+def _draw_kinds(statistics: HouseStatistics, rooms: int, rng: np.random.Generator) -> list[str]:
+    """Kinds of that many rooms, as often as real houses have them; a size nobody has extends the nearest one."""
+    known = sorted(statistics.rooms, key=lambda n: (abs(int(n) - rooms), int(n)))
+    sets = statistics.rooms[known[0]]
+    weights = np.array(list(sets.values()), dtype=float)
+    kinds = list(sets)[rng.choice(len(sets), p=weights / weights.sum())].split()
+    while len(kinds) > rooms:
+        kinds.remove(max(kinds, key=kinds.count))
+    while len(kinds) < rooms:
+        kinds.append(["Bedroom", "Bathroom", "LivingRoom"][(rooms - len(kinds)) % 3])
+    return kinds
+
+
+def _draw_areas(
+    statistics: HouseStatistics, kinds: Sequence[str], rng: np.random.Generator
+) -> list[tuple[str, float]]:
+    """Square metres of each room: a part that a house's rooms share, and a part of each room's own."""
+    shared = rng.normal()
+    between = statistics.house_log_area_sd
+    areas: list[tuple[str, float]] = []
+    for kind in kinds:
+        figures = statistics.kinds[kind]
+        own_sd = sqrt(max(0.0, figures.log_area_sd**2 - between**2))
+        bounded = float(
+            np.clip(between * shared + own_sd * rng.normal(), -2 * figures.log_area_sd, 2 * figures.log_area_sd)
+        )
+        areas.append((kind, exp(figures.log_area_mean + bounded)))
+    return areas
+
+
+def _cut(areas: list[tuple[str, float]], rng: np.random.Generator) -> tuple[PlannedRoom, ...] | None:
+    """Cut a rectangle into rooms of about those areas, in an order that keeps bathrooms near bedrooms."""
+    order = [areas[i] for i in rng.permutation(len(areas))]
+    order.sort(key=lambda part: {"Kitchen": 0, "LivingRoom": 0, "Bathroom": 1, "Bedroom": 1}.get(part[0], 1))
+    if len(order) >= 4 and rng.random() < 0.5:
+        order.insert(int(rng.choice([0, len(order)])), (GAP, order[0][1] * 0.6))
+    total = sum(area for _, area in order)
+    ratio = float(rng.uniform(0.75, 1.35))
+    whole = Rectangle(x0=0.0, z0=0.0, x1=_decimetres(sqrt(total * ratio)), z1=_decimetres(sqrt(total / ratio)))
+    pieces = _cut_piece(whole, order, rng)
+    rooms = [piece for piece in pieces if piece[0] != GAP]
+    if any(piece.width <= 0 or piece.depth <= 0 for _, piece in rooms):
+        return None
+    return tuple(PlannedRoom(number=i + 2, kind=kind, at=at) for i, (kind, at) in enumerate(rooms))
+
+
+def _cut_piece(
+    piece: Rectangle, parts: list[tuple[str, float]], rng: np.random.Generator
+) -> list[tuple[str, Rectangle]]:
+    if len(parts) == 1:
+        return [(parts[0][0], piece)]
+    middle = len(parts) / 2
+    at = int(np.clip(round(middle + rng.uniform(-1, 1) * (len(parts) > 2)), 1, len(parts) - 1))
+    share = sum(area for _, area in parts[:at]) / sum(area for _, area in parts)
+    if piece.width >= piece.depth:
+        x = _decimetres(piece.x0 + share * piece.width)
+        one = Rectangle(x0=piece.x0, z0=piece.z0, x1=x, z1=piece.z1)
+        two = Rectangle(x0=x, z0=piece.z0, x1=piece.x1, z1=piece.z1)
+    else:
+        z = _decimetres(piece.z0 + share * piece.depth)
+        one = Rectangle(x0=piece.x0, z0=piece.z0, x1=piece.x1, z1=z)
+        two = Rectangle(x0=piece.x0, z0=z, x1=piece.x1, z1=piece.z1)
+    return [*_cut_piece(one, parts[:at], rng), *_cut_piece(two, parts[at:], rng)]
+
+
+def _is_livable(room: PlannedRoom) -> bool:
+    least = LEAST_SIDE_M.get(room.kind, LEAST_OTHER_SIDE_M)
+    short, long = sorted((room.at.width, room.at.depth))
+    return short >= least and long <= GREATEST_ASPECT * short
+
+
+def _sides(rooms: Sequence[PlannedRoom]) -> tuple[Side, ...]:
+    """All walls: pieces shared by two rooms once, and what is left of each room's edges as outer walls."""
+    sides: list[Side] = []
+    for room in rooms:
+        for edge in _edges(room.at):
+            taken: list[tuple[float, float]] = []
+            for other in rooms:
+                if other is room:
+                    continue
+                shared = _shared(edge, other.at)
+                if shared is not None:
+                    taken.append(shared)
+                    if other.number > room.number:
+                        sides.append(_side(room, other, edge, *shared))
+            sides.extend(_side(room, None, edge, low, high) for low, high in _rest(edge, taken))
+    return tuple(sides)
+
+
+Edge = tuple[bool, float, float, float]
+"""(along x, the other coordinate, low, high)."""
+
+
+def _edges(at: Rectangle) -> tuple[Edge, ...]:
+    return (
+        (True, at.z0, at.x0, at.x1),
+        (True, at.z1, at.x0, at.x1),
+        (False, at.x0, at.z0, at.z1),
+        (False, at.x1, at.z0, at.z1),
+    )
+
+
+def _shared(edge: Edge, other: Rectangle) -> tuple[float, float] | None:
+    """The part of an edge that an edge of another room lies on."""
+    along_x, level, low, high = edge
+    for other_along_x, other_level, other_low, other_high in _edges(other):
+        if along_x == other_along_x and abs(level - other_level) < 1e-6:
+            start, end = max(low, other_low), min(high, other_high)
+            if end - start > 1e-6:
+                return (start, end)
+    return None
+
+
+def _rest(edge: Edge, taken: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    _, _, reached, end = edge
+    rest: list[tuple[float, float]] = []
+    for low, high in sorted(taken):
+        if low - reached > 1e-6:
+            rest.append((reached, low))
+        reached = max(reached, high)
+    if end - reached > 1e-6:
+        rest.append((reached, end))
+    return rest
+
+
+def _side(first: PlannedRoom, second: PlannedRoom | None, edge: Edge, low: float, high: float) -> Side:
+    along_x, level, _, _ = edge
+    x0, x1 = (low, high) if along_x else (level, level)
+    z0, z1 = (level, level) if along_x else (low, high)
+    return Side(first=first, second=second, x0=x0, z0=z0, x1=x1, z1=z1)
+
+
+def _join(
+    statistics: HouseStatistics, rooms: Sequence[PlannedRoom], sides: Sequence[Side], rng: np.random.Generator
+) -> tuple[Hole, ...] | None:
+    """A random tree of doors over all rooms, likely pairs of kinds first; None when the rooms do not touch."""
+    inner = [side for side in sides if side.second is not None and side.length >= DOOR_M + 0.3]
+    keys = [-log(max(rng.random(), 1e-12)) / _weight(statistics, side) for side in inner]
+    group = {room.number: room.number for room in rooms}
+    doors: list[Hole] = []
+    for _, side in sorted(zip(keys, inner, strict=True), key=lambda pair: pair[0]):
+        assert side.second is not None
+        a, b = group[side.first.number], group[side.second.number]
+        if a != b:
+            group = {number: (a if root == b else root) for number, root in group.items()}
+            doors.append(_door(statistics, side, rng))
+    return tuple(doors) if len(set(group.values())) == 1 else None
+
+
+def _weight(statistics: HouseStatistics, side: Side) -> float:
+    second = side.second.kind if side.second else ""
+    return statistics.doors.get(pair_name(side.first.kind, second), 0) + 1.0
+
+
+def _door(statistics: HouseStatistics, side: Side, rng: np.random.Generator) -> Hole:
+    second = side.second.kind if side.second else ""
+    if rng.random() < statistics.open_walls.get(pair_name(side.first.kind, second), 0.0):
+        return Hole(side=side, low=0.0, high=side.length, opened=True)
+    wide = side.length >= DOUBLE_DOOR_M + 0.6 and rng.random() < statistics.double_doors
+    return _hole(side, DOUBLE_DOOR_M if wide else DOOR_M, rng)
+
+
+def _hole(side: Side, width: float, rng: np.random.Generator) -> Hole:
+    low = round(float(rng.uniform(0.1, side.length - width - 0.1)), 2)
+    return Hole(side=side, low=low, high=round(low + width, 2))
+
+
+def _windows(outside: Sequence[Side], rng: np.random.Generator) -> list[Hole]:
+    return [_hole(side, 1.2, rng) for side in outside if side.length >= 2.0 and rng.random() < 0.4]
+
+
+def _front_door(outside: Sequence[Side], windows: Sequence[Hole], rng: np.random.Generator) -> Hole | None:
+    """A shut door to the outside, in a living room or kitchen if one has an outer wall without a window."""
+    taken = [window.side for window in windows]
+    free = [side for side in outside if side not in taken]
+    liked = [side for side in free if side.first.kind in ("LivingRoom", "Kitchen")] or free
+    return _hole(liked[int(rng.integers(len(liked)))], DOOR_M, rng) if liked else None
+
+
+def _decimetres(value: float) -> float:
+    return round(value, 1)

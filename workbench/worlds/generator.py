@@ -1,0 +1,146 @@
+"""A house of one's own: drawn from the statistics of real houses, written as ProcTHOR's JSON.
+
+Every generated house is connected and every container in it can be reached: what cannot be is taken out before the
+house is handed over, and a house in which a room is shut off is drawn anew. The same seed gives the same house.
+"""
+
+from __future__ import annotations
+
+import gzip
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from workbench.errors import BadValue, Failed
+from workbench.worlds.generated_contents import draw_contents
+from workbench.worlds.generated_furniture import Piece, furnish
+from workbench.worlds.generated_json import house_json, piece_ids
+from workbench.worlds.generated_plan import PlannedHouse, plan_house
+from workbench.worlds.house_statistics import HouseStatistics, shipped_statistics
+from workbench.worlds.names import is_container
+from workbench.worlds.navigation import Navigation, NowhereToStand, compute
+from workbench.worlds.occupancy import room_labels
+from workbench.worlds.procthor import house_from_json
+
+MOST_ROOMS = 12
+TRIES = 60
+RESOLUTION_M, ROBOT_RADIUS_M = 0.1, 0.2
+
+
+class NoHouse(Failed):
+    """No house came out."""
+
+    def __init__(self, rooms: int) -> None:
+        super().__init__(f"no house of {rooms} rooms in {TRIES} tries. Try another --seed or fewer rooms.")
+
+
+def generate_houses(
+    count: int, *, seed: int, rooms: tuple[int, int] = (2, 10), statistics: HouseStatistics | None = None
+) -> Iterator[dict[str, Any]]:
+    """Houses as ProcTHOR's JSON, one after the other; house i depends on the seed and i alone.
+
+    Args:
+        rooms: least and greatest number of rooms; within it numbers come as often as in real houses.
+
+    Raises:
+        BadValue: numbers out of range.
+    """
+    least, most = rooms
+    if not 1 <= least <= most <= MOST_ROOMS:
+        raise BadValue("rooms", f"{least}-{most}", f"a range within 1-{MOST_ROOMS}")
+    if count < 1:
+        raise BadValue("number of houses", count, "at least 1")
+    figures = statistics or shipped_statistics()
+    for index in range(count):
+        rng = np.random.default_rng([seed, index])
+        yield generate_house(figures, rooms=_draw_size(figures, least, most, rng), rng=rng)
+
+
+def generate_house(statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator) -> dict[str, Any]:
+    """One house as ProcTHOR's JSON.
+
+    Raises:
+        NoHouse: every try had a room shut off.
+    """
+    for _ in range(TRIES):
+        plan = plan_house(statistics, rooms=rooms, rng=rng)
+        pieces = _reachable(plan, furnish(plan, statistics, rng))
+        if pieces is None:
+            continue
+        contents = tuple(
+            draw_contents(statistics, room_kind=piece.room.kind, container=piece.type, rng=rng)
+            if is_container(piece.type)
+            else ()
+            for piece in pieces
+        )
+        empty = _navigation(house_json(plan, pieces))
+        return house_json(plan, pieces, contents=contents, agent=_draw_agent(empty, rng), rng=rng)
+    raise NoHouse(rooms)
+
+
+def write_houses(path: Path, houses: Iterable[Mapping[str, Any]]) -> int:
+    """Write houses, a line each, gzipped if the name says so; the same houses give the same bytes.
+
+    The file appears whole or not at all. Answers how many were written.
+    """
+    count = 0
+    writing = path.with_name(f".{path.name}.writing")
+    try:
+        with writing.open("wb") as raw:
+            packed = gzip.GzipFile("", "wb", 9, raw, mtime=0) if path.name.endswith(".gz") else None
+            with packed or nullcontext():
+                for house in houses:
+                    (packed or raw).write(msgspec.json.encode(house) + b"\n")
+                    count += 1
+        os.replace(writing, path)
+    finally:
+        writing.unlink(missing_ok=True)
+    return count
+
+
+def _draw_size(statistics: HouseStatistics, least: int, most: int, rng: np.random.Generator) -> int:
+    """A number of rooms; one that the real houses lack counts as a rare one."""
+    sizes = list(range(least, most + 1))
+    weights = np.array([sum(statistics.rooms.get(str(n), {"": 1}).values()) for n in sizes], dtype=float)
+    return int(rng.choice(sizes, p=weights / weights.sum()))
+
+
+def _reachable(plan: PlannedHouse, pieces: tuple[Piece, ...]) -> tuple[Piece, ...] | None:
+    """The furniture without what nobody can get to; None when a room is shut off by it."""
+    while True:
+        house = house_from_json(house_json(plan, pieces), name="generated")
+        try:
+            navigation = compute(house.plan, resolution_m=RESOLUTION_M, robot_radius_m=ROBOT_RADIUS_M)
+        except NowhereToStand:
+            return None
+        entered = set(np.unique(room_labels(house.plan, navigation.grid)[navigation.free]).tolist())
+        if len(entered) < len(plan.rooms):
+            return None
+        lost = set(navigation.travel.unreachable)
+        if not lost:
+            return pieces
+        pieces = tuple(p for p, name in zip(pieces, piece_ids(pieces), strict=True) if name not in lost)
+
+
+def _navigation(record: dict[str, Any]) -> Navigation:
+    plan = house_from_json(record, name="generated").plan
+    return compute(plan, resolution_m=RESOLUTION_M, robot_radius_m=ROBOT_RADIUS_M)
+
+
+def _draw_agent(navigation: Navigation, rng: np.random.Generator) -> dict[str, Any]:
+    """A start pose on free floor, as ProcTHOR writes it."""
+    rows, columns = np.nonzero(navigation.free)
+    which = int(rng.integers(len(rows)))
+    x, z = navigation.grid.point_at(int(rows[which]), int(columns[which]))
+    turned = int(rng.choice([0, 90, 180, 270]))
+    return {
+        "position": {"x": round(x, 3), "y": 0.95, "z": round(z, 3)},
+        "rotation": {"x": 0, "y": turned, "z": 0},
+        "standing": True,
+        "horizon": 0,
+    }
