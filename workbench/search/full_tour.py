@@ -1,24 +1,96 @@
-"""Eq. 1 over every unsearched container, not over a few candidates. (First version: the largest exact table.)"""
+"""Eq. 1 over every unsearched container, not over a few candidates.
+
+Exact where a table over all containers is small. Beyond that: the exact order over the leading candidates, then
+the others by probability against the way, made cheaper by small changes (tours.py) until none helps. Anytime:
+after any number of passes there is a whole order with its expected cost, and more passes never cost more.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import final
 
-from workbench.search.engine import expected_search
+import numpy as np
+import numpy.typing as npt
+
+from workbench.errors import BadValue
+from workbench.search.candidates import check_limit
+from workbench.search.engine import best_order
 from workbench.search.find_costs import BeliefModel, SearchStop
-from workbench.search.orders import ExpectedSearch
+from workbench.search.orders import ExpectedSearch, along
+from workbench.search.places import Places, places
 from workbench.search.policy import SearchQuery
+from workbench.search.remaining import known_somewhere
+
+LEADING = 10
+"""Containers among which the first order is exact; a house with no more is solved exactly."""
+
+PASSES = 20
+"""Passes of small changes at most; five are usually enough to find no more."""
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FullTour:
+    """The policy over all unsearched containers.
+
+    Attributes:
+        leading: containers among which the first order is exact.
+        passes: how long to improve it; 0 takes it as it is.
+
+    Raises:
+        BadValue, TooManyCandidates: `leading` or `passes` out of range.
+    """
+
     name: str = "full-lios"
     belief_model: BeliefModel = "exists"
+    leading: int = LEADING
+    passes: int = PASSES
+
+    def __post_init__(self) -> None:
+        check_limit(self.leading)
+        if self.passes < 0:
+            raise BadValue("passes", self.passes, "at least 0")
 
     def search(self, query: SearchQuery) -> ExpectedSearch:
-        return expected_search(query, belief_model=self.belief_model, limit=8, ranking="worth")
+        """The order over all containers with its expected cost; nothing is left out of it."""
+        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        item = query.belief.item_types.index(query.item_type)
+        return along(self._order(here, item, query), here, item=item, model=self.belief_model, costs=query.costs)
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         return self.search(query).stops
+
+    def _order(self, here: Places, item: int, query: SearchQuery) -> npt.NDArray[np.intp]:
+        n = len(here.containers)
+        if n == 0:
+            return np.zeros(0, dtype=np.intp)
+        lead = best_order(
+            here, item, costs=query.costs, belief_model=self.belief_model, limit=self.leading, ranking="worth"
+        )
+        if len(lead) == n:
+            return lead
+        from workbench.search import tours
+
+        p = known_somewhere(here.probability[item], self.belief_model)
+        arrays = tours.Search(
+            p=p,
+            model=tours.MODEL_NUMBERS[self.belief_model],
+            from_m=here.from_m[0],
+            between_m=here.between_m,
+            found=query.costs.manipulation + here.to_m[:, 0],
+            look=float(query.costs.search),
+        )
+        return tours.improve(_with_tail(lead, p, here), arrays, self.passes)[0]
+
+
+def _with_tail(lead: npt.NDArray[np.intp], p: npt.NDArray[np.float64], here: Places) -> npt.NDArray[np.int64]:
+    """The leading order, then always the container of greatest probability against the way from the last."""
+    order = [int(a) for a in lead]
+    left = np.ones(len(p), dtype=bool)
+    left[lead] = False
+    while left.any():
+        worth = np.where(left, p / (1.0 + here.between_m[order[-1]]), -1.0)
+        order.append(int(np.argmax(worth)))
+        left[order[-1]] = False
+    return np.array(order, dtype=np.int64)

@@ -25,6 +25,9 @@ from workbench.search.find_costs import BeliefModel
 
 Array = npt.NDArray[np.float64]
 
+ALIKE = 1e-12
+"""What stands for p where every p is 0 and an instance is known to exist."""
+
 BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive")
 
 
@@ -44,10 +47,20 @@ def weights(probability: Array, model: BeliefModel) -> Array:
         raise BadValue("probability", "an entry that is no probability", "within [0, 1]")
     if model == "independent":
         return _log_miss(p)
-    nowhere = ~(p > 0).any(axis=-1, keepdims=True)
-    if model == "exclusive":
-        return np.where(nowhere, 1.0, p)
-    return np.where(nowhere, -1e-12, _log_miss(p))
+    somewhere = known_somewhere(p, model)
+    return somewhere if model == "exclusive" else _log_miss(somewhere)
+
+
+def known_somewhere(probability: Array, model: BeliefModel) -> Array:
+    """The probabilities, where the model knows of an instance and every p is 0 replaced by equal small ones.
+
+    Args:
+        probability: shape (..., containers).
+    """
+    if model == "independent":
+        return probability
+    nowhere = ~(probability > 0).any(axis=-1, keepdims=True)
+    return np.where(nowhere, ALIKE, probability)
 
 
 def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:
