@@ -6,6 +6,7 @@ agrees with it (bounds), over worlds drawn from the belief (estimate), and, on r
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -23,7 +24,8 @@ from replayers.logged_belief import estimator_for
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.run import Run
-from replayers.unfolding import Unfolding, no_time
+from replayers.sandbox import Sandboxed, is_foreign
+from replayers.unfolding import Leaf, Unfolding, no_time
 from workbench.beliefs.belief import Estimator
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
@@ -31,7 +33,8 @@ from workbench.execution.loop import run_task
 from workbench.planning.actions import relevant_types
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
 from workbench.planning.strategy import Strategy
-from workbench.runs.vocabulary import GroundTruth
+from workbench.runs.place import place_to_json
+from workbench.runs.vocabulary import GroundTruth, Outcome
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
@@ -58,6 +61,7 @@ class Settings:
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
+        timeout_s: the longest that a planner from outside may take for one decision.
         seed: of the drawn worlds. The strategies' own seed is the run's.
     """
 
@@ -66,6 +70,7 @@ class Settings:
     budget: Budget = field(default_factory=Budget)
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
+    timeout_s: float = 10.0
     seed: int = 0
 
 
@@ -83,6 +88,8 @@ class Replay:
         true_cost, true_status: in the recorded truth, where it was asked for.
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
         events: of the run over the log alone.
+        leaves: every end that was found, over all consistent worlds if the bounds are complete.
+        runs, decisions: how often the loop ran, and how many decisions the strategy was asked for.
     """
 
     strategy: str
@@ -98,11 +105,22 @@ class Replay:
     true_status: str | None
     drawn: Floats | None
     events: tuple[Event, ...]
+    leaves: tuple[Leaf, ...] = ()
+    runs: int = 0
+    decisions: int = 0
     notes: tuple[str, ...] = ()
 
     @property
     def exact(self) -> bool:
+        """Whether every world that agrees with the log gives the same cost."""
         return self.bounds is not None and self.bounds.exact
+
+    @property
+    def cost(self) -> float | None:
+        """What it costs, where that is certain: exact, or run in the recorded truth alone."""
+        if self.bounds is None:
+            return self.true_cost
+        return self.bounds.lower if self.bounds.exact else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +132,9 @@ class Ground:
         estimator: who believes.
         worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
+        recorded: the end of the recorded run; None where the log is cut off before it.
+        place_sha256: the plan and its travel costs, hashed.
+        draws: names the drawn worlds; only replays with the same draws are paired.
     """
 
     evidence: Evidence
@@ -122,6 +143,9 @@ class Ground:
     durations: Durations
     truth: House | None
     settings: Settings
+    recorded: Outcome | None
+    place_sha256: str
+    draws: str
     notes: tuple[str, ...] = ()
 
 
@@ -145,6 +169,9 @@ def ground_of(run: Run, settings: Settings) -> Ground:
         durations=fitted_durations(run.actions) if robot else SIMULATED,
         truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
         settings=settings,
+        recorded=run.outcome,
+        place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
+        draws=_draws(evidence, settings, estimator),
         notes=tuple(n for n in (*evidence.notes, note) if n),
     )
     return replace(ground, worlds=_worlds(ground, types))
@@ -164,6 +191,9 @@ def replay_on(ground: Ground, strategy_name: str) -> Replay:
     """
     if canonical_name(strategy_name) in NEEDS_TRUTH:
         return _in_truth_only(ground, strategy_name)
+    if is_foreign(strategy_name):
+        with Sandboxed(strategy_name, timeout_s=ground.settings.timeout_s) as planner:
+            return replay_strategy(ground, planner)
     return replay_strategy(ground, strategy(strategy_name))
 
 
@@ -195,6 +225,9 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         true_status=true.status.value if true else None,
         drawn=drawn,
         events=alone,
+        leaves=tree.leaves(),
+        runs=tree.runs,
+        decisions=tree.decisions,
         notes=ground.notes,
     )
 
@@ -294,6 +327,11 @@ def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
         rng=np.random.default_rng(settings.seed),
         exists=relevance.must_exist,
     )
+
+
+def _draws(evidence: Evidence, settings: Settings, estimator: Estimator) -> str:
+    parts = (evidence.sha256, settings.seed, settings.worlds, estimator.name, settings.assumptions)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,162 @@
+"""How are many logs replayed by many strategies? A log at a time in a process each, kept as files, resumable.
+
+What is kept already under the same key (log, strategy, settings, version) is read and not made again. A log that
+cannot be replayed is a row that says so; it does not stop the others.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from replayers.origin import write_replay_log
+from replayers.replay import Ground, Settings, ground_of, replay_on
+from replayers.run import read
+from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay
+from workbench.errors import FileMissing, LiosError, MalformedFile
+from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What to replay and where to keep it.
+
+    Attributes:
+        strategies: by name; "all" has been spelt out.
+        output: the folder that keeps replays; None keeps nothing.
+        write_logs: also record each replay as MCAP in the folder.
+    """
+
+    strategies: tuple[str, ...]
+    settings: Settings
+    output: Path | None = None
+    write_logs: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogFailed:
+    """A log that could not be replayed, or a strategy that could not be run over it."""
+
+    log: str
+    strategy: str
+    reason: str
+
+
+Outcome = StoredReplay | LogFailed
+
+
+def logs_among(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """The logs that paths name: files as given, folders with every .mcap below them that is no replay; sorted.
+
+    Raises:
+        FileMissing: a path that is not there.
+        MalformedFile: a folder without a log.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        if path.is_dir():
+            inside = [p for p in sorted(path.rglob("*.mcap")) if not p.name.endswith(".replay.mcap")]
+            if not inside:
+                raise MalformedFile(path, "no .mcap file in this folder", "Give a log, or a folder of logs")
+            found.update(dict.fromkeys(inside))
+        elif path.exists():
+            found[path] = None
+        else:
+            raise FileMissing(path)
+    return tuple(found)
+
+
+def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
+    """The strategies that a comma-separated list means; "all" is every one that can be replayed here."""
+    names: dict[str, None] = {}
+    for part in (p.strip() for p in text.split(",")):
+        if part == "all":
+            names.update(dict.fromkeys(strategy_names(with_truth=with_truth)))
+        elif part:
+            names[canonical_name(part) or part] = None
+    return tuple(names)
+
+
+def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = None) -> Iterator[Outcome]:
+    """Replays every strategy over every log, in the order of the logs and then the strategies."""
+    count = min(workers or os.cpu_count() or 1, len(logs))
+    if count <= 1:
+        for log in logs:
+            yield from replay_log(log, wanted)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(max_workers=count, mp_context=context) as pool:
+        for outcomes in pool.map(_all_of, [(log, wanted) for log in logs]):
+            yield from outcomes
+
+
+def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
+    """Replays every strategy over one log, one by one."""
+    try:
+        run = read(log, with_truth=wanted.settings.with_truth)
+        sha256, run_id = run.sha256, run.info.run_id
+    except LiosError as error:
+        yield LogFailed(log=str(log), strategy="", reason=str(error))
+        return
+    ground: Ground | LiosError | None = None
+    for name in wanted.strategies:
+        if canonical_name(name) in NEEDS_TRUTH and not wanted.settings.with_truth:
+            yield LogFailed(log=str(log), strategy=name, reason="it knows the whole house: give --with-truth")
+            continue
+        key = key_of(sha256, name, wanted.settings)
+        path = path_of(wanted.output, sha256, run_id, name) if wanted.output else None
+        kept = _kept(path, key, wanted) if path else None
+        if kept is not None:
+            yield kept
+            continue
+        if ground is None:
+            ground = _ground(run, wanted.settings)
+        yield (
+            _one(ground, name, key, path, wanted)
+            if isinstance(ground, Ground)
+            else LogFailed(log=str(log), strategy=name, reason=str(ground))
+        )
+
+
+def _ground(run: object, settings: Settings) -> Ground | LiosError:
+    try:
+        return ground_of(run, settings)  # type: ignore[arg-type]
+    except LiosError as error:
+        return error
+
+
+def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted) -> Outcome:
+    try:
+        made = replay_on(ground, name)
+    except LiosError as error:
+        return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
+    record = stored(ground, made, key=key)
+    if path is not None:
+        if wanted.write_logs:
+            write_replay_log(log_path(path), ground, made, force=True)
+        write_replay(path, record)
+    return record
+
+
+def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
+    """A kept replay of the same key, complete with its log if that is wanted."""
+    if wanted.write_logs and not log_path(path).exists():
+        return None
+    try:
+        record = read_replay(path)
+    except (FileMissing, MalformedFile):
+        return None
+    return record if record.key == key else None
+
+
+def log_path(path: Path) -> Path:
+    """Where the recording of a kept replay stands: beside it."""
+    return path.with_suffix(".mcap")
+
+
+def _all_of(task: tuple[Path, Wanted]) -> list[Outcome]:
+    return list(replay_log(*task))

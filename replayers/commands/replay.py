@@ -1,0 +1,235 @@
+"""`lios replay`: other planners over recorded logs; what each would have cost, and how far the log can tell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from replayers.batch import LogFailed
+    from replayers.stored_replays import StoredReplay
+
+
+def replay(
+    logs: Annotated[list[Path], typer.Argument(help="Logs, or folders of logs.")],
+    strategies: Annotated[
+        str,
+        typer.Option("--strategies", "--strategy", "-s", help='Names by comma, "module:Class", or "all".'),
+    ] = "all",
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Run the recorded strategy again and compare every decision.")
+    ] = False,
+    with_truth: Annotated[bool, typer.Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder that keeps replays (JSON and MCAP); resumes there.")
+    ] = None,
+    estimator: Annotated[
+        str, typer.Option("--estimator", help='"log": the log\'s own beliefs; or counts, fcnn, best.')
+    ] = "log",
+    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
+    budget: Annotated[
+        int, typer.Option("--budget", min=1, help="Runs that the bounds of one strategy may take.")
+    ] = 400,
+    unique: Annotated[
+        bool, typer.Option("--unique", help="Assume no instances beyond those that the log shows.")
+    ] = False,
+    no_inventory: Annotated[
+        bool, typer.Option("--no-inventory", help="Do not assume that the task's available item types are all.")
+    ] = False,
+    timeout: Annotated[
+        float, typer.Option("--timeout", min=0.1, help="Seconds that your own planner may take for a decision.")
+    ] = 10.0,
+    look_next: Annotated[
+        bool, typer.Option("--look-next", help="Which unopened container would settle most?")
+    ] = False,
+    workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; default: one a core.")] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the drawn worlds.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """What would other planners have cost on these logs?
+
+    lower and upper hold in every world that agrees with the log; estimate is a mean over drawn worlds.
+
+    Examples:
+
+        lios replay run.mcap --strategies all
+
+        lios replay run.mcap --strategies greedy,my_planner:Mine --json
+
+        lios replay logs/ --strategies all -o replays/ && lios compare replays/
+
+        lios replay run.mcap --verify
+    """
+    if verify:
+        _verify(logs, json=json)
+        return
+    from replayers.batch import LogFailed, Wanted, logs_among, replay_all, strategies_named
+    from replayers.bounds import Budget
+    from replayers.relevance import Assumptions
+    from replayers.replay import Settings
+    from replayers.sandbox import is_foreign
+    from workbench.terminal import emit_json, progress, say
+
+    files = logs_among(logs)
+    names = strategies_named(strategies, with_truth=with_truth)
+    for name in names:
+        is_foreign(name)
+    settings = Settings(
+        estimator=estimator,
+        worlds=worlds,
+        budget=Budget(runs=budget),
+        assumptions=Assumptions(inventory=not no_inventory, unique=unique),
+        with_truth=with_truth,
+        timeout_s=timeout,
+        seed=seed,
+    )
+    wanted = Wanted(strategies=names, settings=settings, output=output, write_logs=output is not None)
+    outcomes = list(
+        progress(replay_all(files, wanted, workers=workers), title="replaying", total=len(files) * len(names))
+    )
+    failed = [o for o in outcomes if isinstance(o, LogFailed)]
+    if len(failed) == len(outcomes):
+        _refuse(failed)
+    rows = [_row(o) for o in outcomes]
+    next_look = _look_next(outcomes, files, settings) if look_next else None
+    if json:
+        answer: dict[str, Any] = {"rows": rows, "seed": seed}
+        if next_look is not None:
+            answer["look_next"] = next_look
+        emit_json(answer)
+    else:
+        _show(rows, next_look, several=len(files) > 1)
+    for failure in failed:
+        say(f"{failure.log} {failure.strategy}: {failure.reason}")
+
+
+def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
+    from replayers.stored_replays import StoredReplay
+
+    if not isinstance(outcome, StoredReplay):
+        return {
+            "log": outcome.log,
+            "strategy": outcome.strategy,
+            "status": "not-replayed",
+            "lower": None,
+            "upper": None,
+            "estimate": None,
+            "exact": False,
+            "reason": outcome.reason,
+        }
+    bounds, estimate = outcome.bounds, outcome.estimate
+    return {
+        "log": outcome.log,
+        "strategy": outcome.strategy,
+        "status": outcome.status,
+        "cost": outcome.cost,
+        "lower": bounds.lower if bounds else None,
+        "upper": bounds.upper if bounds else None,
+        "estimate": estimate.mean if estimate else None,
+        "exact": outcome.exact,
+        "lower_proof": bounds.lower_proof if bounds else None,
+        "upper_proof": bounds.upper_proof if bounds else None,
+        "complete": bounds.complete if bounds else None,
+        "estimate_ci95": estimate.ci95 if estimate else None,
+        "interval90": estimate.interval90 if estimate else None,
+        "success": estimate.success if estimate else None,
+        "unseen": outcome.unseen,
+        "true_cost": outcome.true_cost,
+        "support": outcome.support,
+        "searches": outcome.searches,
+        "seconds": outcome.seconds,
+        "recorded_strategy": outcome.recorded_strategy,
+        "recorded_cost": outcome.recorded_cost,
+        "complete_log": outcome.complete_log,
+        "reason": outcome.reason,
+        "notes": outcome.notes,
+    }
+
+
+def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *, several: bool) -> None:
+    from workbench.terminal import emit_table, emit_text, say
+
+    shown = []
+    for row in rows:
+        interval = row.get("interval90")
+        shown.append(
+            {
+                **({"log": Path(row["log"]).name} if several else {}),
+                "strategy": row["strategy"],
+                "status": row["status"],
+                "lower": row["lower"],
+                "upper": row["upper"],
+                "bounds": _proof(row),
+                "estimate": row["estimate"],
+                "90 % of drawn worlds": f"{interval[0]:.1f} to {interval[1]:.1f}" if interval else None,
+                "in truth": row.get("true_cost"),
+                "not opened": row.get("unseen"),
+            }
+        )
+    if all(line["in truth"] is None for line in shown):
+        shown = [{k: v for k, v in line.items() if k != "in truth"} for line in shown]
+    emit_table(shown)
+    for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
+        say(f"note: {note}")
+    if next_look is not None:
+        for look in next_look[:3]:
+            emit_text(f"{Path(look['log']).name}: look into {look['container']}: {look['words']}")
+
+
+def _proof(row: dict[str, Any]) -> str | None:
+    if row["lower"] is None:
+        return None
+    if row["exact"]:
+        return "exact"
+    sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] != "exact"]
+    return "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
+
+
+def _refuse(failed: list[LogFailed]) -> None:
+    from workbench.errors import Unsupported
+
+    first = failed[0]
+    more = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
+    raise Unsupported(
+        f"{first.reason}{more}"
+        if first.reason.startswith(first.log)
+        else f"{first.log}: {first.strategy} {first.reason}{more}"
+    )
+
+
+def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> list[dict[str, Any]]:
+    from replayers.telling_look import telling_looks
+
+    return telling_looks(outcomes, files, settings)
+
+
+def _verify(logs: list[Path], *, json: bool) -> None:
+    import msgspec
+
+    from replayers.batch import logs_among
+    from replayers.run import read
+    from replayers.verify import verify
+    from workbench.errors import Failed
+    from workbench.terminal import emit_json, emit_text
+
+    rows: list[dict[str, Any]] = []
+    for log in logs_among(logs):
+        answer = verify(read(log, with_truth=True))
+        rows.append({"log": str(log), **msgspec.to_builtins(answer)})
+        if not json:
+            end = "" if answer.complete else " (the log is cut off; what it holds was compared)"
+            if answer.divergence is None:
+                emit_text(f"{log}: {answer.strategy} again, {answer.decisions} decisions the same{end}")
+            else:
+                d = answer.divergence
+                emit_text(
+                    f"{log}: first difference in decision {d.decision}, {d.topic} {d.field}: "
+                    f"logged {d.logged}, replayed {d.replayed}; {d.why}{end}"
+                )
+    if json:
+        emit_json({"rows": rows})
+    different = [row["log"] for row in rows if not row["same"]]
+    if different:
+        raise Failed(f"{len(different)} of {len(rows)} logs are not what their strategy does: {different[0]}")

@@ -1,0 +1,57 @@
+"""How is a replay recorded? As a run like any other, that says from which log it was made.
+
+The recording holds the run over the log alone; it ends as "undetermined" where the robot would have looked into a
+container that nobody opened. Every action carries its support: logged, implied or imputed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import msgspec
+
+from recorders.provenance import revision
+from recorders.recorder import RunRecorder
+from replayers.replay import Ground, Replay
+from workbench import __version__
+from workbench.runs.vocabulary import RunInfo
+
+
+def write_replay_log(path: Path, ground: Ground, made: Replay, *, force: bool = False) -> None:
+    """Records a replay as MCAP.
+
+    Raises:
+        OutputExists: the file exists and force is not given.
+    """
+    evidence = ground.evidence
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with RunRecorder(
+        path,
+        info=replay_info(ground, made),
+        place=evidence.place,
+        task=evidence.task,
+        costs=evidence.costs,
+        force=force,
+    ) as recorder:
+        for event in made.events:
+            recorder.record(event)
+
+
+def replay_info(ground: Ground, made: Replay) -> RunInfo:
+    """The identity of a replay: the run's, with another strategy and with where it came from."""
+    info = ground.evidence.info
+    code = revision()
+    return msgspec.structs.replace(
+        info,
+        run_id=hashlib.sha256(f"{ground.evidence.sha256} {made.strategy} {ground.draws}".encode()).hexdigest()[:12],
+        strategy=made.strategy,
+        estimator=ground.estimator.name,
+        source="replay",
+        origin_run=info.run_id,
+        origin_sha256=ground.evidence.sha256,
+        title=f"{made.strategy} over {info.run_id}: {info.title}".strip(": "),
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+    )

@@ -1,0 +1,243 @@
+"""How is a stranger's planner run so that it cannot break, stall, or see what it must not? In its own process.
+
+It receives views over a pipe and answers decisions. What it raises, a decision that takes too long, an answer that
+is no decision, and asking for the truth are turned into a decision without a plan, which ends the run as
+"planner-failed" with the reason. The process holds neither the log nor its path, so there is no truth to find.
+Views and decisions cross the pipe in memory by multiprocessing's own encoding; nothing of it is ever stored.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from importlib.metadata import entry_points
+from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
+from types import MappingProxyType
+from typing import Any, Self, final
+
+from workbench.errors import UnknownName
+from workbench.planning.plans import Plan, PlanStatus
+from workbench.planning.strategies import ENTRY_POINTS, canonical_name, strategy_names
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.planning.tasks import Task
+from workbench.worlds.house import ItemType
+
+LOADING_S = 60.0
+"""Importing a planner may import much."""
+
+MOST_RESTARTS = 3
+"""A planner that had to be stopped this often gets no further chance."""
+
+
+def _read_only_mapping(mapping: MappingProxyType[Any, Any]) -> tuple[Any, ...]:
+    return MappingProxyType, (dict(mapping),)
+
+
+ForkingPickler.register(MappingProxyType, _read_only_mapping)
+"""Read-only mappings may cross the pipe."""
+
+
+class AskedForTruth(Exception):
+    """A planner reached for what the house holds."""
+
+
+@final
+class HiddenTruth:
+    """Stands where the oracle would receive the house; whoever looks at it asks for the truth."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise AskedForTruth(f"it asks for the truth (house.{name})")
+
+    def __bool__(self) -> bool:
+        return False
+
+
+def is_foreign(name: str) -> bool:
+    """Whether a name means a planner from outside: "module:Class" or an installed entry point."""
+    if canonical_name(name) is not None:
+        return False
+    if ":" in name or any(entry.name == name for entry in entry_points(group=ENTRY_POINTS)):
+        return True
+    raise UnknownName("strategy", name, strategy_names(with_truth=True))
+
+
+@final
+class Sandboxed:
+    """A Strategy whose decisions are made in a process of its own. A context manager.
+
+    Args:
+        name: "module:Class", "module:factory" or the name of an entry point in the group lios.strategies.
+        timeout_s: the longest that one decision may take.
+    """
+
+    def __init__(self, name: str, *, timeout_s: float = 10.0) -> None:
+        self._spec = name
+        self._timeout_s = timeout_s
+        self._process: Any = None
+        self._pipe: Connection | None = None
+        self._restarts = 0
+        self._broken = ""
+        self._name = name
+        self._start()
+
+    @property
+    def name(self) -> str:
+        """What the planner calls itself; the name it was asked by if it cannot be loaded."""
+        return self._name
+
+    @property
+    def why_broken(self) -> str:
+        """Why it can decide nothing at all; empty while it can."""
+        return self._broken
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        """The types about which it wants beliefs; none if it cannot say."""
+        kind, answer = self._ask("types", task, self._timeout_s)
+        if kind != "ok" or not isinstance(answer, tuple):
+            self._broken = self._broken or (str(answer) if kind != "ok" else "its relevant_types are no tuple")
+            return ()
+        return tuple(ItemType(str(t)) for t in answer)
+
+    def decide(self, view: View) -> Decision:
+        kind, answer = self._ask("decide", view, self._timeout_s)
+        if kind == "ok" and isinstance(answer, Decision):
+            return answer
+        why = str(answer) if kind != "ok" else f"it returned {type(answer).__name__} instead of a Decision"
+        return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=why, solver=self._name))
+
+    def close(self) -> None:
+        """Ends its process. Safe to call twice."""
+        if self._process is not None and self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        if self._pipe is not None:
+            self._pipe.close()
+        self._process, self._pipe = None, None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, far = context.Pipe()
+        self._process = context.Process(target=_serve, args=(far, self._spec, os.getcwd()), daemon=True)
+        self._process.start()
+        far.close()
+        kind, answer = self._await(LOADING_S)
+        if kind != "ok":
+            self._broken = str(answer)
+            self.close()
+        else:
+            self._name = str(answer)
+
+    def _ask(self, what: str, value: object, timeout_s: float) -> tuple[str, Any]:
+        if self._broken:
+            return "broken", self._broken
+        if self._pipe is None:
+            self._start()
+            if self._broken or self._pipe is None:
+                return "broken", self._broken
+        try:
+            self._pipe.send((what, value))
+        except OSError:
+            return self._stopped("its process died")
+        kind, answer = self._await(timeout_s)
+        return self._stopped(str(answer)) if kind == "gone" else (kind, answer)
+
+    def _await(self, timeout_s: float) -> tuple[str, Any]:
+        assert self._pipe is not None, "awaited without a process"
+        if not self._pipe.poll(timeout_s):
+            return "gone", f"it made no decision within {timeout_s:g} s"
+        try:
+            return self._pipe.recv()
+        except (EOFError, OSError):
+            return "gone", "its process died"
+
+    def _stopped(self, why: str) -> tuple[str, Any]:
+        self.close()
+        self._restarts += 1
+        if self._restarts >= MOST_RESTARTS:
+            self._broken = f"{why} ({self._restarts} times; not tried again)"
+        return "gone", why
+
+
+def _serve(pipe: Connection, spec: str, folder: str) -> None:
+    """The far side: loads the planner, then answers one request after the other."""
+    sys.path.insert(0, folder)
+    planner: list[Strategy] = []
+
+    def load() -> str:
+        planner.append(load_foreign(spec))
+        return planner[0].name
+
+    pipe.send(_tried(load))
+    if not planner:
+        return
+    while True:
+        try:
+            what, value = pipe.recv()
+        except EOFError:
+            return
+        ask: Callable[[], object] = (
+            (lambda v=value: planner[0].decide(v))
+            if what == "decide"
+            else (lambda v=value: planner[0].relevant_types(v))
+        )
+        answer = _tried(ask)
+        try:
+            pipe.send(answer)
+        except (TypeError, AttributeError, ValueError) as error:
+            pipe.send(("raised", f"its answer cannot be sent: {error}"))
+
+
+def _tried(ask: Callable[[], object]) -> tuple[str, object]:
+    try:
+        return "ok", ask()
+    except AskedForTruth as error:
+        return "cheated", str(error)
+    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything; here it becomes a status
+        return "raised", f"it raised {type(error).__name__}: {error}"
+
+
+def load_foreign(spec: str) -> Strategy:
+    """A planner from "module:attribute" or an entry point: a class, a factory of a house, or a ready strategy.
+
+    Raises:
+        AskedForTruth: it cannot be made without the house.
+        TypeError: it is no strategy.
+    """
+    entry = next((e for e in entry_points(group=ENTRY_POINTS) if e.name == spec), None)
+    if entry is not None:
+        made = entry.load()
+    else:
+        module, _, attribute = spec.partition(":")
+        made = getattr(import_module(module), attribute)
+    if isinstance(made, type) or not _complete(made):
+        made = _make(made)
+    if not _complete(made):
+        raise TypeError(
+            f"{spec} is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
+        )
+    return made
+
+
+def _make(factory: Any) -> Any:
+    """Called without an argument, or with None for the house; when that fails, with a house that tells on it."""
+    try:
+        return factory() if isinstance(factory, type) else factory(None)
+    except (TypeError, AttributeError, ValueError, KeyError):
+        made = factory(HiddenTruth())
+        return made
+
+
+def _complete(thing: Any) -> bool:
+    return isinstance(getattr(thing, "name", None), str) and all(
+        callable(getattr(thing, method, None)) for method in ("relevant_types", "decide")
+    )

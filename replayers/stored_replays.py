@@ -1,0 +1,235 @@
+"""How is a replay kept? One JSON file a log and strategy, complete enough to compare without running again.
+
+The file's key holds everything that the answer depends on; a replay with the same key is not made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+
+from replayers.bounds import Bounds
+from replayers.replay import Ground, Replay, Settings
+from workbench import __version__
+from workbench.errors import FileMissing, MalformedFile
+from workbench.execution.events import Acted
+
+RECORD_VERSION = 1
+SUFFIX = ".replay.json"
+
+
+class StepRow(msgspec.Struct, frozen=True, kw_only=True):
+    """One action of the run over the log alone."""
+
+    index: int
+    decision: int
+    action: str
+    origin: str
+    target: str
+    items: tuple[str, ...]
+    cost: float
+    success: bool
+    support: str
+    seconds: float
+
+
+class StoredLeaf(msgspec.Struct, frozen=True, kw_only=True):
+    """One end: what the open containers looked into held, and what the run was charged."""
+
+    filled: tuple[tuple[str, tuple[str, ...]], ...]
+    cost: float
+    status: str
+
+
+class StoredBounds(msgspec.Struct, frozen=True, kw_only=True):
+    lower: float
+    upper: float
+    lower_proof: str
+    upper_proof: str
+    least_found: float
+    largest_found: float
+    complete: bool
+    can_fail: bool
+
+
+class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
+    mean: float
+    ci95: tuple[float, float]
+    interval90: tuple[float, float]
+    success: float
+    worlds: int
+
+
+class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
+    """One replay as it is kept.
+
+    Attributes:
+        key: everything that the answer depends on, hashed.
+        log, run_id, sha256, complete_log: which log.
+        place, place_sha256: which house, and its plan and travel costs hashed: two houses of one name that differ
+            are two houses.
+        recorded_strategy, recorded_status, recorded_cost: what was driven.
+        leaves: every end over all consistent worlds, when the bounds are complete.
+        drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
+    """
+
+    version: int = RECORD_VERSION
+    key: str
+    log: str
+    run_id: str
+    sha256: str
+    complete_log: bool
+    place: str
+    place_sha256: str
+    scenario: str
+    recorded_strategy: str
+    recorded_status: str
+    recorded_cost: float | None
+    strategy: str
+    status: str
+    reason: str
+    unseen: str | None
+    exact: bool
+    cost: float | None
+    bounds: StoredBounds | None
+    estimate: StoredEstimate | None
+    support: dict[str, int]
+    searches: int
+    seconds: float
+    true_cost: float | None
+    true_status: str | None
+    leaves: tuple[StoredLeaf, ...]
+    drawn: tuple[float, ...]
+    draws: str
+    steps: tuple[StepRow, ...]
+    notes: tuple[str, ...]
+
+
+def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
+    """A replay as it is kept."""
+    evidence = ground.evidence
+    outcome = ground.recorded
+    bounds = made.bounds
+    return StoredReplay(
+        key=key,
+        log=evidence.path,
+        run_id=evidence.info.run_id,
+        sha256=evidence.sha256,
+        complete_log=evidence.complete,
+        place=evidence.info.place,
+        place_sha256=ground.place_sha256,
+        scenario=evidence.info.scenario,
+        recorded_strategy=evidence.info.strategy,
+        recorded_status=outcome.status if outcome else "cut off",
+        recorded_cost=outcome.cost if outcome else None,
+        strategy=made.strategy,
+        status=made.status.value,
+        reason=made.reason,
+        unseen=made.unseen,
+        exact=made.exact,
+        cost=made.cost,
+        bounds=_bounds(bounds) if bounds else None,
+        estimate=msgspec.convert(_fields(made.estimate), StoredEstimate) if made.estimate else None,
+        support=dict(made.support),
+        searches=made.searches,
+        seconds=made.seconds,
+        true_cost=made.true_cost,
+        true_status=made.true_status,
+        leaves=tuple(
+            StoredLeaf(filled=leaf.filled, cost=leaf.ended.cost, status=leaf.ended.status.value)
+            for leaf in made.leaves
+        )
+        if bounds and bounds.complete
+        else (),
+        drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
+        draws=ground.draws,
+        steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),
+        notes=made.notes,
+    )
+
+
+def key_of(sha256: str, strategy: str, settings: Settings) -> str:
+    """Everything that an answer depends on, hashed: the log's bytes, the strategy, the settings, the version."""
+    parts = (__version__, RECORD_VERSION, sha256, strategy, repr(settings))
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def path_of(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
+    """Where a replay is kept: a folder a log, a file a strategy."""
+    safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in strategy)
+    return folder / f"{_safe(run_id)}-{sha256[:8]}" / f"{safe}{SUFFIX}"
+
+
+def write_replay(path: Path, record: StoredReplay) -> None:
+    """Writes a replay; whoever reads meanwhile sees the old file or the new one, never half of one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(f"{path.name}.{os.getpid()}.part")
+    aside.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=1))
+    os.replace(aside, path)
+
+
+def read_replay(path: Path) -> StoredReplay:
+    """A kept replay.
+
+    Raises:
+        FileMissing: no such file.
+        MalformedFile: no replay, or one of another version.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=StoredReplay)
+    except FileNotFoundError:
+        raise FileMissing(path) from None
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise MalformedFile(path, f"this is no kept replay ({error})", "Make it again: lios replay -o DIR") from error
+
+
+def replays_in(folder: Path) -> Iterator[StoredReplay]:
+    """All replays kept in a folder, in the order of their paths.
+
+    Raises:
+        FileMissing: no such folder.
+    """
+    if not folder.is_dir():
+        raise FileMissing(folder)
+    for path in sorted(folder.rglob(f"*{SUFFIX}")):
+        yield read_replay(path)
+
+
+def _bounds(bounds: Bounds) -> StoredBounds:
+    return StoredBounds(
+        lower=bounds.lower,
+        upper=bounds.upper,
+        lower_proof=bounds.lower_proof.value,
+        upper_proof=bounds.upper_proof.value,
+        least_found=bounds.least_found,
+        largest_found=bounds.largest_found,
+        complete=bounds.complete,
+        can_fail=bounds.can_fail,
+    )
+
+
+def _fields(value: object) -> dict[str, object]:
+    return {name: getattr(value, name) for name in StoredEstimate.__struct_fields__}
+
+
+def _step(event: Acted) -> StepRow:
+    return StepRow(
+        index=event.index,
+        decision=event.decision,
+        action=event.step.action,
+        origin=event.step.origin,
+        target=event.step.target,
+        items=event.items,
+        cost=event.cost,
+        success=event.success,
+        support=event.support,
+        seconds=(event.stamp_ns - event.start_ns) / 1e9,
+    )
+
+
+def _safe(name: str) -> str:
+    return "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in name) or "run"

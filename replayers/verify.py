@@ -1,0 +1,240 @@
+"""Is this log what its strategy does? The recorded strategy runs again over its own log, decision by decision.
+
+For a simulated run every observation, belief, find cost, plan and action must come out the same. For a robot's log
+the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief.
+Stamps, ways and timings are not compared: they are the robot's, not the strategy's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+
+import msgspec
+
+from replayers.evidence import evidence_of
+from replayers.logged_belief import estimator_for
+from replayers.logged_world import LoggedWorld
+from replayers.run import Run
+from replayers.sandbox import Sandboxed, is_foreign
+from replayers.unfolding import no_time
+from workbench.errors import Unsupported
+from workbench.execution.events import Event
+from workbench.execution.loop import run_task
+from workbench.planning.actions import relevant_types
+from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
+from workbench.planning.strategy import Strategy
+from workbench.runs.codec import to_wire
+from workbench.runs.vocabulary import (
+    ActionFinished,
+    BeliefUpdate,
+    DomainEvent,
+    FindCosts,
+    Observation,
+    Outcome,
+    PlanComputed,
+)
+
+TOLERANCE = 2e-6
+"""Numbers closer than this are the same: the log rounds to six decimals."""
+
+NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator"})
+"""Fields that are the world's or the machine's, not the strategy's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Divergence:
+    """Where a replay first differs from its log.
+
+    Attributes:
+        decision: in which decision; topic: in which kind of event; index: of how many events before.
+        field: which field differs; "event" when one side has an event that the other lacks.
+        logged, replayed: the two values, shortened.
+        why: the likely cause, in words.
+    """
+
+    decision: int
+    topic: str
+    index: int
+    field: str
+    logged: str
+    replayed: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verification:
+    """The answer.
+
+    Attributes:
+        same: everything compared is the same.
+        decisions, events: how many were compared.
+        complete: the log holds its end; otherwise what it holds was compared.
+    """
+
+    same: bool
+    decisions: int
+    events: int
+    complete: bool
+    strategy: str
+    divergence: Divergence | None = None
+    notes: tuple[str, ...] = ()
+
+
+def verify(run: Run) -> Verification:
+    """Runs the recorded strategy again and compares.
+
+    Raises:
+        UnknownName: the strategy is not known here.
+        Unsupported: the oracle, and the log was read without its truth.
+    """
+    evidence = evidence_of(run)
+    name = run.info.strategy
+    if canonical_name(name) in NEEDS_TRUTH:
+        return _compared(run, _with_truth(run, name), ())
+    estimator, note = estimator_for(evidence, relevant_types(evidence.task.goal), name="same")
+    notes = tuple(n for n in (*evidence.notes, note) if n)
+
+    def again(planner: Strategy) -> Iterator[Event]:
+        world = LoggedWorld(evidence, with_ways=False)
+        return run_task(
+            world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=no_time
+        )
+
+    if is_foreign(name):
+        with Sandboxed(name) as planner:
+            return _compared(run, tuple(again(planner)), notes)
+    return _compared(run, again(strategy(name)), notes)
+
+
+def _with_truth(run: Run, name: str) -> Iterable[Event]:
+    from replayers.replay import Settings, ground_of, in_truth
+
+    if run.truth is None:
+        raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
+    ground = ground_of(run, Settings(estimator="same", worlds=0, with_truth=True))
+    return in_truth(ground, strategy(name, house=ground.truth))
+
+
+def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Verification:
+    logged = _in_order(run)
+    replayed = (wire for event in events for wire in to_wire(event) if type(wire) in _ORDER)
+    count, decisions = 0, 0
+    for index, (was, now) in enumerate(zip_longest(logged, replayed)):
+        if was is None and run.outcome is None:
+            break
+        divergence = _difference(was, now, index)
+        if divergence is not None:
+            return Verification(
+                same=False,
+                decisions=decisions,
+                events=count,
+                complete=run.complete,
+                strategy=run.info.strategy,
+                divergence=divergence,
+                notes=notes,
+            )
+        count += 1
+        decisions += isinstance(was, PlanComputed)
+    return Verification(
+        same=True, decisions=decisions, events=count, complete=run.complete, strategy=run.info.strategy, notes=notes
+    )
+
+
+_ORDER: dict[type[DomainEvent], int] = {
+    BeliefUpdate: 0,
+    FindCosts: 1,
+    PlanComputed: 2,
+    ActionFinished: 3,
+    Observation: 4,
+    Outcome: 5,
+}
+
+
+def _in_order(run: Run) -> list[DomainEvent]:
+    """The log's events in the loop's order: by decision, then as the loop yields them."""
+    start = [o for o in run.observations if o.known_at_start]
+    rest: list[tuple[tuple[int, int, int, int], DomainEvent]] = []
+    for group in (run.beliefs, run.find_costs, run.plans):
+        rest += [((e.decision, 0, 0, _ORDER[type(e)]), e) for e in group]
+    rest += [((a.decision, 1, a.stamp.ns, 2 * a.index), a) for a in run.actions]
+    searched = {(a.decision, a.target): a.index for a in run.actions if a.action == "search"}
+    for o in run.observations:
+        if not o.known_at_start:
+            after = searched.get((o.decision, o.container), len(run.actions))
+            rest.append(((o.decision, 1, o.stamp.ns, 2 * after + 1), o))
+    rest.sort(key=lambda pair: pair[0])
+    end = [run.outcome] if run.outcome is not None else []
+    return [*sorted(start, key=lambda o: o.container), *(event for _, event in rest), *end]
+
+
+def _difference(was: DomainEvent | None, now: DomainEvent | None, index: int) -> Divergence | None:
+    if was is None or now is None or type(was) is not type(now):
+        some = was or now
+        return Divergence(
+            decision=int(getattr(some, "decision", 0)),
+            topic=type(some).__name__,
+            index=index,
+            field="event",
+            logged=_short(was),
+            replayed=_short(now),
+            why=_why(was, now, "event"),
+        )
+    before, after = msgspec.to_builtins(was), msgspec.to_builtins(now)
+    for name in before:
+        if name not in NOT_COMPARED and not _same(before[name], after[name]):
+            return Divergence(
+                decision=was.decision,
+                topic=type(was).__name__,
+                index=index,
+                field=name,
+                logged=_shortened(before[name]),
+                replayed=_shortened(after[name]),
+                why=_why(was, now, name),
+            )
+    return None
+
+
+def _why(was: DomainEvent | None, now: DomainEvent | None, field: str) -> str:
+    """The likely cause of a divergence, from what differs."""
+    if was is None:
+        return "the log ends here; the strategy would have gone on"
+    if now is None:
+        return "the strategy ends here; the robot went on (an operator, or another strategy)"
+    if isinstance(now, Outcome) and now.status == "undetermined":
+        return f"the strategy looks into {now.unseen}, which the robot skipped"
+    if isinstance(was, ActionFinished) and not was.success:
+        return f"the robot's {was.action} failed: {was.reason or 'no reason logged'}"
+    if isinstance(was, ActionFinished) and isinstance(now, ActionFinished):
+        return f"the robot did '{was.action} {was.target}' where the strategy does '{now.action} {now.target}'"
+    if isinstance(was, BeliefUpdate):
+        return "the beliefs differ: another estimator, or other weights"
+    if isinstance(was, FindCosts | PlanComputed):
+        return f"the strategy decides otherwise ({field}): other code, weights or solver than while recording"
+    return f"the {field} differs"
+
+
+def _same(a: object, b: object) -> bool:
+    if isinstance(a, float | int) and isinstance(b, float | int) and not isinstance(a, bool):
+        return abs(a - b) <= TOLERANCE * max(1.0, abs(a))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_same(a[k], b[k]) for k in a)
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        return len(a) == len(b) and all(_same(x, y) for x, y in zip(a, b, strict=True))
+    return a == b
+
+
+def _short(event: DomainEvent | None) -> str:
+    if event is None:
+        return "nothing"
+    if isinstance(event, ActionFinished):
+        return f"{event.action} {event.target}"
+    if isinstance(event, Outcome):
+        return f"the end: {event.status}"
+    return type(event).__name__
+
+
+def _shortened(value: object) -> str:
+    text = msgspec.json.encode(value).decode()
+    return text if len(text) <= 100 else text[:97] + "..."
