@@ -23,11 +23,14 @@ MATH = {"nnan", "ninf", "nsz"}
 """No entry is ever NaN or infinite; sums keep their order, so the answers do not depend on the machine."""
 
 
-def cost_table(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Array:
+def cost_table(
+    missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
+) -> Array:
     """W(nothing, origin) for every item type; arguments and answer as reference.cost_table."""
     answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
+    ends = np.zeros_like(found) if tail is None else tail
     order, position, start = _layers(between_m.shape[1])
-    _cost_table(missing, between_m, from_m, found, float(search), order, position, start, answer)
+    _cost_table(missing, between_m, from_m, found, ends, float(search), order, position, start, answer)
     return answer
 
 
@@ -62,6 +65,7 @@ def _cost_table(
     between_m: Array,
     from_m: Array,
     found: Array,
+    ends: Array,
     search: float,
     order: Indices,
     position: Indices,
@@ -85,7 +89,7 @@ def _cost_table(
             for a in range(k):
                 for g in range(tile):
                     reward[a, g] = found[item, a, first + g]
-            layer[k & 1, 0] = 0.0
+                    layer[k & 1, 0, a, g] = ends[item, a, first + g]
             for size in range(k - 1, -1, -1):
                 here, next_size = size & 1, 1 - (size & 1)
                 for place in range(start[size], start[size + 1]):

@@ -7,7 +7,7 @@ then never costs less than the find from where one stands.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Protocol, cast
@@ -28,6 +28,7 @@ from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
 
 
 def expected_find_costs(
@@ -55,13 +56,8 @@ def expected_find_costs(
         BadValue: a limit below 1, or an unknown belief model.
         TooManyCandidates: a limit above MAX_LIMIT.
     """
-    check_limit(limit)
     here = places(belief, travel, origins=origins, targets=targets)
-    metres = np.zeros((len(belief.item_types), len(origins), len(targets)))
-    if here.containers and metres.size:
-        setup = _setup(here, np.arange(len(metres)), costs, belief_model, limit, ranking)
-        table = _program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search)
-        metres = np.maximum(table, 0.0)
+    metres = cost_table(here, costs=costs, belief_model=belief_model, limit=limit, ranking=ranking)
     return FindCosts(
         item_types=belief.item_types,
         origins=tuple(origins),
@@ -94,6 +90,30 @@ def expected_search(
     return along(order, here, item=item, model=belief_model, costs=query.costs)
 
 
+def cost_table(
+    here: Places,
+    *,
+    costs: ActionCosts,
+    belief_model: BeliefModel,
+    limit: int,
+    ranking: Ranking | None = None,
+    tail: Callable[[Places, Indices], Array] | None = None,
+) -> Array:
+    """Eq. 1 for all of `here`, shape (item types, origins, targets).
+
+    Args:
+        tail: given the candidates, what follows when the object is in none of them: reference.cost_table's `tail`.
+    """
+    check_limit(limit)
+    metres = np.zeros((len(here.probability), len(here.from_m), here.to_m.shape[1]))
+    if not here.containers or not metres.size:
+        return metres
+    setup = _setup(here, np.arange(len(metres)), costs, belief_model, limit, ranking)
+    ends = None if tail is None else tail(here, setup.candidates)
+    table = _program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search, ends)
+    return np.maximum(table, 0.0)
+
+
 def best_order(
     here: Places,
     item: int,
@@ -102,7 +122,7 @@ def best_order(
     belief_model: BeliefModel,
     limit: int,
     ranking: Ranking | None = None,
-) -> npt.NDArray[np.intp]:
+) -> Indices:
     """The minimiser's order for one item type, from the first origin to the first target of `here`.
 
     Returns:
@@ -119,7 +139,7 @@ def best_order(
 class _Setup:
     """The arrays of reference.cost_table and the candidates that they are about, shape (item types, k)."""
 
-    candidates: npt.NDArray[np.intp]
+    candidates: Indices
     missing: Array
     between_m: Array
     from_m: Array
@@ -128,7 +148,7 @@ class _Setup:
 
 def _setup(
     here: Places,
-    items: npt.NDArray[np.intp],
+    items: Indices,
     costs: ActionCosts,
     model: BeliefModel,
     limit: int,
@@ -154,7 +174,9 @@ def _setup(
 class _Program(Protocol):
     """What reference.py and compiled.py both are."""
 
-    def cost_table(self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Array: ...
+    def cost_table(
+        self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
+    ) -> Array: ...
 
     def best_order(
         self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float

@@ -24,7 +24,9 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 
-def cost_table(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Array:
+def cost_table(
+    missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
+) -> Array:
     """W(nothing, origin) for every item type, origin and target.
 
     Args:
@@ -33,13 +35,16 @@ def cost_table(missing: Array, between_m: Array, from_m: Array, found: Array, se
         from_m: metres from each origin to each candidate, shape (item types, origins, k).
         found: R_pick + d(a, to), shape (item types, k, targets).
         search: R_search.
+        tail: W(all candidates, i), what follows once every candidate has been searched and i was the last: shape
+            (item types, k, targets); None for nothing, as in the paper.
 
     Returns:
         Shape (item types, origins, targets).
     """
     answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
     for item in range(len(answer)):
-        table = subset_costs(missing[item], between_m[item], found[item], search)
+        ends = np.zeros_like(found[item]) if tail is None else tail[item]
+        table = subset_costs(missing[item], between_m[item], found[item], search, ends)
         answer[item] = _least(missing[item], from_m[item], found[item], search, table, 0)
     return answer
 
@@ -52,7 +57,7 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
         between_m: shape (k, k).
         from_m, found: shape (k,).
     """
-    table = subset_costs(missing, between_m, found[:, None], search)
+    table = subset_costs(missing, between_m, found[:, None], search, np.zeros((len(found), 1)))
     order: list[int] = []
     subset, row = 0, from_m
     while len(order) < len(between_m):
@@ -64,19 +69,21 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
     return order
 
 
-def subset_costs(missing: Array, between_m: Array, found: Array, search: float) -> Array:
+def subset_costs(missing: Array, between_m: Array, found: Array, search: float, ends: Array) -> Array:
     """W(S, i) of one item type for every subset S of its candidates and every candidate i.
 
     Args:
         missing: shape (2**k,).
         between_m: shape (k, k).
         found: shape (k, targets).
+        ends: W(all candidates, i), shape (k, targets).
 
     Returns:
         Shape (2**k, k, targets).
     """
     k = len(between_m)
     table = np.zeros((1 << k, k, found.shape[1]))
+    table[-1] = ends
     for subset in range((1 << k) - 2, 0, -1):
         table[subset] = _least(missing, between_m, found, search, table, subset)
     return table
