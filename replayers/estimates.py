@@ -48,8 +48,7 @@ def costs_in(worlds: DrawnWorlds, tree: Unfolding) -> tuple[Floats, npt.NDArray[
     for world in range(len(worlds)):
 
         def choose(question: Question, world: int = world) -> Answer:
-            live = tuple(dict.fromkeys(t for option in question.options for t in option))
-            answer = worlds.answer(world, question.container, live)
+            answer = worlds.answer(world, question.container, question.live)
             return answer if answer in question.options else question.options[0]
 
         leaf, _ = tree.follow(choose)

@@ -14,6 +14,7 @@ import msgspec
 
 from replayers.bounds import Bounds
 from replayers.replay import Ground, Replay, Settings
+from replayers.unfolding import Leaf
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile
 from workbench.execution.events import Acted
@@ -37,10 +38,18 @@ class StepRow(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float
 
 
+class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """What an open container answered, of the types that still mattered."""
+
+    container: str
+    live: tuple[str, ...]
+    answer: tuple[str, ...]
+
+
 class StoredLeaf(msgspec.Struct, frozen=True, kw_only=True):
     """One end: what the open containers looked into held, and what the run was charged."""
 
-    filled: tuple[tuple[str, tuple[str, ...]], ...]
+    filled: tuple[StoredAnswer, ...]
     cost: float
     status: str
 
@@ -140,7 +149,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         true_cost=made.true_cost,
         true_status=made.true_status,
         leaves=tuple(
-            StoredLeaf(filled=leaf.filled, cost=leaf.ended.cost, status=leaf.ended.status.value)
+            StoredLeaf(filled=_answers(leaf), cost=leaf.ended.cost, status=leaf.ended.status.value)
             for leaf in made.leaves
         )
         if bounds and bounds.complete
@@ -197,6 +206,10 @@ def replays_in(folder: Path) -> Iterator[StoredReplay]:
         raise FileMissing(folder)
     for path in sorted(folder.rglob(f"*{SUFFIX}")):
         yield read_replay(path)
+
+
+def _answers(leaf: Leaf) -> tuple[StoredAnswer, ...]:
+    return tuple(StoredAnswer(container=f.container, live=f.live, answer=f.answer) for f in leaf.filled)
 
 
 def _bounds(bounds: Bounds) -> StoredBounds:

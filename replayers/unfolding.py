@@ -28,6 +28,15 @@ Script = tuple[Answer, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Filled:
+    """What an open container answered, and of which types it was asked: the others no longer mattered."""
+
+    container: ContainerId
+    live: tuple[ItemType, ...]
+    answer: Answer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Question:
     """A moment when the log cannot tell: the strategy stands at an open container and looks into it.
 
@@ -35,6 +44,7 @@ class Question:
         script: the answers before.
         asked: the containers of those answers.
         container: the one looked into now.
+        live: the item types that still matter.
         options: every answer that it can give, nothing first.
         own_cost: what the run has cost so far, the look included.
         knowledge: what the robot knows before the look.
@@ -43,6 +53,7 @@ class Question:
     script: Script
     asked: tuple[ContainerId, ...]
     container: ContainerId
+    live: tuple[ItemType, ...]
     options: tuple[Answer, ...]
     own_cost: float
     knowledge: Knowledge
@@ -59,7 +70,7 @@ class Leaf:
     """
 
     script: Script
-    filled: tuple[tuple[ContainerId, Answer], ...]
+    filled: tuple[Filled, ...]
     ended: Ended
     picks: int = 0
 
@@ -126,7 +137,8 @@ class Unfolding:
 
     def events(self, leaf: Leaf) -> tuple[Event, ...]:
         """The events of a run that ended in a leaf, with the ways walked; what a recording of it holds."""
-        world = LoggedWorld(self.evidence, filling=lambda c, _: imputed_items(dict(leaf.filled).get(c, ()), c))
+        answers = {f.container: f.answer for f in leaf.filled}
+        world = LoggedWorld(self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c))
         task, costs = self.evidence.task, self.evidence.costs
         return tuple(
             run_task(
@@ -166,7 +178,10 @@ class Unfolding:
                 cost += event.cost
                 picks += event.success and event.step.action == "pick"
         assert ended is not None, "the loop always ends with Ended"
-        filled = tuple(zip(filling.asked, filling.given, strict=True))
+        filled = tuple(
+            Filled(container=q.container, live=q.live, answer=answer)
+            for q, answer in zip(filling.questions, filling.given, strict=True)
+        )
         return Leaf(script=filling.given, filled=filled, ended=ended, picks=picks), filling.questions
 
     def question(
@@ -184,6 +199,7 @@ class Unfolding:
             script=script,
             asked=asked,
             container=container,
+            live=live,
             options=self.relevance.options(live, script, left, self._seen),
             own_cost=cost + self.evidence.costs.search,
             knowledge=knowledge,

@@ -1,0 +1,105 @@
+"""`lios compare`: which strategy is better on the logs that were replayed, and how far that is certain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from replayers.comparing import Pair
+
+
+def compare(
+    folder: Annotated[Path, typer.Argument(help="A folder of replays, made by lios replay -o DIR.")],
+    match: Annotated[str, typer.Option("-k", help="Only pairs whose names contain this text.")] = "",
+    frames: Annotated[
+        bool, typer.Option("--frames", help="Write replays.parquet and steps.parquet into the folder.")
+    ] = False,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the intervals.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Which strategy is better on these logs?
+
+    wins, loses and equal hold in every world that agrees with the log; the rest is undecided.
+
+    Examples:
+
+        lios compare replays/
+
+        lios compare replays/ -k model-lios --frames --json
+    """
+    import numpy as np
+
+    from replayers.comparing import changed_houses
+    from replayers.comparing import compare as compared
+    from replayers.replay_frames import replays_frame, steps_frame
+    from replayers.stored_replays import replays_in
+    from workbench.errors import MalformedFile
+    from workbench.terminal import emit_json, emit_table, say
+
+    records = list(replays_in(folder))
+    if not records:
+        raise MalformedFile(folder, "no replays in this folder", "Make some: lios replay LOG... -o DIR")
+    pairs = compared(records, rng=np.random.default_rng(seed))
+    pairs = tuple(pair for pair in pairs if match in f"{pair.a} {pair.b}")
+    if frames:
+        replays_frame(records).to_parquet(folder / "replays.parquet")
+        steps_frame(records).to_parquet(folder / "steps.parquet")
+    changed = changed_houses(records)
+    rows = [_row(pair) for pair in pairs]
+    if json:
+        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "seed": seed})
+        return
+    emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
+    for place in changed:
+        say(f"note: {place} differs between logs (plan or travel costs); its versions count as different houses")
+    if frames:
+        say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
+
+
+def _row(pair: Pair) -> dict[str, Any]:
+    return {
+        "a": pair.a,
+        "b": pair.b,
+        "logs": pair.logs,
+        "houses": pair.houses,
+        "wins": pair.wins,
+        "loses": pair.loses,
+        "equal": pair.equal,
+        "undecided": pair.undecided,
+        "difference_lower": pair.least,
+        "difference_upper": pair.most,
+        "drawn_difference": pair.drawn.value if pair.drawn else None,
+        "drawn_ci95": pair.drawn.interval if pair.drawn else None,
+        "chance_a_cheaper": pair.chance,
+        "true_difference": pair.true.value if pair.true else None,
+        "true_ci95": pair.true.interval if pair.true else None,
+        "by_log": [
+            {
+                "log": d.log,
+                "verdict": d.verdict,
+                "lower": d.least,
+                "upper": d.most,
+                "paired": d.paired,
+                "chance_a_cheaper": d.chance[0] if d.chance else None,
+                "true": d.true,
+            }
+            for d in pair.differences
+        ],
+    }
+
+
+def _shown(row: dict[str, Any]) -> dict[str, Any]:
+    shown = {name: row[name] for name in ("a", "b", "logs", "wins", "equal", "undecided", "loses")}
+    shown["certain difference"] = f"{row['difference_lower']:.1f} to {row['difference_upper']:.1f}"
+    shown["drawn difference"] = _interval(row["drawn_difference"], row["drawn_ci95"])
+    shown["chance a is cheaper"] = row["chance_a_cheaper"]
+    if row["true_difference"] is not None:
+        shown["true difference"] = _interval(row["true_difference"], row["true_ci95"])
+    return shown
+
+
+def _interval(value: float | None, ci: tuple[float, float] | None) -> str | None:
+    return None if value is None or ci is None else f"{value:.1f} ({ci[0]:.1f} to {ci[1]:.1f})"

@@ -1,0 +1,178 @@
+"""Which strategy is better on these logs, and is that certain? Pairs, log by log, in the same world.
+
+Two strategies over one log are compared world by world: with every end of both at hand, the difference of their
+costs is bounded over all worlds that agree with the log (ends whose open containers answer alike belong together).
+That is tighter than setting their own bounds side by side. What is drawn (estimates, chances) is kept apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from replayers.stored_replays import StoredAnswer, StoredLeaf, StoredReplay
+from workbench.evaluation.statistics import Estimate, paired_difference
+
+NEAR = 1e-6
+MOST_PAIRS = 250_000
+"""Of ends; beyond this, the bounds are set side by side instead."""
+
+WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """a's cost minus b's over one log.
+
+    Attributes:
+        least, most: over every world that agrees with the log.
+        paired: whether the ends were matched world by world; otherwise from the two bounds alone.
+        verdict: a wins, loses or equals b in every world, or undecided.
+        chance: share of drawn worlds in which a is cheaper, and in which they are equal; None without draws.
+        drawn: mean difference in the drawn worlds; true: in the recorded truth, where asked for.
+    """
+
+    log: str
+    house: str
+    least: float
+    most: float
+    paired: bool
+    verdict: str
+    chance: tuple[float, float] | None
+    drawn: float | None
+    true: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pair:
+    """Two strategies over many logs.
+
+    Attributes:
+        wins, loses, equal, undecided: logs on which a wins in every consistent world, and so on.
+        least, most: the mean difference over the logs lies between, whatever the worlds are.
+        drawn, true: mean paired differences with intervals that draw houses; None where no log has them.
+        chance: mean share of drawn worlds in which a is cheaper.
+    """
+
+    a: str
+    b: str
+    logs: int
+    houses: int
+    wins: int
+    loses: int
+    equal: int
+    undecided: int
+    least: float
+    most: float
+    chance: float | None
+    drawn: Estimate | None
+    true: Estimate | None
+    differences: tuple[Difference, ...]
+
+
+def compare(records: Iterable[StoredReplay], *, rng: np.random.Generator) -> tuple[Pair, ...]:
+    """Every pair of strategies that share a log, in the order of first appearance."""
+    by_log: dict[str, dict[str, StoredReplay]] = {}
+    for record in records:
+        if record.bounds is not None:
+            by_log.setdefault(record.sha256, {})[record.strategy] = record
+    names = tuple(dict.fromkeys(name for group in by_log.values() for name in group))
+    pairs: list[Pair] = []
+    for a, b in combinations(names, 2):
+        both = [(g[a], g[b]) for g in by_log.values() if a in g and b in g]
+        if both:
+            pairs.append(_pair(a, b, [difference(x, y) for x, y in both], rng))
+    return tuple(pairs)
+
+
+def difference(a: StoredReplay, b: StoredReplay) -> Difference:
+    """a minus b over the log that both were made from."""
+    assert a.bounds is not None, f"{a.strategy} has no bounds"
+    assert b.bounds is not None, f"{b.strategy} has no bounds"
+    least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
+    paired = bool(a.leaves and b.leaves) and len(a.leaves) * len(b.leaves) <= MOST_PAIRS
+    if paired:
+        apart = list(_apart(a.leaves, b.leaves))
+        least, most = min(apart), max(apart)
+    chance, drawn = None, None
+    if a.drawn and a.draws == b.draws and len(a.drawn) == len(b.drawn):
+        costs = np.array(a.drawn) - np.array(b.drawn)
+        chance = (float(np.mean(costs < -NEAR)), float(np.mean(np.abs(costs) <= NEAR)))
+        drawn = float(costs.mean())
+    return Difference(
+        log=a.log,
+        house=a.place_sha256,
+        least=least,
+        most=most,
+        paired=paired,
+        verdict=_verdict(least, most),
+        chance=chance,
+        drawn=drawn,
+        true=None if a.true_cost is None or b.true_cost is None else a.true_cost - b.true_cost,
+    )
+
+
+def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
+    """Places of one name whose plan or travel costs differ between logs: they count as different houses."""
+    plans: dict[str, set[str]] = {}
+    for record in records:
+        plans.setdefault(record.place, set()).add(record.place_sha256)
+    return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
+
+
+def _apart(a: Sequence[StoredLeaf], b: Sequence[StoredLeaf]) -> Iterator[float]:
+    """Cost differences of ends that one and the same world can bring about."""
+    told_a = [{f.container: f for f in leaf.filled} for leaf in a]
+    told_b = [{f.container: f for f in leaf.filled} for leaf in b]
+    for x, in_a in zip(a, told_a, strict=True):
+        for y, in_b in zip(b, told_b, strict=True):
+            if all(c not in in_b or agree(told, in_b[c]) for c, told in in_a.items()):
+                yield x.cost - y.cost
+
+
+def agree(a: StoredAnswer, b: StoredAnswer) -> bool:
+    """Whether one container can have given both answers: alike in every type that mattered to both."""
+    both = set(a.live) & set(b.live)
+    return all(a.answer.count(t) == b.answer.count(t) for t in both)
+
+
+def _verdict(least: float, most: float) -> str:
+    if most < -NEAR:
+        return WINS
+    if least > NEAR:
+        return LOSES
+    return EQUAL if max(abs(least), abs(most)) <= NEAR else UNDECIDED
+
+
+def _pair(a: str, b: str, differences: list[Difference], rng: np.random.Generator) -> Pair:
+    houses = [d.house for d in differences]
+    drawn = [(d.drawn, d.house) for d in differences if d.drawn is not None]
+    true = [(d.true, d.house) for d in differences if d.true is not None]
+    chances = [d.chance[0] for d in differences if d.chance is not None]
+    verdicts = [d.verdict for d in differences]
+    return Pair(
+        a=a,
+        b=b,
+        logs=len(differences),
+        houses=len(set(houses)),
+        wins=verdicts.count(WINS),
+        loses=verdicts.count(LOSES),
+        equal=verdicts.count(EQUAL),
+        undecided=verdicts.count(UNDECIDED),
+        least=float(np.mean([d.least for d in differences])),
+        most=float(np.mean([d.most for d in differences])),
+        chance=float(np.mean(chances)) if chances else None,
+        drawn=_interval(drawn, rng),
+        true=_interval(true, rng),
+        differences=tuple(differences),
+    )
+
+
+def _interval(values: list[tuple[float, str]], rng: np.random.Generator) -> Estimate | None:
+    if not values:
+        return None
+    apart = np.array([value for value, _ in values])
+    return paired_difference(apart, np.zeros_like(apart), [house for _, house in values], rng=rng)
