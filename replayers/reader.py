@@ -1,25 +1,22 @@
 """What stands in a log? The one file that reads MCAP.
 
-Every length that a file claims is checked against what is there before anything is allocated, so that no damaged
-file can take more memory than MAX_RECORD_BYTES for a record and its contents. Two ways in: `scan` walks a file from
-its start, record by record, and can be told to go on after damage; `read_summary` reads the index at its end.
+`scan` walks a file from its start, record by record; damage raises, or is told and stepped over. `messages` goes one
+step further, to the messages inside chunks. `read_index` reads what the end of a closed file says is in it.
+
+Damage is stepped over by looking for the next place where a record begins: one whose length fits the file and that
+is followed by another. No length is believed before it is compared with what is there.
 """
 
 from __future__ import annotations
 
 import io
-import os
-import struct
+import re
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, final
 
-import lz4.frame
-import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
@@ -30,28 +27,39 @@ from mcap.records import (
     Footer,
     Header,
     McapRecord,
-    MessageIndex,
     Metadata,
     MetadataIndex,
     Schema,
     Statistics,
-    SummaryOffset,
 )
 
+from recorders.log_index import MAGIC, LogIndex
+from replayers.mcap_records import (
+    HEAD,
+    MAX_RECORD_BYTES,
+    ChunkRecord,
+    Raw,
+    Record,
+    Unreadable,
+    is_known,
+    opcode_name,
+    parse,
+    records_in,
+)
 from workbench.errors import FileMissing, Malformed, MalformedFile
 
-MAGIC = b"\x89MCAP0\r\n"
-MAX_RECORD_BYTES = 128 << 20
-"""No record, and no chunk unpacked, may be larger. Attachments are read apart and may."""
-RECORD_HEAD = 9
-FOOTER_BYTES = RECORD_HEAD + 20
+CHUNK_HEAD_BYTES = 48
+FOOTER_BYTES = HEAD.size + 20
+WINDOW_BYTES = 1 << 20
+CHAIN = 3
+"""So many records in a row must fit before a place after damage is taken for the beginning of one."""
 
 
 class NoMcap(MalformedFile):
     """A file that is not MCAP."""
 
-    def __init__(self, path: Path | str, size: int) -> None:
-        what = "it is empty" if size == 0 else "it is no MCAP file"
+    def __init__(self, path: Path | str, *, empty: bool) -> None:
+        what = "it is empty" if empty else "it is no MCAP file"
         super().__init__(path, what, "Give a log that lios recorded, or convert it: lios import")
 
 
@@ -68,29 +76,21 @@ class Damage(NamedTuple):
     Attributes:
         offset: of the record.
         what: in words.
-        messages_lost: None when nobody can know.
+        cut_off: the file merely ends early, as when a recorder was killed.
     """
 
     offset: int
     what: str
-    messages_lost: int | None = None
+    cut_off: bool = False
 
 
-class Raw(NamedTuple):
-    """A message as it stands in the file."""
-
-    channel_id: int
-    sequence: int
-    log_time: int
-    publish_time: int
-    data: bytes
+OnDamage = Callable[[Damage], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RawMessage:
-    """A message with its channel and schema, undecoded."""
+class Message:
+    """A message with its channel and schema, undecoded. Stamps in nanoseconds."""
 
-    topic: str
     channel: Channel
     schema: Schema | None
     log_time: int
@@ -98,202 +98,151 @@ class RawMessage:
     sequence: int
     data: bytes
 
-
-@dataclass(frozen=True, slots=True)
-class ChunkRecord:
-    """A chunk, still packed."""
-
-    start_ns: int
-    end_ns: int
-    uncompressed_size: int
-    uncompressed_crc: int
-    compression: str
-    packed: bytes
-
-
-Record = McapRecord | ChunkRecord | Raw
-OnDamage = Callable[[Damage], None]
-
-
-class Unreadable(Exception):
-    """A record whose bytes make no sense; caught inside this file and by those who count damage."""
-
-
-@dataclass(slots=True)
-class Summary:
-    """What the end of a file says is in it."""
-
-    header: Header | None = None
-    statistics: Statistics | None = None
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    chunks: list[ChunkIndex] = field(default_factory=list)
-    attachments: list[AttachmentIndex] = field(default_factory=list)
-    metadata: list[MetadataIndex] = field(default_factory=list)
-    data_end: int = 0
-    """Offset of the DataEnd record: where more could be appended."""
-    data_crc: int = 0
+    @property
+    def topic(self) -> str:
+        return self.channel.topic
 
 
 def open_log(path: Path | str) -> BinaryIO:
     """A log opened for reading.
 
     Raises:
-        FileMissing, NoMcap: there is none, or it is no MCAP file.
+        FileMissing, NoMcap, MalformedFile: there is none, it is no MCAP file, or it cannot be opened.
     """
-    path = Path(path)
     try:
         stream = open(path, "rb")  # noqa: SIM115
     except (FileNotFoundError, NotADirectoryError):
         raise FileMissing(path) from None
     except IsADirectoryError:
-        raise MalformedFile(path, "it is a folder", "Give one log, or lios list for a folder") from None
-    except OSError as error:
-        raise MalformedFile(path, f"it cannot be opened ({error.strerror})", "Check its permissions") from None
-    if stream.read(len(MAGIC)) != MAGIC:
-        size = os.fstat(stream.fileno()).st_size
+        raise MalformedFile(path, "it is a folder", "Give one log; lios list shows a folder") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise MalformedFile(path, f"it cannot be opened ({reason})", "Check the path and its permissions") from None
+    magic = stream.read(len(MAGIC))
+    if magic != MAGIC:
         stream.close()
-        raise NoMcap(path, size)
+        raise NoMcap(path, empty=not magic)
     stream.seek(0)
     return stream
 
 
 def scan(
-    stream: BinaryIO, *, on_damage: OnDamage | None = None, path: Path | str = "", start: int = len(MAGIC)
+    stream: BinaryIO,
+    *,
+    path: Path | str = "",
+    start: int = len(MAGIC),
+    on_damage: OnDamage | None = None,
+    limit: int = MAX_RECORD_BYTES,
+    skip: frozenset[int] = frozenset(),
 ) -> Iterator[tuple[int, Record]]:
-    """Every record from the start of the file to its footer, with its offset; chunks packed, messages raw.
+    """Every record up to the footer, with its offset; chunks still packed.
 
     Args:
-        on_damage: told of every damage, and the walk goes on where it can; without it, damage raises.
-        start: where to begin; after the magic by default.
+        start: where the first record begins.
+        on_damage: told of every damage, and the walk goes on behind it; without it, damage raises.
+        limit: a longer record is damage.
+        skip: opcodes that are not wanted; their bytes are not read.
 
     Raises:
         DamagedLog: damage, when on_damage is not given.
     """
-    size = _size(stream)
-    offset = start
-
-    def damaged(what: str) -> None:
-        if on_damage is None:
-            raise DamagedLog(path, offset, what)
-        on_damage(Damage(offset, what))
-
+    size = stream.seek(0, io.SEEK_END)
+    offset = resume = start
     while True:
-        stream.seek(offset)
-        head = stream.read(RECORD_HEAD)
-        if len(head) < RECORD_HEAD:
-            damaged("the file ends without a footer" if not head else "the file ends inside a record")
+        found = _look(stream, offset, size, limit, skip)
+        if found.damage is None:
+            if found.record is not None:
+                yield offset, found.record
+            if found.opcode == Opcode.FOOTER:
+                return
+            resume = found.end if found.exact else offset + HEAD.size
+            offset = found.end
+            continue
+        if on_damage is None:
+            raise DamagedLog(path, offset, found.damage)
+        again = (
+            found.end if found.end >= 0 else next_record(stream, resume if resume <= offset else offset + 1, limit)
+        )
+        on_damage(Damage(offset, found.damage, cut_off=again < 0 and found.opcode != 0))
+        if found.record is not None:
+            yield offset, found.record
+        if again < 0:
             return
-        opcode, length = _HEAD.unpack(head)
-        end = offset + RECORD_HEAD + length
-        if opcode == 0 or end > size:
-            damaged(
-                f"a record claims {length} bytes, {size - offset - RECORD_HEAD} are left" if opcode else "a zero byte"
-            )
-            return
-        if length > MAX_RECORD_BYTES and opcode != Opcode.ATTACHMENT:
-            damaged(f"a record of {length} bytes is beyond the limit of {MAX_RECORD_BYTES}")
-        elif opcode in _PARSERS:
-            try:
-                record = _PARSERS[opcode](stream.read(length))
-            except Unreadable as error:
-                damaged(f"{_name(opcode)}: {error}")
-            else:
-                yield offset, record
-        if opcode == Opcode.FOOTER:
-            return
-        offset = end
+        offset, resume = again, max(again, resume + 1)
 
 
-def unpack(chunk: ChunkRecord, *, limit: int = MAX_RECORD_BYTES) -> bytes:
-    """A chunk's records, checked against its size and checksum.
+class _Found(NamedTuple):
+    """What stands at an offset: a record, or damage and (end >= 0) where the next record begins all the same."""
 
-    Raises:
-        Unreadable: another size or checksum, an unknown compression, or more than the limit.
-    """
-    if chunk.uncompressed_size > limit:
-        raise Unreadable(f"claims {chunk.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
-    if chunk.compression == "":
-        data = chunk.packed
-    elif chunk.compression == "zstd":
-        data = _unpack_zstd(chunk.packed, chunk.uncompressed_size)
-    elif chunk.compression == "lz4":
-        data = _unpack_lz4(chunk.packed, chunk.uncompressed_size)
-    else:
-        raise Unreadable(f"unknown compression {chunk.compression[:20]!r}")
-    if len(data) != chunk.uncompressed_size:
-        raise Unreadable(f"unpacks to {len(data)} bytes instead of {chunk.uncompressed_size}")
-    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-        raise Unreadable("its checksum is wrong")
-    return data
+    opcode: int
+    end: int
+    record: Record | None = None
+    exact: bool = False
+    damage: str | None = None
 
 
-def records_in(data: bytes) -> Iterator[tuple[int, McapRecord | Raw]]:
-    """The schemas, channels and messages of an unpacked chunk, with their offsets in it.
-
-    Raises:
-        Unreadable: a record that reaches beyond the chunk or makes no sense.
-    """
-    offset, size = 0, len(data)
-    while offset < size:
-        if offset + RECORD_HEAD > size:
-            raise Unreadable("ends inside a record")
-        opcode, length = _HEAD.unpack_from(data, offset)
-        body, end = offset + RECORD_HEAD, offset + RECORD_HEAD + length
-        if end > size:
-            raise Unreadable("holds a record that reaches beyond it")
-        if opcode == Opcode.MESSAGE:
-            if length < 22:
-                raise Unreadable("holds a message that is too short")
-            channel_id, sequence, log_time, publish_time = _MESSAGE.unpack_from(data, body)
-            yield offset, Raw(channel_id, sequence, log_time, publish_time, data[body + 22 : end])
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            yield offset, _PARSERS[opcode](data[body:end])  # type: ignore[misc]
-        offset = end
-
-
-def read_summary(stream: BinaryIO) -> Summary | None:
-    """The summary at the end of a file; None when the file was not closed or its summary is damaged."""
-    size = _size(stream)
-    tail = FOOTER_BYTES + len(MAGIC)
-    if size < len(MAGIC) + tail:
-        return None
-    stream.seek(size - tail)
-    end = stream.read(tail)
-    if end[-len(MAGIC) :] != MAGIC or end[0] != Opcode.FOOTER:
-        return None
-    start, _, crc = struct.unpack_from("<QQL", end, RECORD_HEAD)
-    length = size - tail - start
-    if start < len(MAGIC) or length < 0 or length > MAX_RECORD_BYTES:
-        return None
-    stream.seek(start)
-    body = stream.read(length)
-    if crc and zlib.crc32(body + end[: RECORD_HEAD + 16]) != crc:
-        return None
-    summary = Summary()
+def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[int]) -> _Found:
+    stream.seek(offset)
+    head = stream.read(HEAD.size)
+    if len(head) < HEAD.size:
+        return _Found(-1, -1, damage="the file ends inside a record" if head else "the file ends without a footer")
+    opcode, length = HEAD.unpack(head)
+    end = offset + HEAD.size + length
+    if opcode == 0:
+        return _Found(0, -1, damage="no record, but zeros")
+    if end > size or length > limit:
+        what = f"it claims {length} bytes, and {size - offset - HEAD.size} are left"
+        return _saved_chunk(stream, offset, size, limit, what if end > size else f"it is longer than {limit} bytes")
+    if opcode in skip:
+        return _Found(opcode, end)
     try:
-        _fill(summary, body)
-        stream.seek(len(MAGIC))
-        summary.header = next((r for _, r in scan(stream) if isinstance(r, Header)), None)
-    except (Unreadable, DamagedLog):
-        return None
-    summary.data_end = start - RECORD_HEAD - 4
-    stream.seek(summary.data_end)
-    data_end = stream.read(RECORD_HEAD + 4)
-    if data_end[:1] == bytes([Opcode.DATA_END]):
-        summary.data_crc = int.from_bytes(data_end[RECORD_HEAD:], "little")
-    return summary
+        record, exact = parse(opcode, stream.read(length))
+    except Unreadable as error:
+        if opcode == Opcode.CHUNK:
+            return _saved_chunk(stream, offset, size, limit, str(error))
+        return _Found(opcode, end, damage=f"{opcode_name(opcode)}: {error}")
+    if opcode == Opcode.CHUNK and not exact:
+        return _saved_chunk(stream, offset, size, limit, "its lengths disagree")
+    return _Found(opcode, end, record, exact)
 
 
-def record_at(stream: BinaryIO, offset: int, *, path: Path | str = "") -> Record:
-    """The one record at an offset.
+def _saved_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what: str) -> _Found:
+    """A chunk whose own length is damaged, by the length of its data or the next record; its checksum decides."""
+    stream.seek(offset)
+    head = stream.read(HEAD.size + CHUNK_HEAD_BYTES)
+    opcode = head[0]
+    damage = f"{opcode_name(opcode)}: {what}"
+    if opcode != Opcode.CHUNK:
+        return _Found(opcode, -1, damage=damage)
+    name_length = int.from_bytes(head[HEAD.size + 28 : HEAD.size + 32], "little")
+    data = offset + HEAD.size + 40 + name_length
+    stream.seek(data - 8)
+    length = int.from_bytes(stream.read(8), "little")
+    if name_length > 8 or data + length > size or length > limit:
+        return _Found(opcode, -1, damage=damage)
+    stream.seek(offset + HEAD.size)
+    try:
+        record, _ = parse(opcode, stream.read(40 + name_length + length))
+        if isinstance(record, ChunkRecord) and record.uncompressed_crc:
+            record.unpack_anyhow(limit=limit)
+            return _Found(opcode, data + length, record, exact=True, damage=damage)
+    except Unreadable:
+        pass
+    return _Found(opcode, -1, damage=damage)
 
-    Raises:
-        DamagedLog: there is none, or it makes no sense.
-    """
-    for _, record in scan(stream, path=path, start=offset):
-        return record
-    raise DamagedLog(path, offset, "no record where the index says")
+
+def next_record(stream: BinaryIO, start: int, limit: int = MAX_RECORD_BYTES) -> int:
+    """Where a record begins again at or after start; -1 if nowhere."""
+    size = stream.seek(0, io.SEEK_END)
+    at = start
+    while at < size:
+        stream.seek(at)
+        window = stream.read(WINDOW_BYTES + HEAD.size)
+        for match in _HEADS.finditer(window):
+            if match.start() < WINDOW_BYTES and _begins_here(stream, at + match.start(), size, limit):
+                return at + match.start()
+        at += WINDOW_BYTES
+    return -1
 
 
 def messages(
@@ -303,213 +252,255 @@ def messages(
     start_ns: int = 0,
     end_ns: int | None = None,
     on_damage: OnDamage | None = None,
-) -> Iterator[RawMessage]:
-    """Messages in the order of the file, undecoded, with channel and schema; streaming, one chunk in memory.
+) -> Iterator[Message]:
+    """Messages in the order of the file, streaming: one chunk in memory.
 
-    A file that was not closed, or is cut off, gives all that is intact before the end.
+    A log that is cut off or damaged gives all that is intact; on_damage is told of the rest.
 
     Args:
         topics: which topics are wanted; all if not given.
         start_ns, end_ns: log times, end exclusive.
-        on_damage: told of damage, and reading goes on; without it, damage ends the reading in silence only where a
-            recorder died, and raises elsewhere.
     """
     with open_log(path) as stream:
-        yield from _messages(stream, Path(path), topics, start_ns, end_ns, on_damage)
-
-
-def _messages(
-    stream: BinaryIO,
-    path: Path,
-    topics: Callable[[str], bool] | None,
-    start_ns: int,
-    end_ns: int | None,
-    on_damage: OnDamage | None,
-) -> Iterator[RawMessage]:
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    wanted: dict[int, bool] = {}
-    report = on_damage or (lambda damage: None)
-    end = end_ns if end_ns is not None else 1 << 64
-    for offset, record in scan(stream, on_damage=report, path=path):
-        if isinstance(record, ChunkRecord):
-            if record.end_ns < start_ns or record.start_ns >= end:
-                records: Iterator[tuple[int, McapRecord | Raw]] = _declarations(record)
-            else:
-                try:
-                    records = records_in(unpack(record))
-                except Unreadable as error:
-                    report(Damage(offset, f"Chunk: {error}"))
-                    continue
-        elif isinstance(record, DataEnd):
-            return
+        content = Content(on_damage=on_damage, topics=topics, start_ns=start_ns, end_ns=end_ns)
+        index = None if topics is None and end_ns is None and not start_ns else read_index(stream)
+        if index is None:
+            for offset, record in scan(stream, path=path, on_damage=content.report, skip=NO_DATA):
+                if isinstance(record, DataEnd):
+                    return
+                yield from content.messages_of(offset, record)
         else:
-            records = iter(((offset, record),))
-        try:
-            for _, inner in records:
-                if isinstance(inner, Raw):
-                    channel = channels.get(inner.channel_id)
-                    if channel is None:
-                        report(
-                            Damage(offset, f"a message of channel {inner.channel_id}, which is declared nowhere", 1)
-                        )
-                        continue
-                    if not (start_ns <= inner.log_time < end):
-                        continue
-                    if topics is not None:
-                        if inner.channel_id not in wanted:
-                            wanted[inner.channel_id] = topics(channel.topic)
-                        if not wanted[inner.channel_id]:
-                            continue
-                    yield RawMessage(
-                        topic=channel.topic,
-                        channel=channel,
-                        schema=schemas.get(channel.schema_id),
-                        log_time=inner.log_time,
-                        publish_time=inner.publish_time,
-                        sequence=inner.sequence,
-                        data=inner.data,
-                    )
-                elif isinstance(inner, Schema):
-                    schemas[inner.id] = inner
-                elif isinstance(inner, Channel):
-                    channels[inner.id] = inner
-        except Unreadable as error:
-            report(Damage(offset, f"Chunk: {error}"))
+            content.schemas, content.channels = index.schemas, index.channels
+            for offset in wanted_chunks(index, topics, start_ns=start_ns, end_ns=end_ns):
+                yield from content.messages_of(offset, record_at(stream, offset, on_damage=content.report))
 
 
-def _declarations(chunk: ChunkRecord) -> Iterator[tuple[int, McapRecord | Raw]]:
+def wanted_chunks(
+    index: LogIndex,
+    topics: Callable[[str], bool] | None = None,
+    *,
+    start_ns: int = 0,
+    end_ns: int | None = None,
+) -> list[int]:
+    """Offsets of the chunks that may hold wanted messages, in the order of the file."""
+    wanted = {c.id for c in index.channels.values() if topics is None or topics(c.topic)}
+    return sorted(
+        chunk.chunk_start_offset
+        for chunk in index.chunks
+        if chunk.message_end_time >= start_ns
+        and (end_ns is None or chunk.message_start_time < end_ns)
+        and (not chunk.message_index_offsets or not wanted.isdisjoint(chunk.message_index_offsets))
+    )
+
+
+@final
+@dataclass(slots=True)
+class Content:
+    """Turns records into messages: remembers schemas and channels, and what is wanted.
+
+    Attributes:
+        messages_lost: messages that are there, but whose channel is declared nowhere before them.
+    """
+
+    on_damage: OnDamage | None = None
+    topics: Callable[[str], bool] | None = None
+    start_ns: int = 0
+    end_ns: int | None = None
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    messages_lost: int = 0
+    _wanted: dict[int, bool] = field(default_factory=dict)
+
+    def report(self, damage: Damage) -> None:
+        if self.on_damage is not None:
+            self.on_damage(damage)
+
+    def messages_of(self, offset: int, record: Record | None) -> Iterator[Message]:
+        """The wanted messages of one record: of a chunk many, of a message one, of others none."""
+        if isinstance(record, ChunkRecord):
+            try:
+                for _, inner in records_in(record.unpack_anyhow()):
+                    if type(inner) is Raw:
+                        message = self._message(offset, inner)
+                        if message is not None:
+                            yield message
+                    else:
+                        self._learn(inner)
+            except Unreadable as error:
+                self.report(Damage(offset, f"chunk: {error}"))
+        elif isinstance(record, Raw):
+            message = self._message(offset, record)
+            if message is not None:
+                yield message
+        else:
+            self._learn(record)
+
+    def _learn(self, record: Record | None) -> None:
+        if isinstance(record, Channel):
+            self.channels[record.id] = record
+            self._wanted.pop(record.id, None)
+        elif isinstance(record, Schema):
+            self.schemas[record.id] = record
+
+    def _message(self, offset: int, raw: Raw) -> Message | None:
+        channel = self.channels.get(raw.channel_id)
+        if channel is None:
+            if not self.messages_lost:
+                self.report(Damage(offset, f"messages of channel {raw.channel_id}, which is declared nowhere before"))
+            self.messages_lost += 1
+            return None
+        if raw.log_time < self.start_ns or (self.end_ns is not None and raw.log_time >= self.end_ns):
+            return None
+        if self.topics is not None:
+            wanted = self._wanted.get(channel.id)
+            if wanted is None:
+                wanted = self._wanted[channel.id] = self.topics(channel.topic)
+            if not wanted:
+                return None
+        return Message(
+            channel=channel,
+            schema=self.schemas.get(channel.schema_id),
+            log_time=raw.log_time,
+            publish_time=raw.publish_time,
+            sequence=raw.sequence,
+            data=raw.data,
+        )
+
+
+def read_index(stream: BinaryIO) -> LogIndex | None:
+    """What the end of a closed file says is in it; None when it was not closed or its summary is damaged."""
+    size = stream.seek(0, io.SEEK_END)
+    tail = FOOTER_BYTES + len(MAGIC)
+    stream.seek(max(size - tail, 0))
+    end = stream.read(tail)
+    if len(end) < tail or end[-len(MAGIC) :] != MAGIC or end[0] != Opcode.FOOTER:
+        return None
     try:
-        for offset, record in records_in(unpack(chunk)):
-            if not isinstance(record, Raw):
-                yield offset, record
+        footer, _ = parse(Opcode.FOOTER, end[HEAD.size : -len(MAGIC)])
+        if not isinstance(footer, Footer) or not len(MAGIC) < footer.summary_start <= size - tail:
+            return None
+        if size - tail - footer.summary_start > MAX_RECORD_BYTES:
+            return None
+        stream.seek(footer.summary_start)
+        body = stream.read(size - tail - footer.summary_start)
+        if footer.summary_crc and zlib.crc32(body + end[: HEAD.size + 16]) != footer.summary_crc:
+            return None
+        index = _filled(body)
+        first = next(scan(stream, limit=MAX_RECORD_BYTES), None)
+    except (Unreadable, DamagedLog):
+        return None
+    index.header = first[1] if first is not None and isinstance(first[1], Header) else None
+    index.data_end = footer.summary_start - HEAD.size - 4
+    stream.seek(index.data_end)
+    data_end = stream.read(HEAD.size + 4)
+    if not data_end or data_end[0] != Opcode.DATA_END:
+        return None
+    index.data_crc = int.from_bytes(data_end[HEAD.size :], "little")
+    return index
+
+
+def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = None) -> Record | None:
+    """The one record at an offset; None, and damage told, where there is none or it makes no sense."""
+    size = stream.seek(0, io.SEEK_END)
+    found = _look(stream, offset, size, MAX_RECORD_BYTES, frozenset())
+    if found.record is None and on_damage is not None:
+        on_damage(Damage(offset, found.damage or "no record where the index says"))
+    return found.record
+
+
+def attachment(path: Path | str, name: str) -> bytes | None:
+    """The last attachment of that name, or None; by the index where there is one."""
+    return next((a.data for a in _outside_chunks(path, Attachment, name) if isinstance(a, Attachment)), None)
+
+
+def metadata(path: Path | str, name: str) -> dict[str, str] | None:
+    """The last metadata record of that name, or None; by the index where there is one."""
+    return next((m.metadata for m in _outside_chunks(path, Metadata, name) if isinstance(m, Metadata)), None)
+
+
+def _outside_chunks(path: Path | str, kind: type[McapRecord], name: str) -> Iterator[McapRecord]:
+    with open_log(path) as stream:
+        index = read_index(stream)
+        if index is not None:
+            entries = index.attachments if kind is Attachment else index.metadata
+            found = [record_at(stream, e.offset) for e in entries if e.name == name]
+        else:
+            walk = scan(stream, path=path, on_damage=lambda damage: None, skip=NO_DATA | {Opcode.CHUNK})
+            found = [record for _, record in walk]
+    for record in reversed(found):
+        if isinstance(record, kind) and getattr(record, "name", None) == name:
+            yield record
+
+
+def _begins_here(stream: BinaryIO, offset: int, size: int, limit: int) -> bool:
+    """Whether CHAIN records in a row, or records up to the end of the file, begin at an offset."""
+    at = offset
+    for step in range(CHAIN):
+        stream.seek(at)
+        head = stream.read(HEAD.size)
+        if step and (not head or at + len(head) == size):
+            return step > 1 or _is_whole(stream, offset, limit)
+        if len(head) < HEAD.size:
+            return False
+        opcode, length = HEAD.unpack(head)
+        if not is_known(opcode):
+            return False
+        if length > limit or at + HEAD.size + length > size:
+            return step > 0 and _is_whole(stream, offset, limit)
+        at += HEAD.size + length
+        if opcode == Opcode.FOOTER:
+            return at + len(MAGIC) == size
+    return _is_whole(stream, offset, limit)
+
+
+def _is_whole(stream: BinaryIO, offset: int, limit: int) -> bool:
+    """Whether the record at an offset can be read, a chunk with its checksum."""
+    stream.seek(offset)
+    opcode, length = HEAD.unpack(stream.read(HEAD.size))
+    try:
+        record, _ = parse(opcode, stream.read(length))
+        if isinstance(record, ChunkRecord):
+            record.unpack(limit=limit)
     except Unreadable:
-        return
+        return False
+    return record is not None
 
 
-def _fill(summary: Summary, body: bytes) -> None:
+def _filled(body: bytes) -> LogIndex:
+    """An index from the bytes of a summary section."""
+    index = LogIndex()
     offset = 0
-    places: Mapping[type, Callable[[McapRecord], None]] = {
-        Schema: lambda r: summary.schemas.__setitem__(r.id, r),  # type: ignore[attr-defined]
-        Channel: lambda r: summary.channels.__setitem__(r.id, r),  # type: ignore[attr-defined]
-        Statistics: lambda r: setattr(summary, "statistics", r),
-        ChunkIndex: lambda r: summary.chunks.append(r),  # type: ignore[arg-type]
-        AttachmentIndex: lambda r: summary.attachments.append(r),  # type: ignore[arg-type]
-        MetadataIndex: lambda r: summary.metadata.append(r),  # type: ignore[arg-type]
-    }
-    while offset + RECORD_HEAD <= len(body):
-        opcode, length = _HEAD.unpack_from(body, offset)
-        start = offset + RECORD_HEAD
+    while offset + HEAD.size <= len(body):
+        opcode, length = HEAD.unpack_from(body, offset)
+        start = offset + HEAD.size
         if start + length > len(body):
-            raise Unreadable("summary ends inside a record")
-        if opcode in _PARSERS:
-            record = _PARSERS[opcode](body[start : start + length])
-            if type(record) in places:
-                places[type(record)](record)  # type: ignore[arg-type]
+            raise Unreadable("the summary ends inside a record")
+        _take(index, parse(opcode, body[start : start + length])[0])
         offset = start + length
+    return index
 
 
-def _unpack_zstd(packed: bytes, size: int) -> bytes:
-    """At most size + 1 bytes are ever unpacked, whatever the frame claims."""
-    try:
-        with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(
-            packed, read_across_frames=True
-        ) as out:
-            data = out.read(size + 1)
-    except (zstandard.ZstdError, MemoryError) as error:
-        raise Unreadable(f"zstd: {error}") from error
-    return data
+def _take(index: LogIndex, record: Record | None) -> None:
+    match record:
+        case Schema():
+            index.schemas[record.id] = record
+        case Channel():
+            index.channels[record.id] = record
+        case ChunkIndex():
+            index.chunks.append(record)
+        case AttachmentIndex():
+            index.attachments.append(record)
+        case MetadataIndex():
+            index.metadata.append(record)
+        case Statistics():
+            index.statistics = record
+            index.counts = dict(record.channel_message_counts)
+            index.first_ns, index.last_ns = record.message_start_time, record.message_end_time
+        case _:
+            pass
 
 
-def _unpack_lz4(packed: bytes, size: int) -> bytes:
-    try:
-        return lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
-    except (RuntimeError, MemoryError, EOFError) as error:
-        raise Unreadable(f"lz4: {error}") from error
-
-
-def _size(stream: BinaryIO) -> int:
-    return stream.seek(0, io.SEEK_END)
-
-
-def _name(opcode: int) -> str:
-    try:
-        return Opcode(opcode).name.replace("_", " ").lower()
-    except ValueError:
-        return f"record {opcode:#x}"
-
-
-def _parse_chunk(body: bytes) -> ChunkRecord:
-    if len(body) < 40:
-        raise Unreadable("too short")
-    start, end, size, crc, name_length = struct.unpack_from("<QQQLL", body)
-    if 32 + name_length + 8 > len(body):
-        raise Unreadable("its compression's name reaches beyond it")
-    (length,) = struct.unpack_from("<Q", body, 32 + name_length)
-    data = 40 + name_length
-    if data + length > len(body):
-        raise Unreadable("its data reach beyond it")
-    try:
-        compression = body[32 : 32 + name_length].decode("utf-8")
-    except UnicodeDecodeError:
-        raise Unreadable("its compression's name is no text") from None
-    return ChunkRecord(start, end, size, crc, compression, body[data : data + length])
-
-
-def _parse_message(body: bytes) -> Raw:
-    if len(body) < 22:
-        raise Unreadable("too short")
-    return Raw(*_MESSAGE.unpack_from(body), body[22:])
-
-
-def _parse_attachment(body: bytes) -> Attachment:
-    attachment = _small(Attachment)(body)
-    assert isinstance(attachment, Attachment)
-    (crc,) = struct.unpack_from("<L", body, len(body) - 4)
-    if crc and zlib.crc32(body[:-4]) != crc:
-        raise Unreadable(f"the checksum of attachment {attachment.name!r} is wrong")
-    return attachment
-
-
-def _small(cls: type[McapRecord]) -> Callable[[bytes], McapRecord]:
-    """A parser by mcap's record layer that refuses records which claim more than they hold."""
-
-    def parse(body: bytes) -> McapRecord:
-        stream = _Strict(io.BytesIO(body))
-        try:
-            return cls.read(stream)  # type: ignore[attr-defined, no-any-return]
-        except (McapError, struct.error, ValueError, MemoryError, OverflowError) as error:
-            raise Unreadable(str(error) or type(error).__name__) from error
-
-    return parse
-
-
-class _Strict(ReadDataStream):
-    """mcap's stream, without its silence about short reads."""
-
-    def read(self, length: int) -> bytes:
-        data = super().read(length)
-        if len(data) != length:
-            raise Unreadable("it claims more than it holds")
-        return data
-
-
-_HEAD = struct.Struct("<BQ")
-_MESSAGE = struct.Struct("<HIQQ")
-_PARSERS: dict[int, Callable[[bytes], Record]] = {
-    Opcode.HEADER: _small(Header),
-    Opcode.FOOTER: _small(Footer),
-    Opcode.SCHEMA: _small(Schema),
-    Opcode.CHANNEL: _small(Channel),
-    Opcode.MESSAGE: _parse_message,
-    Opcode.CHUNK: _parse_chunk,
-    Opcode.MESSAGE_INDEX: _small(MessageIndex),
-    Opcode.CHUNK_INDEX: _small(ChunkIndex),
-    Opcode.ATTACHMENT: _parse_attachment,
-    Opcode.ATTACHMENT_INDEX: _small(AttachmentIndex),
-    Opcode.STATISTICS: _small(Statistics),
-    Opcode.METADATA: _small(Metadata),
-    Opcode.METADATA_INDEX: _small(MetadataIndex),
-    Opcode.SUMMARY_OFFSET: _small(SummaryOffset),
-    Opcode.DATA_END: _small(DataEnd),
-}
+NO_DATA = frozenset({int(Opcode.MESSAGE_INDEX), int(Opcode.ATTACHMENT), int(Opcode.METADATA)})
+"""Records that say nothing of messages; skipped unread by those who want messages only."""
+_HEADS = re.compile(rb"(?=[\x01-\x0f].{3}[\x00-\x08]\x00\x00\x00\x00)", re.DOTALL)
+"""Where a record could begin: a known opcode and a length below 2^35."""

@@ -6,24 +6,16 @@ A log whose recorder died reads like any other, up to its last flush; `complete`
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mcap.records import Attachment, Channel, DataEnd, Metadata
+from mcap.records import Attachment, DataEnd, Metadata
 
-from replayers.reader import (
-    ChunkRecord,
-    Damage,
-    Raw,
-    Record,
-    Unreadable,
-    open_log,
-    records_in,
-    scan,
-    unpack,
-)
+from replayers.mcap_records import Record
+from replayers.reader import Content, Damage, Message, open_log, read_index, record_at, scan, wanted_chunks
 from workbench.errors import MalformedFile
 from workbench.planning.tasks import Task
 from workbench.runs.codec import decode
@@ -45,6 +37,9 @@ from workbench.runs.vocabulary import (
     Timing,
 )
 from workbench.search.costs import ActionCosts
+
+if TYPE_CHECKING:
+    from replayers.frames import Tables
 
 TRUTH_TOPIC = "/search/truth"
 
@@ -87,6 +82,13 @@ class Run:
     damage: tuple[Damage, ...] = ()
 
     @cached_property
+    def tables(self) -> Tables:
+        """The run as data frames, each made when it is first asked for."""
+        from replayers.frames import Tables
+
+        return Tables((self,))
+
+    @cached_property
     def sha256(self) -> str:
         """Of the whole file, in hexadecimal."""
         digest = hashlib.sha256()
@@ -105,18 +107,27 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
         HoldsNoRun: an MCAP file without a run's identity, place or task.
-        DamagedLog: a message inside an intact chunk that is not what its topic says.
+        UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
     found = _Found(Path(path), with_truth)
+    content = Content(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
-        closed = False
-        for offset, record in scan(stream, on_damage=found.damage.append, path=path):
-            if isinstance(record, DataEnd):
-                closed = True
-                break
-            found.take(offset, record)
-    return found.run(closed=closed)
+        index = read_index(stream)
+        if index is None:
+            for offset, record in scan(stream, path=path, on_damage=found.damage.append):
+                if isinstance(record, DataEnd):
+                    break
+                found.take(record)
+                found.extend(content.messages_of(offset, record))
+        else:
+            content.schemas, content.channels = index.schemas, index.channels
+            for entry in (*index.metadata, *index.attachments):
+                found.take(record_at(stream, entry.offset, on_damage=found.damage.append))
+            for offset in wanted_chunks(index, found.wants):
+                chunk = record_at(stream, offset, on_damage=found.damage.append)
+                found.extend(content.messages_of(offset, chunk))
+    return found.run(closed=index is not None)
 
 
 @dataclass(slots=True)
@@ -125,30 +136,24 @@ class _Found:
 
     path: Path
     with_truth: bool
-    channels: dict[int, str] = field(default_factory=dict)
     damage: list[Damage] = field(default_factory=list)
     attachments: dict[str, bytes] = field(default_factory=dict)
     info: RunInfo | None = None
     events: dict[type[DomainEvent], list[DomainEvent]] = field(default_factory=dict)
 
-    def take(self, offset: int, record: Record) -> None:
-        if isinstance(record, ChunkRecord):
-            try:
-                for _, inner in records_in(unpack(record)):
-                    self.take(offset, inner)
-            except Unreadable as error:
-                self.damage.append(Damage(offset, f"Chunk: {error}"))
-        elif isinstance(record, Raw):
-            topic = self.channels.get(record.channel_id, "")
-            if topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC):
-                event = decode(topic, record.data)
-                self.events.setdefault(type(event), []).append(event)
-        elif isinstance(record, Channel):
-            self.channels[record.id] = record.topic
-        elif isinstance(record, Metadata) and record.name == INFO_METADATA:
+    def wants(self, topic: str) -> bool:
+        return topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC)
+
+    def take(self, record: Record | None) -> None:
+        if isinstance(record, Metadata) and record.name == INFO_METADATA:
             self.info = info_from_metadata(record.metadata)
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
+
+    def extend(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            event = decode(message.channel.topic, message.data)
+            self.events.setdefault(type(event), []).append(event)
 
     def run(self, *, closed: bool) -> Run:
         if self.info is None:

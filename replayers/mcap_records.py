@@ -1,0 +1,264 @@
+"""What do a log's bytes say? One parser a record; every length is checked before anything is allocated.
+
+mcap's record layer reads the small records; messages and chunks, where the bytes are, are read here.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import NamedTuple
+
+import lz4.frame
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+MAX_RECORD_BYTES = 128 << 20
+"""No record, and no chunk once unpacked, may be larger; whatever claims to be is damage."""
+HEAD = struct.Struct("<BQ")
+"""Opcode and length, before every record."""
+STEP_BYTES = 4 << 20
+COMPRESSIONS = ("zstd", "lz4", "")
+
+
+class Unreadable(Exception):
+    """A record whose bytes make no sense; caught by those who read, and told as damage."""
+
+
+class Raw(NamedTuple):
+    """A message as it stands in the file."""
+
+    channel_id: int
+    sequence: int
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkRecord:
+    """A chunk, still packed."""
+
+    start_ns: int
+    end_ns: int
+    uncompressed_size: int
+    uncompressed_crc: int
+    compression: str
+    packed: bytes
+
+    def unpack(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
+        """The records inside, checked against size and checksum.
+
+        Raises:
+            Unreadable: another size or checksum, an unknown compression, or more than the limit.
+        """
+        if self.uncompressed_size > limit:
+            raise Unreadable(f"claims {self.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
+        data = _unpacked(self.packed, self.compression, self.uncompressed_size)
+        if len(data) != self.uncompressed_size:
+            raise Unreadable(f"does not unpack to the {self.uncompressed_size} bytes that it claims")
+        if self.uncompressed_crc and zlib.crc32(data) != self.uncompressed_crc:
+            raise Unreadable("its checksum is wrong")
+        return data
+
+    def unpack_anyhow(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
+        """As unpack, but a damaged size or compression name does not matter where the checksum proves the data.
+
+        Raises:
+            Unreadable: no reading of it has the right checksum.
+        """
+        try:
+            return self.unpack(limit=limit)
+        except Unreadable as error:
+            for compression in COMPRESSIONS if self.uncompressed_crc else ():
+                try:
+                    data = _unpacked(self.packed, compression, limit)
+                except Unreadable:
+                    continue
+                if zlib.crc32(data) == self.uncompressed_crc:
+                    return data
+            raise error
+
+
+Record = McapRecord | ChunkRecord | Raw
+Parser = Callable[[bytes], tuple[Record, int]]
+"""From a record's bytes to the record, and how many of them it used."""
+
+
+def parse(opcode: int, body: bytes) -> tuple[Record | None, bool]:
+    """The record of an opcode, and whether it accounts for every byte; None for a kind that readers must skip.
+
+    Raises:
+        Unreadable: the bytes are no such record.
+    """
+    parser = _PARSERS.get(opcode)
+    if parser is None:
+        return None, False
+    record, used = parser(body)
+    return record, used == len(body)
+
+
+def records_in(data: bytes) -> Iterator[tuple[int, McapRecord | Raw]]:
+    """The schemas, channels and messages of an unpacked chunk, with their offsets in it.
+
+    Raises:
+        Unreadable: a record that reaches beyond the chunk or makes no sense.
+    """
+    offset, size = 0, len(data)
+    unpack_head, unpack_message, message = HEAD.unpack_from, _MESSAGE.unpack_from, int(Opcode.MESSAGE)
+    while offset < size:
+        if offset + 9 > size:
+            raise Unreadable("it ends inside a record")
+        opcode, length = unpack_head(data, offset)
+        body = offset + 9
+        end = body + length
+        if end > size:
+            raise Unreadable("it holds a record that reaches beyond it")
+        if opcode == message:
+            if length < 22:
+                raise Unreadable("it holds a message that is too short")
+            yield offset, Raw(*unpack_message(data, body), data[body + 22 : end])  # pyright: ignore[reportCallIssue]
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            record, _ = _PARSERS[opcode](data[body:end])
+            if isinstance(record, Schema | Channel):
+                yield offset, record
+        offset = end
+
+
+def opcode_name(opcode: int) -> str:
+    """ "chunk index" for 8."""
+    try:
+        return Opcode(opcode).name.replace("_", " ").lower()
+    except ValueError:
+        return f"record {opcode:#x}"
+
+
+def is_known(opcode: int) -> bool:
+    return opcode in _PARSERS
+
+
+def _unpacked(packed: bytes, compression: str, size: int) -> bytes:
+    """At most size + 1 bytes are ever unpacked, whatever a frame claims."""
+    if compression == "":
+        return packed
+    try:
+        if compression == "zstd":
+            machine = zstandard.ZstdDecompressor(max_window_size=1 << 27)
+            with machine.stream_reader(packed, read_across_frames=True) as stream:
+                return _read_up_to(stream, size + 1)
+        if compression == "lz4":
+            return lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
+    except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError) as error:
+        raise Unreadable(f"{compression}: {error}") from error
+    raise Unreadable(f"unknown compression {compression[:20]!r}")
+
+
+def _read_up_to(stream: zstandard.ZstdDecompressionReader, size: int) -> bytes:
+    """In steps, so that memory follows what is there and not what is claimed."""
+    parts: list[bytes] = []
+    left = size
+    while left > 0 and (part := stream.read(min(left, STEP_BYTES))):
+        parts.append(part)
+        left -= len(part)
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+def _message(body: bytes) -> tuple[Record, int]:
+    if len(body) < 22:
+        raise Unreadable("it is too short")
+    return Raw(*_MESSAGE.unpack_from(body), body[22:]), len(body)  # pyright: ignore[reportCallIssue]
+
+
+def _chunk(body: bytes) -> tuple[Record, int]:
+    if len(body) < 40:
+        raise Unreadable("it is too short")
+    start, end, size, crc, name_length = _CHUNK.unpack_from(body)
+    data = 40 + name_length
+    if data > len(body):
+        raise Unreadable("its compression's name reaches beyond it")
+    (length,) = struct.unpack_from("<Q", body, data - 8)
+    if data + length > len(body):
+        raise Unreadable("its data reach beyond it")
+    try:
+        compression = body[32 : data - 8].decode("utf-8")
+    except UnicodeDecodeError:
+        raise Unreadable("its compression's name is no text") from None
+    return ChunkRecord(start, end, size, crc, compression, body[data : data + length]), data + length
+
+
+def _attachment(body: bytes) -> tuple[Record, int]:
+    record, used = _small(Attachment)(body)
+    if not isinstance(record, Attachment):
+        raise Unreadable("it is no attachment")
+    (crc,) = struct.unpack_from("<L", body, used - 4)
+    if crc and zlib.crc32(memoryview(body)[: used - 4]) != crc:
+        raise Unreadable(f"the checksum of attachment {record.name[:60]!r} is wrong")
+    return record, used
+
+
+def _small(cls: type[McapRecord]) -> Parser:
+    """A parser by mcap's record layer that refuses records which claim more than they hold."""
+
+    def parser(body: bytes) -> tuple[Record, int]:
+        stream = _Strict(io.BytesIO(body))
+        try:
+            return cls.read(stream), stream.count  # type: ignore[attr-defined]
+        except (McapError, struct.error, ValueError, OverflowError) as error:
+            raise Unreadable(str(error) or "it ends too early") from error
+
+    return parser
+
+
+class _Strict(ReadDataStream):
+    """mcap's stream, without its silence about short reads."""
+
+    def read(self, length: int) -> bytes:
+        data = super().read(length)
+        if len(data) != length:
+            raise Unreadable("it claims more than it holds")
+        return data
+
+
+_MESSAGE = struct.Struct("<HIQQ")
+_CHUNK = struct.Struct("<QQQLL")
+_PARSERS: Mapping[int, Parser] = MappingProxyType(
+    {
+        Opcode.HEADER: _small(Header),
+        Opcode.FOOTER: _small(Footer),
+        Opcode.SCHEMA: _small(Schema),
+        Opcode.CHANNEL: _small(Channel),
+        Opcode.MESSAGE: _message,
+        Opcode.CHUNK: _chunk,
+        Opcode.MESSAGE_INDEX: _small(MessageIndex),
+        Opcode.CHUNK_INDEX: _small(ChunkIndex),
+        Opcode.ATTACHMENT: _attachment,
+        Opcode.ATTACHMENT_INDEX: _small(AttachmentIndex),
+        Opcode.STATISTICS: _small(Statistics),
+        Opcode.METADATA: _small(Metadata),
+        Opcode.METADATA_INDEX: _small(MetadataIndex),
+        Opcode.SUMMARY_OFFSET: _small(SummaryOffset),
+        Opcode.DATA_END: _small(DataEnd),
+    }
+)
