@@ -27,14 +27,14 @@ RUNS: tuple[Colour, ...] = (
 """The first is the run in focus; ghosts follow."""
 
 FLOORS: dict[str, Colour] = {
-    "kitchen": (231, 225, 210),
-    "livingroom": (222, 212, 196),
-    "bedroom": (216, 221, 228),
-    "bathroom": (213, 228, 226),
+    "kitchen": (222, 208, 178),
+    "livingroom": (208, 186, 156),
+    "bedroom": (190, 198, 214),
+    "bathroom": (182, 210, 206),
 }
-FLOOR_OTHER: Colour = (226, 224, 219)
+FLOOR_OTHER: Colour = (208, 206, 200)
 WALL: Colour = (244, 243, 240)
-WALL_CAP: Colour = (96, 100, 108)
+WALL_CAP: Colour = (70, 74, 84)
 DOOR_FRAME: Colour = (140, 128, 112)
 DOOR_SHUT: Colour = (168, 154, 134)
 GLASS: Colour = (168, 208, 228)

@@ -49,6 +49,7 @@ class Scene:
         top_belief: the largest probability of the focus in the whole run: the top of the colour scale.
         status: per container an index into STATUSES, int8 (n,).
         holds_focus: per container, an instance of the focus was seen in it. bool (n,).
+        unseen: per container, nobody opened it though this run wanted to (a replay's end). bool (n,).
         order: per container its place in the intended order of search, 1 first; 0 for none. int32 (n,).
         search_order: the same, as the policy gave it.
         trail: corners of the way walked so far, float64 (m, 2). ahead: of the way planned, float64 (k, 2).
@@ -69,6 +70,7 @@ class Scene:
     top_belief: float
     status: npt.NDArray[np.int8]
     holds_focus: npt.NDArray[np.bool_]
+    unseen: npt.NDArray[np.bool_]
     order: npt.NDArray[np.int32]
     search_order: tuple[Stop, ...]
     trail: npt.NDArray[np.float64]
@@ -117,6 +119,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         top_belief=timeline.top_belief.get(shown, 0.0),
         status=_status(timeline, searched),
         holds_focus=_holds(timeline, searched, shown),
+        unseen=_unseen(timeline, stamp),
         order=_order(timeline, frame),
         search_order=plan.search_order if plan is not None else (),
         trail=trail,
@@ -209,6 +212,12 @@ def _holds(timeline: Timeline, searched: npt.NDArray[np.bool_], focus: str) -> n
         ],
         dtype=np.bool_,
     )
+
+
+def _unseen(timeline: Timeline, stamp: int) -> npt.NDArray[np.bool_]:
+    outcome, plan = timeline.run.outcome, timeline.plan
+    wanted = outcome.unseen if outcome is not None and stamp >= outcome.stamp.ns else None
+    return np.array([c.id == wanted for c in plan.containers] if plan is not None else [], dtype=np.bool_)
 
 
 def _order(timeline: Timeline, frame: DecisionFrame | None) -> npt.NDArray[np.int32]:

@@ -7,6 +7,7 @@ however long the run; nothing is ever replayed from the start.
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -202,7 +203,7 @@ def _way(
         path = [(float(x), float(y)) for x, y in action.path]
         began, ended = (action.start.ns - start_ns) / NANO, (action.stamp.ns - start_ns) / NANO
         if len(path) >= 2:
-            lengths = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:], strict=False)]
+            lengths = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(path)]
             total, gone = sum(lengths) or 1.0, 0.0
             for i, point in enumerate(path):
                 heading = _heading(path[i], path[i + 1]) if i + 1 < len(path) else facing[-1]

@@ -5,6 +5,7 @@ The log holds the way of a leg that was walked; other legs are found on the plac
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -33,7 +34,7 @@ class WaysAhead:
         """Corners of the way through locations in order, float64 (k, 2); empty for fewer than two."""
         if stops not in self._found:
             corners: list[Point] = []
-            for a, b in zip(stops, stops[1:], strict=False):
+            for a, b in itertools.pairwise(stops):
                 leg = self._paths.path(LocationId(a), LocationId(b))
                 corners += list(leg or ())
             self._found[stops] = np.array(corners, dtype=np.float64).reshape(-1, 2)

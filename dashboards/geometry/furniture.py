@@ -99,7 +99,7 @@ def _counter(size: Size) -> Parts:
     return [
         Part((0.0, 0.92), ALL, (0.0, 0.1), "dark"),
         Part((0.0, 0.96), ALL, (0.1, 0.94)),
-        Part(ALL, ALL, (0.94, 1.0), "white"),
+        Part(ALL, ALL, (0.945, 1.0)),
         *_fronts(size, 0.96, (0.14, 0.9), pitch_m=0.6),
     ]
 
@@ -117,7 +117,7 @@ def _fronts(size: Size, x: float, z: Span, *, pitch_m: float) -> Parts:
 def _drawers(size: Size) -> Parts:
     rows = max(2, min(5, round(size[2] / 0.25)))
     deep = 1 - 0.02 / max(size[0], 0.1)
-    parts = [Part((0.0, deep), ALL, (0.04, 0.97)), Part(ALL, ALL, (0.97, 1.0), "wood")]
+    parts = [Part((0.0, deep), ALL, (0.04, 0.96)), Part(ALL, ALL, (0.97, 1.0))]
     parts += [
         Part((deep, 1.0), (0.04, 0.96), (0.06 + 0.9 * i / rows, 0.03 + 0.9 * (i + 1) / rows)) for i in range(rows)
     ]
@@ -283,7 +283,7 @@ def _lamp(size: Size) -> Parts:
 
 def _flat(size: Size) -> Parts:
     """Pictures, mirrors, clocks: a frame with a lighter face."""
-    return [Part(ALL, ALL, ALL, "wood"), Part((0.5, 1.02), (0.08, 0.92), (0.08, 0.92), "fabric")]
+    return [Part(ALL, ALL, ALL, "fabric"), Part((0.5, 1.02), (0.08, 0.92), (0.08, 0.92), "white")]
 
 
 def _washer(size: Size) -> Parts:

@@ -1,0 +1,108 @@
+"""Marks over the house: the robot, ticks and crosses over searched containers, bars of belief, dashed ways."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dashboards.geometry.solids import unit_mesh
+from dashboards.palette import Colour
+
+Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
+"""Vertices (V, 3) and faces (F, 3)."""
+
+ROBOT_DARK: Colour = (52, 54, 60)
+
+
+def robot_body() -> Mesh:
+    """A small four-legged robot's trunk, shoulders and arm; faces +x, stands on z = 0, a Spot's size."""
+    return merged(
+        box((0.0, 0.0, 0.42), (0.78, 0.24, 0.17)),
+        box((0.40, 0.0, 0.43), (0.12, 0.20, 0.15)),
+        box((0.24, 0.0, 0.53), (0.16, 0.10, 0.08)),
+        box((0.36, 0.0, 0.62), (0.34, 0.06, 0.06), pitch_rad=-0.35),
+        box((0.53, 0.0, 0.69), (0.14, 0.10, 0.09)),
+    )
+
+
+def robot_legs() -> Mesh:
+    """Its legs and face."""
+    legs = []
+    for x in (0.28, -0.28):
+        for y in (0.15, -0.15):
+            legs.append(box((x - 0.04, y, 0.28), (0.09, 0.07, 0.26), pitch_rad=0.35))
+            legs.append(box((x - 0.05, y, 0.10), (0.05, 0.05, 0.24), pitch_rad=-0.35))
+    return merged(*legs, box((0.465, 0.0, 0.43), (0.02, 0.14, 0.09)))
+
+
+def cross() -> Mesh:
+    """An x lying flat, 0.22 m wide: searched, and the item was not there."""
+    return merged(
+        box((0, 0, 0), (0.24, 0.06, 0.03), yaw_rad=np.pi / 4), box((0, 0, 0), (0.24, 0.06, 0.03), yaw_rad=-np.pi / 4)
+    )
+
+
+def tick() -> Mesh:
+    """A tick lying flat, 0.4 m wide: searched, and there it was."""
+    return merged(
+        box((-0.09, -0.02, 0), (0.20, 0.08, 0.04), yaw_rad=-np.pi / 4),
+        box((0.09, 0.05, 0), (0.38, 0.08, 0.04), yaw_rad=np.pi / 4),
+    )
+
+
+def question() -> Mesh:
+    """A diamond standing on its tip: nobody looked, and a replay would have had to."""
+    vertices, faces = unit_mesh("ball")
+    return (vertices * np.array([0.2, 0.2, 0.34], dtype=np.float32)).astype(np.float32), faces
+
+
+def box(
+    centre: tuple[float, float, float],
+    size_m: tuple[float, float, float],
+    *,
+    yaw_rad: float = 0.0,
+    pitch_rad: float = 0.0,
+) -> Mesh:
+    """A box, pitched about y and then turned about z, around its centre."""
+    vertices, faces = unit_mesh("box")
+    c, s = np.cos(pitch_rad), np.sin(pitch_rad)
+    pitch = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    yaw = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    placed = (vertices * np.array(size_m)) @ (yaw @ pitch).T + np.array(centre)
+    return placed.astype(np.float32), faces
+
+
+def merged(*meshes: Mesh) -> Mesh:
+    """Several meshes as one."""
+    offset = np.cumsum([0, *[len(v) for v, _ in meshes[:-1]]])
+    vertices = np.concatenate([v for v, _ in meshes])
+    faces = np.concatenate([f + o for (_, f), o in zip(meshes, offset, strict=True)])
+    return vertices.astype(np.float32), faces.astype(np.uint32)
+
+
+def segments(way: npt.NDArray[np.float64], height_m: float) -> npt.NDArray[np.float32]:
+    """A way's corners (m, 2) as line segments at a height, float32 (m - 1, 2, 3)."""
+    if len(way) < 2:
+        return np.zeros((0, 2, 3), dtype=np.float32)
+    points = np.column_stack([way, np.full(len(way), height_m)])
+    pairs = np.stack([points[:-1], points[1:]], axis=1)
+    lengths = np.hypot(*(way[1:] - way[:-1]).T)
+    return pairs[lengths > 1e-6].astype(np.float32)
+
+
+def dashes(
+    way: npt.NDArray[np.float64], height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16
+) -> npt.NDArray[np.float32]:
+    """A way as dashes, float32 (n, 2, 3)."""
+    if len(way) < 2:
+        return np.zeros((0, 2, 3), dtype=np.float32)
+    at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
+    starts = np.arange(0.0, at[-1], dash_m + gap_m)
+    ends = np.minimum(starts + dash_m, at[-1])
+
+    def where(s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        xy = [np.interp(s, at, way[:, axis]) for axis in (0, 1)]
+        return np.stack([*xy, np.full(len(s), height_m)], axis=1)
+
+    return np.stack([where(starts), where(ends)], axis=1).astype(np.float32)

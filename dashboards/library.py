@@ -1,0 +1,98 @@
+"""Which runs can be opened? The logs that were named, or all of a folder; each read once, when it is first shown."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Lock
+
+from dashboards.geometry.house import HouseShape, house_shape
+from dashboards.timeline import Timeline, timeline_of
+from workbench.errors import FileMissing, LiosError, NotFound
+from workbench.worlds.house import FloorPlan
+
+MOST_OPEN = 24
+"""Runs that are kept in memory; the longest unused is dropped first."""
+
+
+class NoLogs(NotFound):
+    """A folder without logs."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"{folder}: no .mcap logs in this folder. Record one with lios record, or name a log.")
+
+
+class Library:
+    """The logs of one viewer. Only these can be read through it, by their place in the list.
+
+    Raises:
+        FileMissing: a path that does not exist.
+        NoLogs: a folder without logs.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self.paths = tuple(logs_of(paths))
+        self._timelines: OrderedDict[int, Timeline] = OrderedDict()
+        self._shapes: dict[FloorPlan, HouseShape] = {}
+        self._lock = Lock()
+
+    def timeline(self, index: int) -> Timeline:
+        """The run of the index-th log.
+
+        Raises:
+            IndexError: there is no such log.
+            LiosError: the log cannot be read.
+        """
+        from replayers.run import read
+
+        with self._lock:
+            if index not in self._timelines:
+                self._timelines[index] = timeline_of(read(self.paths[index]))
+            self._timelines.move_to_end(index)
+            while len(self._timelines) > MOST_OPEN:
+                self._timelines.popitem(last=False)
+            return self._timelines[index]
+
+    def reread(self, index: int) -> Timeline:
+        """The run again, as its log now stands."""
+        with self._lock:
+            self._timelines.pop(index, None)
+        return self.timeline(index)
+
+    def shape(self, plan: FloorPlan) -> HouseShape:
+        """The shapes of a floor plan, made once."""
+        with self._lock:
+            if plan not in self._shapes:
+                self._shapes[plan] = house_shape(plan)
+            return self._shapes[plan]
+
+
+def logs_of(paths: Sequence[Path]) -> list[Path]:
+    """The logs that are named, and those in named folders, sorted within each folder."""
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            inside = sorted(p for p in path.rglob("*.mcap") if p.is_file())
+            if not inside:
+                raise NoLogs(path)
+            found += inside
+        elif path.exists():
+            found.append(path)
+        else:
+            raise FileMissing(path)
+    return found
+
+
+def readable(library: Library) -> tuple[list[int], list[LiosError]]:
+    """The indices of logs that can be read, and why the others cannot."""
+    good: list[int] = []
+    bad: list[LiosError] = []
+    for index in range(len(library.paths)):
+        try:
+            library.timeline(index)
+        except LiosError as error:
+            bad.append(error)
+        else:
+            good.append(index)
+    return good, bad

@@ -1,0 +1,49 @@
+"""Where does the robot believe the item to be? Containers by belief, with the order in which it means to look."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dashboards.palette import belief_colours, css
+from dashboards.panels.markup import bar, command, name, number, percent, table
+from dashboards.scene import STATUSES, Scene
+from dashboards.timeline import Timeline
+from workbench.worlds.names import readable_name
+
+MOST_ROWS = 60
+
+
+def beliefs(scene: Scene, timeline: Timeline) -> str:
+    """All containers: most believed first, then searched ones."""
+    plan = timeline.plan
+    if plan is None or not len(scene.belief):
+        return '<div class="lp"><p class="muted">This log has no containers.</p></div>'
+    believed = np.nan_to_num(scene.belief, nan=-1.0)
+    ranked = sorted(range(len(believed)), key=lambda i: (-believed[i], plan.containers[i].id))
+    legs = {stop.container: stop.leg_m for stop in scene.search_order}
+    top = scene.top_belief or 1.0
+    rows: list[list[str]] = []
+    for i in ranked[:MOST_ROWS]:
+        container = plan.containers[i]
+        p = float(scene.belief[i])
+        rooms = {room.id: readable_name(room.kind) for room in plan.rooms}
+        rows.append(
+            [
+                str(int(scene.order[i])) if scene.order[i] else "",
+                f'<span {command(f"look {i}")} title="{name(container.id)}">{name(readable_name(container.type))}</span>',
+                name(rooms.get(container.room, "")),
+                bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
+                percent(p) if p == p else "",
+                number(legs.get(container.id)),
+            ]
+        )
+    more = f'<p class="muted">and {len(ranked) - MOST_ROWS} more</p>' if len(ranked) > MOST_ROWS else ""
+    head = ("#", "container", "room", "belief", "", "leg m")
+    return f'<div class="lp">{table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n"))}{more}</div>'
+
+
+def _status(scene: Scene, i: int) -> str:
+    status = STATUSES[int(scene.status[i])]
+    if scene.holds_focus[i]:
+        return "✓ seen there"
+    return {"searched": "× searched", "known": "known", "unreachable": "not reachable"}.get(status, "–")

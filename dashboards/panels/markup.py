@@ -1,0 +1,82 @@
+"""HTML by hand, safely: text is escaped, numbers are rounded for people, clicks carry a plain command.
+
+A clickable thing carries `data-lios="seek 12.5"`; the page that shows it decides what to do with the command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib.resources import files
+
+from dashboards.palette import Colour, css
+
+LONGEST_NAME = 80
+"""Characters of a name that are shown; the whole stands in its tooltip."""
+
+
+def text(value: object) -> str:
+    """Any value as text that a browser shows and never runs."""
+    return escape(str(value), quote=True)
+
+
+def name(value: object) -> str:
+    """A name, shortened if very long, with the whole as a tooltip."""
+    whole = str(value)
+    if len(whole) <= LONGEST_NAME:
+        return text(whole)
+    return f'<span title="{text(whole)}">{text(whole[: LONGEST_NAME - 1])}…</span>'
+
+
+def number(value: float | None, digits: int = 1) -> str:
+    """A number for people; a dash for none."""
+    return "–" if value is None or value != value else f"{value:.{digits}f}"
+
+
+def percent(value: float | None) -> str:
+    if value is None or value != value:
+        return "–"
+    return f"{100 * value:.1f} %" if value < 0.1 else f"{100 * value:.0f} %"
+
+
+def command(words: str) -> str:
+    """The attributes of something that can be clicked."""
+    return f'data-lios="{text(words)}" role="button" tabindex="0"'
+
+
+def chip(label: str, colour: str, *, dark: bool = False) -> str:
+    ink = "#fff" if dark else "#1c1e21"
+    return f'<span class="chip" style="background:{text(colour)};color:{ink}">{text(label)}</span>'
+
+
+def dot(colour: Colour) -> str:
+    return f'<span class="dot" style="background:{css(colour)}"></span>'
+
+
+def bar(share: float, colour: str) -> str:
+    """A horizontal bar of a share of its cell."""
+    width = 0.0 if share != share else 100 * min(max(share, 0.0), 1.0)
+    return f'<div class="bar"><div style="width:{width:.1f}%;background:{text(colour)}"></div></div>'
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", classes: Sequence[str] = ()) -> str:
+    """A table of cells that are already markup; a click on a heading sorts by it.
+
+    Args:
+        key: names the table, so that a chosen order survives new content.
+        classes: one per column ("n" for numbers).
+    """
+    kinds = [*classes, *[""] * len(head)]
+    top = "".join(
+        f'<th class="{kinds[i]}" {command(f"sort {key} {i}")}>{text(title)}</th>' for i, title in enumerate(head)
+    )
+    body = "".join(
+        "<tr>" + "".join(f'<td class="{kinds[i]}">{cell}</td>' for i, cell in enumerate(row)) + "</tr>"
+        for row in rows
+    )
+    return f'<table class="lios" data-table="{text(key)}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def style() -> str:
+    """The sheet that all panels share."""
+    return f"<style>{files('dashboards').joinpath('panels/panels.css').read_text(encoding='utf-8')}</style>"

@@ -1,0 +1,61 @@
+"""What is going on at this moment? The task, the decision in force, and four figures."""
+
+from __future__ import annotations
+
+from dashboards.palette import PHASES, belief_colours, css
+from dashboards.panels.markup import chip, name, number, percent, text
+from dashboards.scene import Scene
+from dashboards.timeline import Timeline
+from workbench.worlds.names import readable_name
+
+
+def title(timeline: Timeline) -> str:
+    """Whose run this is: task, place, strategy."""
+    info = timeline.run.info
+    parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", info.source]
+    notes = [] if timeline.run.complete else ["This log stops short of its end; it is shown as far as it goes."]
+    if timeline.run.damage:
+        notes.append(f"{len(timeline.run.damage)} damaged places were skipped; see lios doctor.")
+    if not timeline.decisions:
+        notes.append("This log holds no decisions.")
+    if not timeline.item_types:
+        notes.append("This log holds no beliefs; containers keep one colour.")
+    warned = "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
+    task = timeline.run.task.title or info.title or info.scenario
+    facts = " · ".join(name(p) for p in parts if p)
+    return f'<div class="lp"><h2>{name(task)}</h2><p class="muted">{facts}</p>{warned}</div>'
+
+
+def now(scene: Scene) -> str:
+    """The moment: what the robot does and why, and what it has cost."""
+    remaining = number(scene.expected_cost)
+    figures = (
+        (number(scene.cost), "cost so far"),
+        (remaining, "plan expected"),
+        (number(scene.travel_m) + " m", "walked"),
+        (str(scene.searches), "searched"),
+    )
+    cells = "".join(f"<div><b>{value}</b><span>{label}</span></div>" for value, label in figures)
+    holding = f" · holding {text(readable_name(scene.robot.holding))}" if scene.robot.holding else ""
+    end = chip(scene.outcome, "#009E73" if scene.outcome == "done" else "#D55E00", dark=True) if scene.outcome else ""
+    why = f'<p class="muted">Decided because: {name(scene.reason)}</p>' if scene.reason else ""
+    return (
+        f'<div class="lp"><p>{chip(scene.phase, PHASES.get(scene.phase, "#ddd"))} {name(scene.doing)}{holding} {end}</p>'
+        f'<div class="facts">{cells}</div>'
+        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}</div>"
+    )
+
+
+def legend(scene: Scene) -> str:
+    """What the colours mean, with the scale's ends."""
+    stops = ", ".join(css(belief_colours(i / 8)) for i in range(9))
+    of = f"belief in {text(readable_name(scene.focus))}" if scene.focus else "no beliefs"
+    scale = (
+        f'0 <span class="ramp" style="background:linear-gradient(90deg,{stops})"></span> {percent(scene.top_belief)}'
+    )
+    marks = (
+        '<span><span class="dot" style="background:#96a0ac"></span>searched (×: not there)</span>'
+        '<span><span class="dot" style="background:#009E73"></span>✓ seen there</span>'
+        '<span><span class="dot" style="background:#babec4"></span>known at the start</span>'
+    )
+    return f'<div class="lp legend"><span>{of}: {scale}</span>{marks}</div>'

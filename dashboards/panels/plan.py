@@ -1,0 +1,44 @@
+"""What does the robot mean to do? The plan in force, the order of search, and the ways not taken."""
+
+from __future__ import annotations
+
+from dashboards.panels.markup import name, number, percent, table, text
+from dashboards.scene import Scene
+
+MARKS = {"done": "✓", "current": "▶", "next": "○"}
+MOST_STEPS = 60
+
+
+def plan(scene: Scene) -> str:
+    """Steps with costs: done, current, next."""
+    if not scene.steps:
+        words = f"No plan in force ({scene.plan_status})." if scene.plan_status else "No plan in force."
+        return f'<div class="lp"><p class="muted">{text(words)}</p></div>'
+    items = "".join(
+        f'<li class="{s.progress}"><span class="m">{MARKS[s.progress]}</span><span class="w">{name(s.words)}</span>'
+        f'<span class="c">{number(s.step.cost)}</span></li>'
+        for s in scene.steps[:MOST_STEPS]
+    )
+    total = f"{text(scene.plan_status)} by {text(scene.solver)}, expected cost {number(scene.expected_cost)}"
+    return (
+        f'<div class="lp"><p class="muted">{total}</p><ol class="plan">{items}</ol>'
+        f"{_order(scene)}{_alternatives(scene)}</div>"
+    )
+
+
+def _order(scene: Scene) -> str:
+    if not scene.search_order:
+        return ""
+    rows = [
+        [str(i + 1), name(s.container), percent(s.probability), percent(s.reached), number(s.leg_m)]
+        for i, s in enumerate(scene.search_order)
+    ]
+    head = ("#", "container", "there", "comes so far", "leg m")
+    return "<h3>Intended order of search</h3>" + table(head, rows, key="order", classes=("n", "", "n", "n", "n"))
+
+
+def _alternatives(scene: Scene) -> str:
+    if not scene.alternatives:
+        return ""
+    rows = [[name(a.title), number(a.cost), name(a.why_not)] for a in scene.alternatives]
+    return "<h3>Ways not taken</h3>" + table(("way", "cost", "why not"), rows, key="ways", classes=("", "n", ""))

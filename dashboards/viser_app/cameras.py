@@ -1,0 +1,101 @@
+"""From where is the house seen? Poses that fit it: from an angle, from above, behind the robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import cos, radians, sin, tan
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+from dashboards.geometry.house import HouseShape
+from dashboards.scene import RobotLook
+
+FIELD_OF_VIEW = radians(38)
+FILL = 0.92
+"""Share of the picture that the house fills."""
+TALL_M = 1.2
+"""What stands in a house is about this high."""
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPose:
+    position: Vector
+    look_at: Vector
+
+
+def fitted(
+    shape: HouseShape,
+    *,
+    from_above: bool = False,
+    aspect: float = 1.6,
+    covered_below: float = 0.0,
+    tilt_deg: float = 54.0,
+) -> CameraPose:
+    """A pose that shows the whole house, as large as it can be.
+
+    Args:
+        from_above: straight down, y up; otherwise from the south, a little from the west.
+        aspect: width over height of the picture.
+        covered_below: share of the picture's height that something covers at the bottom.
+        tilt_deg: above the horizon, when not from above.
+    """
+    tilt = radians(89.9 if from_above else tilt_deg)
+    turn = radians(-90.0 if from_above else -104.0)
+    back = np.array([cos(tilt) * cos(turn), cos(tilt) * sin(turn), sin(tilt)])
+    right = np.array([-sin(turn), cos(turn), 0.0])
+    up = np.cross(back, right)
+    ground = np.concatenate([floor.vertices for floor in shape.floors] or [_corners(shape)]).astype(np.float64)
+    points = np.concatenate([ground, ground + np.array([0.0, 0.0, TALL_M])])
+    half = tan(FIELD_OF_VIEW / 2)
+    at, distance = np.array([*shape.centre, 0.0]), 2 * shape.reach_m / half
+    for _ in range(40):
+        away = points - at
+        depth = distance - away @ back
+        x, y = away @ right / depth / half / aspect, away @ up / depth / half
+        low, high = -1.0 + 2 * covered_below, 1.0
+        spread = max((x.max() - x.min()) / 2, (y.max() - y.min()) / (high - low)) / FILL
+        middle = ((x.max() + x.min()) / 2 * aspect, (y.max() + y.min()) / 2 - (low + high) / 2)
+        at = at + (right * middle[0] + up * middle[1]) * half * distance * 0.7
+        distance = max(1.0, distance * (1 + 0.7 * (spread - 1)))
+    # The camera orbits about a point on the floor, so slide along the view until it is one.
+    floor = at - back * (at[2] / back[2])
+    eye = at + back * distance
+    return CameraPose(_vector(eye), _vector(floor))
+
+
+def _corners(shape: HouseShape) -> npt.NDArray[np.float32]:
+    corners = product((shape.low[0], shape.high[0]), (shape.low[1], shape.high[1]), (0.0,))
+    return np.array(list(corners), dtype=np.float32)
+
+
+def _vector(values: npt.NDArray[np.float64]) -> Vector:
+    return (float(values[0]), float(values[1]), float(values[2]))
+
+
+def behind(robot: RobotLook) -> CameraPose:
+    """A pose above and behind the robot, looking where it goes."""
+    c, s = cos(robot.yaw_rad), sin(robot.yaw_rad)
+    return CameraPose(
+        (robot.x_m - 3.6 * c, robot.y_m - 3.6 * s, 3.4), (robot.x_m + 1.2 * c, robot.y_m + 1.2 * s, 0.3)
+    )
+
+
+def begin_at(server: viser.ViserServer, pose: CameraPose) -> None:
+    """From where browsers look when they arrive; an address with a camera of its own goes before it."""
+    server.initial_camera.fov = FIELD_OF_VIEW
+    server.initial_camera.up = (0.0, 0.0, 1.0)
+    server.initial_camera.position = pose.position
+    server.initial_camera.look_at = pose.look_at
+
+
+def look(client: viser.ClientHandle, pose: CameraPose) -> None:
+    """Moves a browser's camera."""
+    with client.atomic():
+        client.camera.up_direction = (0.0, 0.0, 1.0)
+        client.camera.fov = FIELD_OF_VIEW
+        client.camera.position = pose.position
+        client.camera.look_at = pose.look_at

@@ -1,0 +1,176 @@
+"""Controls and panels of one browser: time, playback, steps, options; and what the robot thinks, as tabs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import viser
+
+from dashboards.clock import ALIGNMENTS
+from dashboards.palette import run_colour
+from dashboards.panels.beliefs import beliefs
+from dashboards.panels.find_costs import find_costs
+from dashboards.panels.markup import style
+from dashboards.panels.now import legend, now, title
+from dashboards.panels.plan import plan
+from dashboards.panels.strip import cursor, strip
+from dashboards.scene import AUTOMATIC, Scene
+from dashboards.viser_app.session import PANEL_PX, Session
+from workbench.worlds.names import readable_name
+
+SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
+FOLLOW_PLAN = "as the plan finds"
+SLIDER_STEPS = 2000
+
+
+class Controls:
+    """The panel of one browser. Builds itself, and follows its session."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._gui = session.client.gui
+        self._quiet = False
+        self._sent: dict[str, str] = {}
+        self._html: dict[str, viser.GuiHtmlHandle] = {}
+        self._types: dict[str, str] = {}
+        self._build()
+        session.openers.append(self._opened)
+        session.watchers.append(self._shown)
+
+    def _build(self) -> None:
+        gui = self._gui
+        gui.set_panel_label("LIOS workbench")
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_PX)
+        self._html["style"] = gui.add_html(style())
+        self._add("title")
+        self._add("now")
+        self._build_time()
+        tabs = gui.add_tab_group()
+        for name, label, icon in (
+            ("beliefs", "Belief", viser.Icon.MAP_PIN_QUESTION),
+            ("plan", "Plan", viser.Icon.LIST_CHECK),
+            ("costs", "Find costs", viser.Icon.TABLE),
+        ):
+            with tabs.add_tab(label, icon):
+                self._add(name)
+        with tabs.add_tab("View", viser.Icon.ADJUSTMENTS):
+            self._build_options()
+        panel = gui.add_panel()
+        with panel.add_tab("Timeline", viser.Icon.TIMELINE):
+            self._add("strip")
+            self._add("cursor")
+            self._add("legend")
+        panel.float(x=16, y=-16, width=760)
+
+    def _build_time(self) -> None:
+        gui, session = self._gui, self._session
+        self._slider = gui.add_slider("Time", 0.0, 1.0, 0.001, 0.0)
+        self._slider.on_update(
+            lambda _: None if self._quiet else session.change(at=self._slider.value, playing=False)
+        )
+        steps = gui.add_button_group("Decision", ("« first", "‹ previous", "next ›", "last »"))
+        steps.on_click(lambda event: self._step_decision(event.target.value))
+        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
+        self._play.on_click(lambda _: self._toggle())
+        for label, key, modifier, action in (
+            ("Play or pause", "space", None, self._toggle),
+            ("Next decision", "L", None, lambda: self._step("decision", 1)),
+            ("Previous decision", "J", None, lambda: self._step("decision", -1)),
+            ("Next action", "L", "shift", lambda: self._step("action", 1)),
+            ("Previous action", "J", "shift", lambda: self._step("action", -1)),
+            ("One second on", "O", None, lambda: session.seek(session.state.at + 1)),
+            ("One second back", "U", None, lambda: session.seek(session.state.at - 1)),
+            ("To the start", "home", None, lambda: session.seek(0.0)),
+            ("To the end", "end", None, lambda: session.seek(session.clock.end)),
+            ("Fit the house", "F", None, lambda: session.look()),
+            ("From above", "T", None, lambda: session.look(from_above=True)),
+        ):
+            command = gui.add_command(label, hotkey=key, modifier=modifier)  # type: ignore[arg-type]
+            command.on_trigger(lambda _, act=action: act())
+
+    def _build_options(self) -> None:
+        gui, session = self._gui, self._session
+        self._focus = gui.add_dropdown("Item", (FOLLOW_PLAN,))
+        self._focus.on_update(lambda _: session.change(focus=self._types.get(self._focus.value, AUTOMATIC)))
+        align = gui.add_dropdown("Clock", ALIGNMENTS, hint="On which clock several runs stand side by side.")
+        align.on_update(lambda _: session.change(alignment=align.value, at=0.0))
+        speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1×")
+        speed.on_update(lambda _: session.change(speed=float(speed.value.rstrip("×"))))
+        loop = gui.add_checkbox("Loop", False)
+        loop.on_update(lambda _: session.change(loop=loop.value))
+        walls = gui.add_dropdown("Walls", ("cut away", "whole", "none"))
+        walls.on_update(lambda _: session.change(walls={"cut away": "cut"}.get(walls.value, walls.value)))
+        for label, field in (
+            ("Belief as bars", "bars"),
+            ("Order of search", "orders"),
+            ("Room names", "room_names"),
+            ("Follow the robot", "follow"),
+        ):
+            box = gui.add_checkbox(label, getattr(session.state, field))
+            box.on_update(lambda _, b=box, f=field: session.change(**{f: b.value}))
+        cameras = gui.add_button_group("Camera", ("Fit", "From above"))
+        cameras.on_click(lambda event: session.look(from_above=event.target.value == "From above"))
+
+    def _add(self, name: str) -> None:
+        self._html[name] = self._gui.add_html("")
+
+    def _set(self, name: str, content: str) -> None:
+        if self._sent.get(name) != content:
+            self._html[name].content = content
+            self._sent[name] = content
+
+    def _opened(self, session: Session) -> None:
+        """New runs: a new scale of time, new item types, a new strip."""
+        clock = session.clock
+        if not clock.timelines:
+            return
+        self._quiet = True
+        self._slider.max = clock.end
+        self._slider.step = clock.end / SLIDER_STEPS if clock.alignment != "decision" else 1.0
+        self._quiet = False
+        types = clock.timelines[0].item_types
+        self._types = {f"{readable_name(t)} ({t})" if readable_name(t) != t else t: t for t in types}
+        self._focus.options = (FOLLOW_PLAN, *self._types)
+        names = [t.run.info.strategy for t in clock.timelines]
+        self._set("title", title(clock.timelines[0]))
+        self._set("strip", strip(clock, names, [run_colour(i) for i in range(len(names))]))
+
+    def _shown(self, session: Session, scenes: list[Scene]) -> None:
+        scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
+        at = timeline.decision_at(scene.stamp_ns)
+        frame = timeline.decisions[at] if at >= 0 else None
+        robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
+        self._set("now", now(scene))
+        self._set("beliefs", beliefs(scene, timeline))
+        self._set("plan", plan(scene))
+        self._set("costs", find_costs(scene, robot_at))
+        self._set("legend", legend(scene))
+        self._set("cursor", cursor(session.clock, state.at))
+        if abs(self._slider.value - state.at) > 1e-9:
+            self._quiet = True
+            self._slider.value = min(state.at, self._slider.max)
+            self._quiet = False
+        label = "Pause" if state.playing else "Play"
+        if self._play.label != label:
+            self._play.label = label
+            self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
+
+    def _toggle(self) -> None:
+        state = self._session.state
+        over = state.at >= self._session.clock.end * (1 - 1e-9)
+        self._session.change(playing=not state.playing, **({"at": 0.0} if over and not state.playing else {}))
+
+    def _step(self, kind: str, direction: int) -> None:
+        clock = self._session.clock
+        self._session.step(clock.decisions() if kind == "decision" else clock.actions(), direction)
+
+    def _step_decision(self, label: Any) -> None:
+        if label.startswith("«"):
+            stops = self._session.clock.decisions()
+            self._session.change(at=stops[0] if stops else 0.0, playing=False)
+        elif label.endswith("»"):
+            self._session.change(at=self._session.clock.end, playing=False)
+        else:
+            self._step("decision", 1 if label.endswith("›") else -1)

@@ -1,0 +1,96 @@
+"""Serves the dashboard: a Viser server on this machine, one session for each browser."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import socket
+from dataclasses import dataclass, field
+
+import viser
+
+from dashboards.library import Library
+from dashboards.viser_app.cameras import begin_at, fitted
+from dashboards.viser_app.controls import Controls
+from dashboards.viser_app.session import Session, ViewState
+from workbench.errors import InputError
+
+LOCAL = "127.0.0.1"
+USUAL_ASPECT = 1.3
+"""Width over height of the view beside its panel, in a window of usual shape."""
+USUALLY_COVERED = 0.19
+
+
+class PortInUse(InputError):
+    """Another program listens there."""
+
+    def __init__(self, host: str, port: int) -> None:
+        super().__init__(f"port {port} on {host} is in use. Give another --port, or --port 0 for any free one.")
+
+
+class CannotListen(InputError):
+    """The address is not this machine's, or may not be used."""
+
+    def __init__(self, host: str, port: int, reason: str) -> None:
+        super().__init__(f"cannot listen on {host}:{port}: {reason}. Give another --host or --port.")
+
+
+@dataclass(slots=True)
+class Dashboard:
+    """A running server."""
+
+    server: viser.ViserServer
+    sessions: dict[int, Session] = field(default_factory=dict)
+
+    @property
+    def url(self) -> str:
+        host = self.server.get_host()
+        return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{self.server.get_port()}"
+
+    def stop(self) -> None:
+        for session in list(self.sessions.values()):
+            session.stop()
+        self.server.stop()
+
+
+def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 8080) -> Dashboard:
+    """Starts serving and returns at once.
+
+    Raises:
+        PortInUse, CannotListen: nothing can listen there.
+    """
+    _check_port(host, port)
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=host, port=port, label="LIOS workbench", verbose=False)
+    dashboard = Dashboard(server)
+    plan = library.timeline(state.runs[0]).plan if state.runs else None
+    if plan is not None:
+        begin_at(server, fitted(library.shape(plan), aspect=USUAL_ASPECT, covered_below=USUALLY_COVERED))
+
+    def arrive(client: viser.ClientHandle) -> None:
+        session = Session(client, library, state)
+        dashboard.sessions[client.client_id] = session
+        Controls(session)
+        session.start()
+
+    def leave(client: viser.ClientHandle) -> None:
+        session = dashboard.sessions.pop(client.client_id, None)
+        if session is not None:
+            session.stop()
+
+    server.on_client_connect(arrive)
+    server.on_client_disconnect(leave)
+    return dashboard
+
+
+def _check_port(host: str, port: int) -> None:
+    """Viser takes the next free port silently; a person who named one wants that one."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+    except (OSError, OverflowError) as error:
+        if getattr(error, "errno", None) == 98:
+            raise PortInUse(host, port) from error
+        raise CannotListen(host, port, str(error)) from error

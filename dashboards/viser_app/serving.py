@@ -1,0 +1,59 @@
+"""Opens logs, serves the dashboard, says where it is, and waits until a person stops it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from dashboards.library import Library, readable
+from dashboards.viser_app.server import Dashboard, serve
+from dashboards.viser_app.session import ViewState
+from workbench.errors import BadValue
+from workbench.terminal import say
+
+MOST_AT_ONCE = 8
+"""Runs laid over each other at first; more can be chosen in the table."""
+
+
+def show_until_stopped(logs: Sequence[Path], *, host: str, port: int, at: float, follow: bool) -> None:
+    """Serves until Ctrl-C.
+
+    Raises:
+        FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse.
+    """
+    dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow)
+    say(f"Dashboard at {dashboard.url} (Ctrl-C stops it).")
+    try:
+        while True:
+            time.sleep(3600)
+    finally:
+        dashboard.stop()
+
+
+def open_dashboard(
+    logs: Sequence[Path], *, host: str = "127.0.0.1", port: int = 8080, at: float = 0.0, follow: bool = False
+) -> Dashboard:
+    """Reads the logs and starts serving.
+
+    Raises:
+        BadValue: a moment before the start. And what reading logs and listening raise.
+    """
+    if not at >= 0:
+        raise BadValue("--at", at, "seconds after the start, at least 0")
+    if not 0 <= port <= 65535:
+        raise BadValue("--port", port, "from 0 to 65535")
+    library = Library(logs)
+    named = [path for path in logs if not path.is_dir()]
+    if named:
+        for index in range(len(library.paths)):
+            library.timeline(index)
+        runs = tuple(range(min(len(named), MOST_AT_ONCE)))
+    else:
+        good, bad = readable(library)
+        for error in bad:
+            say(f"Left out: {error}")
+        if not good:
+            raise bad[0]
+        runs = (good[0],)
+    return serve(library, ViewState(runs=runs, at=at), host=host, port=port)

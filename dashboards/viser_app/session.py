@@ -1,0 +1,192 @@
+"""What one browser is looking at: which runs, which moment, which options; and the one thread that shows it.
+
+Callbacks only change the state and wake the thread; it always shows the newest state, so that a fast scrub skips
+moments instead of queueing them. When the browser leaves, the thread ends.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from threading import Condition, Thread
+
+import viser
+
+from dashboards.clock import Alignment, Clock
+from dashboards.library import Library
+from dashboards.palette import run_colour
+from dashboards.scene import AUTOMATIC, Scene, scene_at
+from dashboards.viser_app.cameras import CameraPose, behind, fitted, look
+from dashboards.viser_app.stage import Stage
+
+PANEL_PX = 440
+"""Width of the panel beside the view."""
+STRIP_PX = 175
+"""Height of the strip under the view."""
+FRAMES_A_SECOND = 25.0
+"""How often a playing run is shown."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewState:
+    """Everything that decides what one browser shows; a link restores it."""
+
+    runs: tuple[int, ...]
+    at: float = 0.0
+    alignment: Alignment = "time"
+    focus: str = AUTOMATIC
+    walls: str = "cut"
+    playing: bool = False
+    speed: float = 1.0
+    loop: bool = False
+    follow: bool = False
+    bars: bool = True
+    orders: bool = True
+    room_names: bool = True
+
+
+class Session:
+    """One browser: its state, its stage, and who else shows its scenes."""
+
+    def __init__(self, client: viser.ClientHandle, library: Library, state: ViewState) -> None:
+        self.client = client
+        self.library = library
+        self.stage = Stage(client)
+        self.clock = Clock(timelines=())
+        self.state = state
+        self.watchers: list[Callable[[Session, list[Scene]], None]] = []
+        self.openers: list[Callable[[Session], None]] = []
+        self._wake = Condition()
+        self._dirty, self._alive = True, True
+        self._opened: tuple[tuple[int, ...], int] | None = None
+        self._revision = 0
+        self._walls = ""
+        self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
+
+    def start(self) -> None:
+        self.stage.light()
+        self._open()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Ends the thread; called when the browser has left."""
+        with self._wake:
+            self._alive = False
+            self._wake.notify_all()
+
+    def change(self, **changes: object) -> None:
+        """Changes the state and shows it soon."""
+        with self._wake:
+            self.state = replace(self.state, **changes)  # type: ignore[arg-type]
+            self._dirty = True
+            self._wake.notify_all()
+
+    def reread(self) -> None:
+        """Shows the runs as their logs now stand."""
+        with self._wake:
+            self._revision += 1
+            self._dirty = True
+            self._wake.notify_all()
+
+    def seek(self, reading: float) -> None:
+        self.change(at=min(max(reading, 0.0), self.clock.end))
+
+    def step(self, stops: tuple[float, ...], direction: int) -> None:
+        """To the next stop after, or the last before, the moment shown; pauses."""
+        at, near = self.state.at, 1e-6 * max(1.0, self.clock.end)
+        ends = (*stops, 0.0, self.clock.end)
+        ahead = [s for s in ends if (s > at + near if direction > 0 else s < at - near)]
+        if ahead:
+            self.change(at=min(ahead) if direction > 0 else max(ahead), playing=False)
+
+    def look(self, *, from_above: bool = False) -> None:
+        """Fits the camera to the house."""
+        pose = self.fit(from_above=from_above)
+        if pose is not None:
+            look(self.client, pose)
+
+    def fit(self, *, from_above: bool = False) -> CameraPose | None:
+        plan = self.clock.timelines[0].plan if self.clock.timelines else None
+        if plan is None:
+            return None
+        camera = self.client.camera
+        wide, high = camera.image_width, camera.image_height
+        aspect = max(0.4, wide / high) if high else 1.6
+        covered = min(0.4, STRIP_PX / high) if high else 0.0
+        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect, covered_below=covered)
+
+    def scenes(self) -> list[Scene]:
+        """The moment shown, of every run."""
+        state = self.state
+        stamps = self.clock.stamps(state.at)
+        scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
+        return scenes
+
+    def _open(self) -> None:
+        """Opens the runs of the state, if they are not open already."""
+        wanted = (self.state.runs, self._revision)
+        if self._opened == wanted and self.clock.alignment == self.state.alignment:
+            return
+        before = self.clock.timelines[0].plan if self.clock.timelines else None
+        timelines = tuple(self.library.timeline(i) for i in self.state.runs)
+        self.clock = Clock(timelines=timelines, alignment=self.state.alignment)
+        first = self._opened is None
+        if self._opened is None or self._opened[0] != wanted[0]:
+            plan = timelines[0].plan if timelines else None
+            if plan is not None and (first or plan != before):
+                self.stage.show_house(plan, self.library.shape(plan))
+                self._walls = ""
+            self.stage.cast([run_colour(i) for i in range(len(timelines))], [t.run.info.strategy for t in timelines])
+            if plan is not None and not first and plan != before:
+                self.look()
+        self._opened = wanted
+        for opener in self.openers:
+            opener(self)
+
+    def _show_forever(self) -> None:
+        last = time.monotonic()
+        while True:
+            with self._wake:
+                if not self._dirty and not self.state.playing:
+                    self._wake.wait()
+                    last = time.monotonic()
+                if not self._alive:
+                    return
+                self._dirty = False
+            now = time.monotonic()
+            self._advance(now - last)
+            last = now
+            self._show()
+            if self.state.playing:
+                time.sleep(max(0.0, 1 / FRAMES_A_SECOND - (time.monotonic() - now)))
+
+    def _advance(self, seconds: float) -> None:
+        """Moves a playing run on; at its end it stops or begins again."""
+        state = self.state
+        if not state.playing:
+            return
+        pace = self.clock.end / max(self.clock.timelines[0].duration_s, 1e-9) if state.alignment != "time" else 1.0
+        at = state.at + seconds * state.speed * pace
+        if at < self.clock.end:
+            self.change(at=at)
+        elif state.loop:
+            self.change(at=0.0)
+        else:
+            self.change(at=self.clock.end, playing=False)
+
+    def _show(self) -> None:
+        self._open()
+        if not self.clock.timelines:
+            return
+        state = self.state
+        if state.walls != self._walls:
+            self.stage.show_walls(state.walls)
+            self._walls = state.walls
+        self.stage.show_room_names(state.room_names)
+        scenes = self.scenes()
+        self.stage.show(scenes, bars=state.bars, orders=state.orders)
+        if state.follow:
+            look(self.client, behind(scenes[0].robot))
+        for watcher in self.watchers:
+            watcher(self, scenes)
