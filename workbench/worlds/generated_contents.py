@@ -2,9 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from workbench.worlds.house_statistics import ContentShares, HouseStatistics
+from workbench.worlds.names import is_container
+
+SCENARIO_ITEMS = (
+    "Apple",
+    "Bowl",
+    "Bread",
+    "CoffeeMachine",
+    "Egg",
+    "Kettle",
+    "Knife",
+    "Mug",
+    "Plate",
+    "Pot",
+    "Toaster",
+)
+"""What the paper's scenarios ask for, as far as real houses have it (they add coffee grinds and a water bottle)."""
+
+
+def fill(
+    statistics: HouseStatistics, furniture: Sequence[tuple[str, str]], rng: np.random.Generator, *, stocked: bool
+) -> tuple[tuple[str, ...], ...]:
+    """Item types of each piece of furniture, given as (kind of room, type).
+
+    Args:
+        stocked: where there is a kitchen, add a missing scenario item where the statistics say it is found.
+    """
+    contents = [
+        list(draw_contents(statistics, room_kind=kind, container=container, rng=rng))
+        if is_container(container)
+        else []
+        for kind, container in furniture
+    ]
+    if stocked and any(kind == "Kitchen" for kind, _ in furniture):
+        for item in SCENARIO_ITEMS:
+            if any(item in items for items in contents):
+                continue
+            weights = np.array([_share(statistics, kind, container, item) for kind, container in furniture])
+            if weights.sum() > 0:
+                contents[int(rng.choice(len(furniture), p=weights / weights.sum()))].append(item)
+    return tuple(tuple(items) for items in contents)
 
 
 def draw_contents(
@@ -15,7 +57,7 @@ def draw_contents(
     The number of items is drawn first, then types one by one: a type's weight is the share of containers that hold
     it, and once drawn, how often there is another one.
     """
-    shares = statistics.contents.get(f"{room_kind}/{container}") or statistics.contents.get(f"/{container}")
+    shares = _shares(statistics, room_kind, container)
     if shares is None or not shares.types:
         return ()
     p = np.array(shares.number)
@@ -35,3 +77,13 @@ def _draw_types(shares: ContentShares, number: int, rng: np.random.Generator) ->
         weights[which] = again[which] * shares.types[names[which]][0]
         drawn.append(names[which])
     return tuple(drawn)
+
+
+def _shares(statistics: HouseStatistics, room_kind: str, container: str) -> ContentShares | None:
+    return statistics.contents.get(f"{room_kind}/{container}") or statistics.contents.get(f"/{container}")
+
+
+def _share(statistics: HouseStatistics, room_kind: str, container: str, item: str) -> float:
+    """The share of such containers that hold such an item."""
+    shares = _shares(statistics, room_kind, container)
+    return shares.types.get(item, (0.0, 0.0))[0] if shares else 0.0

@@ -25,26 +25,10 @@ FREE_STANDING = ("DiningTable", "CoffeeTable")
 SEATED = ("DiningTable", "Desk")
 """What chairs are put at."""
 COUNTERS = ("Countertop_I_4x2", "Countertop_I_6x2", "Countertop_I_8x2", "Countertop_I_10x2")
-LARGE_FIRST = [
-    "CounterTop",
-    "Bed",
-    "Fridge",
-    "Sofa",
-    "DiningTable",
-    "Dresser",
-    "TVStand",
-    "Desk",
-    "Toilet",
-    "Sink",
-    "ShelvingUnit",
-    "WashingMachine",
-    "ClothesDryer",
-    "Bathtub",
-    "ArmChair",
-    "CoffeeTable",
-    "SideTable",
-    "Cart",
-]
+LARGE_FIRST = (
+    *("CounterTop", "Bed", "Fridge", "Sofa", "DiningTable", "Dresser", "TVStand", "Desk", "Toilet", "Sink"),
+    *("ShelvingUnit", "WashingMachine", "ClothesDryer", "Bathtub", "ArmChair", "CoffeeTable", "SideTable", "Cart"),
+)
 """The order in which things are put down; others follow by name, chairs last."""
 UNITS = {0: (0.0, 1.0), 90: (1.0, 0.0), 180: (0.0, -1.0), 270: (-1.0, 0.0)}
 """Unity's degrees about y -> where the front points, as (x, z)."""

@@ -159,7 +159,7 @@ def _draw_areas(
 def _cut(areas: list[tuple[str, float]], rng: np.random.Generator) -> tuple[PlannedRoom, ...] | None:
     """Cut a rectangle into rooms of about those areas, in an order that keeps bathrooms near bedrooms."""
     order = [areas[i] for i in rng.permutation(len(areas))]
-    order.sort(key=lambda part: {"Kitchen": 0, "LivingRoom": 0, "Bathroom": 1, "Bedroom": 1}.get(part[0], 1))
+    order = sorted(order, key=_is_for_sleep)
     if len(order) >= 4 and rng.random() < 0.5:
         order.insert(int(rng.choice([0, len(order)])), (GAP, order[0][1] * 0.6))
     total = sum(area for _, area in order)
@@ -170,6 +170,10 @@ def _cut(areas: list[tuple[str, float]], rng: np.random.Generator) -> tuple[Plan
     if any(piece.width <= 0 or piece.depth <= 0 for _, piece in rooms):
         return None
     return tuple(PlannedRoom(number=i + 2, kind=kind, at=at) for i, (kind, at) in enumerate(rooms))
+
+
+def _is_for_sleep(part: tuple[str, float]) -> bool:
+    return part[0] in ("Bathroom", "Bedroom")
 
 
 def _cut_piece(

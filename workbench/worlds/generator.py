@@ -17,12 +17,11 @@ import msgspec
 import numpy as np
 
 from workbench.errors import BadValue, Failed
-from workbench.worlds.generated_contents import draw_contents
+from workbench.worlds.generated_contents import fill
 from workbench.worlds.generated_furniture import Piece, furnish
 from workbench.worlds.generated_json import house_json, piece_ids
 from workbench.worlds.generated_plan import PlannedHouse, plan_house
 from workbench.worlds.house_statistics import HouseStatistics, shipped_statistics
-from workbench.worlds.names import is_container
 from workbench.worlds.navigation import Navigation, NowhereToStand, compute
 from workbench.worlds.occupancy import room_labels
 from workbench.worlds.procthor import house_from_json
@@ -40,12 +39,18 @@ class NoHouse(Failed):
 
 
 def generate_houses(
-    count: int, *, seed: int, rooms: tuple[int, int] = (2, 10), statistics: HouseStatistics | None = None
+    count: int,
+    *,
+    seed: int,
+    rooms: tuple[int, int] = (2, 10),
+    stocked: bool = False,
+    statistics: HouseStatistics | None = None,
 ) -> Iterator[dict[str, Any]]:
     """Houses as ProcTHOR's JSON, one after the other; house i depends on the seed and i alone.
 
     Args:
         rooms: least and greatest number of rooms; within it numbers come as often as in real houses.
+        stocked: a house with a kitchen gets what the scenarios need and it lacks (SCENARIO_ITEMS).
 
     Raises:
         BadValue: numbers out of range.
@@ -58,10 +63,13 @@ def generate_houses(
     figures = statistics or shipped_statistics()
     for index in range(count):
         rng = np.random.default_rng([seed, index])
-        yield generate_house(figures, rooms=_draw_size(figures, least, most, rng), rng=rng)
+        size = _draw_size(figures, least, most, rng)
+        yield generate_house(figures, rooms=size, rng=rng, stocked=stocked)
 
 
-def generate_house(statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator) -> dict[str, Any]:
+def generate_house(
+    statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator, stocked: bool = False
+) -> dict[str, Any]:
     """One house as ProcTHOR's JSON.
 
     Raises:
@@ -72,12 +80,7 @@ def generate_house(statistics: HouseStatistics, *, rooms: int, rng: np.random.Ge
         pieces = _reachable(plan, furnish(plan, statistics, rng))
         if pieces is None:
             continue
-        contents = tuple(
-            draw_contents(statistics, room_kind=piece.room.kind, container=piece.type, rng=rng)
-            if is_container(piece.type)
-            else ()
-            for piece in pieces
-        )
+        contents = fill(statistics, [(piece.room.kind, piece.type) for piece in pieces], rng, stocked=stocked)
         empty = _navigation(house_json(plan, pieces))
         return house_json(plan, pieces, contents=contents, agent=_draw_agent(empty, rng), rng=rng)
     raise NoHouse(rooms)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import gzip
 import json
 import zlib
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, NoReturn
+from typing import IO, NoReturn, cast
 
 from workbench.errors import BadValue, FileMissing, MalformedFile, NotFound
 
@@ -128,11 +128,12 @@ def explain_bad_json(path: Path, index: int, line: bytes, reason: str) -> NoRetu
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[IO[bytes]]:
+def _opened(path: Path) -> Generator[IO[bytes]]:
     """The file's bytes, decompressed if its name ends in .gz; what is wrong with it becomes a MalformedFile."""
     try:
-        with gzip.open(path, "rb") if path.name.lower().endswith(".gz") else path.open("rb") as stream:
-            yield stream
+        with path.open("rb") as raw:
+            packed = path.name.lower().endswith(".gz")
+            yield cast("IO[bytes]", gzip.GzipFile(fileobj=raw)) if packed else raw
     except EOFError:
         raise MalformedFile(path, "the gzip data ends too early", "Download or copy the file again") from None
     except (gzip.BadGzipFile, zlib.error) as error:

@@ -128,12 +128,13 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
 
 def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
     """Where the robot's middle can be: far enough from everything, in the largest connected part of the floor."""
-    clearance = ndimage.distance_transform_edt(~grid.occupied) * grid.resolution_m
+    clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
     free = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
     free[[0, -1], :] = False
     free[:, [0, -1]] = False
-    labels, count = ndimage.label(free)
-    if count > 1:
+    labels = np.empty(free.shape, dtype=np.int32)
+    ndimage.label(free, output=labels)
+    if labels.max() > 1:
         sizes = np.bincount(labels.ravel())
         sizes[0] = 0
         free = labels == sizes.argmax()

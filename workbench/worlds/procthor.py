@@ -44,6 +44,7 @@ from workbench.worlds.house_files import (
 )
 from workbench.worlds.names import is_container, size_of_asset_m, type_of_asset, usual_size_m
 from workbench.worlds.procthor_json import AgentJson, HoleJson, HouseJson, ObjectJson, RoomJson, Vector, WallJson
+from workbench.worlds.room_fit import fitted
 
 STANDS_BELOW_M = 1.2
 """A thing whose middle is lower stands on the floor, so that its height is twice its middle's."""
@@ -161,7 +162,7 @@ def _walls(
         empty = record.empty or _says_empty(record.material)
         key = tuple(sorted((round(x, 3), round(y, 3)) for x, y in (start, end)))
         twin = kept.get(key)
-        room = RoomId(record.roomId) if record.roomId in rooms else None
+        room = RoomId(record.roomId) if record.roomId and record.roomId in rooms else None
         if twin is None:
             height = max(c.y for c in record.polygon) - min(c.y for c in record.polygon)
             kept[key] = Wall(id=record.id, start=start, end=end, height_m=height, empty=empty, room=room)
@@ -193,7 +194,7 @@ def _opening(record: HoleJson, walls: Mapping[str, tuple[Point, Point]], rooms: 
         return (x0 + (x1 - x0) * distance / length, y0 + (y1 - y0) * distance / length)
 
     known = {room.id for room in rooms}
-    sides = [RoomId(side) for side in dict.fromkeys((record.room0, record.room1)) if side is not None]
+    sides = [RoomId(s) for s in dict.fromkeys(s for s in (record.room0, record.room1) if s is not None)]
     between = tuple(side for side in sides if side in known)
     return Opening(
         id=record.id,
@@ -220,9 +221,12 @@ def _objects(
             pose = pose_from_unity(record.position, record.rotation)
         except BadValue as error:
             raise BadValue(f"position of {record.id} in {name}", str(error), "finite numbers of metres") from None
+        home = room_at(rooms, pose.point)
+        room = home.id
         size, base = _size(record, type_name, assets, f"{record.id} in {name}")
+        if (record.assetId or "") not in assets:
+            size = fitted(size, pose, home.floor)
         thing_id = _own_id(type_name, record.id, used)
-        room = room_at(rooms, pose.point).id
         if is_container(type_name) or record.children:
             container_id = ContainerId(thing_id)
             containers.append(

@@ -1,0 +1,116 @@
+"""Are generated houses like real ones? The same figures over both, side by side.
+
+Greedy's mean search cost says more than any count: it depends on distances, on how many containers there are, and
+on where things are. One search is a house and an item type that it holds: from the start, always on to the nearest
+unsearched container, until an instance is found; pick it up (5) and carry it back to the start.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from workbench.search.costs import SIMULATION
+from workbench.worlds.house import START, House, LocationId
+from workbench.worlds.house_statistics import area_m2
+from workbench.worlds.names import generic_type, readable_name
+from workbench.worlds.navigation import Navigation, navigate
+from workbench.worlds.travel import TravelCosts
+
+COMMONEST = 20
+
+
+def house_figures(houses: Sequence[House]) -> dict[str, Any]:
+    """The figures of some houses, as plain values."""
+    ways = [navigate(house.plan) for house in houses]
+    costs = [cost for house, way in zip(houses, ways, strict=True) for cost in greedy_search_costs(house, way.travel)]
+    rooms = [room for house in houses for room in house.plan.rooms]
+    held = [len(items) for house in houses for items in house.contents.values()]
+    return {
+        "houses": len(houses),
+        "rooms": _mean([len(house.plan.rooms) for house in houses]),
+        "area_m2": _mean([sum(area_m2(room.floor) for room in house.plan.rooms) for house in houses]),
+        "room_area_m2": {
+            kind: _mean([area_m2(room.floor) for room in rooms if room.kind == kind])
+            for kind in sorted({room.kind for room in rooms})
+        },
+        "doors": _mean([sum(door.passable for door in house.plan.doors) for house in houses]),
+        "containers": _mean([len(house.plan.containers) for house in houses]),
+        "reachable_share": _reachable(houses, ways),
+        "empty_container_share": _mean([n == 0 for n in held]),
+        "items": _mean([sum(map(len, house.contents.values())) for house in houses]),
+        "item_types": _mean([len(house.item_types()) for house in houses]),
+        "mean_distance_m": _mean([_mean_distance(way.travel) for way in ways]),
+        "searches": len(costs),
+        "greedy_search_cost": _mean(costs),
+    }
+
+
+def greedy_search_costs(house: House, travel: TravelCosts) -> list[float]:
+    """What Greedy pays for each item type of a house that can be found, in the order of types."""
+    order: list[tuple[LocationId, float]] = []
+    left = [place for place in travel.locations if place != START]
+    here, walked = START, 0.0
+    while left:
+        row = travel.metres[travel.index(here)]
+        near = min(left, key=lambda place: float(row[travel.index(place)]))
+        walked += float(row[travel.index(near)]) + SIMULATION.search
+        order.append((near, walked))
+        left.remove(near)
+        here = near
+    costs: list[float] = []
+    for item_type in house.item_types():
+        holders = {LocationId(holder) for holder in house.holders(item_type)}
+        for place, walked in order:
+            if place in holders:
+                back = float(travel.metres[travel.index(place), travel.index(START)])
+                costs.append(walked + SIMULATION.manipulation + back)
+                break
+    return costs
+
+
+def where_items_are(columns: Mapping[str, Sequence[House]]) -> list[dict[str, Any]]:
+    """The commonest item types of the first column: how many a house, and in which containers, per column.
+
+    Rows of {"item", "houses", "per_house", "where": [[container, share], ...]}.
+    """
+    places = {title: _places(houses) for title, houses in columns.items()}
+    first = next(iter(places.values()), {})
+    commonest = sorted(first, key=lambda item: (-first[item].total(), item))[:COMMONEST]
+    rows: list[dict[str, Any]] = []
+    for item in commonest:
+        for title, houses in columns.items():
+            found = places[title].get(item, Counter())
+            total = found.total()
+            top = [[readable_name(c), round(n / total, 3)] for c, n in found.most_common(3)] if total else []
+            per_house = round(total / max(1, len(houses)), 3)
+            rows.append({"item": readable_name(item), "houses": title, "per_house": per_house, "where": top})
+    return rows
+
+
+def _places(houses: Sequence[House]) -> dict[str, Counter[str]]:
+    """Per generic item type, in which container types its instances are."""
+    places: dict[str, Counter[str]] = {}
+    for house in houses:
+        for container in house.plan.containers:
+            for item in house.contents[container.id]:
+                places.setdefault(generic_type(item.type), Counter())[container.type] += 1
+    return places
+
+
+def _reachable(houses: Sequence[House], ways: Sequence[Navigation]) -> float:
+    total = sum(len(house.plan.containers) for house in houses)
+    lost = sum(len(way.travel.unreachable) for way in ways)
+    return 1.0 if total == 0 else (total - lost) / total
+
+
+def _mean_distance(travel: TravelCosts) -> float:
+    n = len(travel.locations)
+    return float(travel.metres.sum()) / (n * (n - 1)) if n > 1 else 0.0
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if len(values) else 0.0
