@@ -24,9 +24,9 @@ from workbench.execution.events import Ended, Event, Planned
 from workbench.planning.tasks import Task
 from workbench.runs.codec import encode, ground_truth, to_wire
 from workbench.runs.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_to_json, task_to_json
-from workbench.runs.run_info import INFO_METADATA, info_to_metadata
+from workbench.runs.run_info import INFO_METADATA, OUTCOME_METADATA, info_to_metadata, outcome_to_metadata
 from workbench.runs.settings_json import SETTINGS_ATTACHMENT, settings_to_json
-from workbench.runs.vocabulary import DomainEvent, GroundTruth, RunInfo
+from workbench.runs.vocabulary import DomainEvent, GroundTruth, Outcome, RunInfo
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import Contents
 from workbench.worlds.travel import Paths
@@ -148,6 +148,8 @@ class RunRecorder:
     def _write(self, event: Event) -> None:
         for wire in to_wire(event):
             self._write_domain(self._files, wire)
+            if isinstance(wire, Outcome):
+                self._files.describe(OUTCOME_METADATA, outcome_to_metadata(wire, event.decision))
         if self._narrator is not None:
             self._write_viewer(self._files, self._narrator.tell(event))
 

@@ -8,7 +8,7 @@ Background      to another sink, by a thread of its own, without ever blocking t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol, final
 
@@ -19,6 +19,9 @@ from workbench.errors import BadValue
 
 PART_METADATA = "lios.part"
 """Which part of a split log a file is: run, part (from 0), before (the file before it)."""
+
+REPEATED = ("lios.repeated", "true")
+"""Channel metadata of what a part only says once more: on the topic as ever, and left out when parts are merged."""
 
 
 class Sink(Protocol):
@@ -97,7 +100,8 @@ class Standing:
             part.writer.add_attachment(name, media_type, data, log_time=stamp, create_time=stamp)
         for kept in self.latched.values():
             publish_time = kept.log_time if kept.publish_time is None else kept.publish_time
-            part.write(Kept(kept.channel, kept.data, log_time, publish_time))
+            channel = replace(kept.channel, metadata=(*kept.channel.metadata, REPEATED))
+            part.write(Kept(channel, kept.data, log_time, publish_time))
 
 
 @final

@@ -12,6 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
 from replayers.mcap_records import Record
@@ -84,9 +85,32 @@ class Run:
     @cached_property
     def tables(self) -> Tables:
         """The run as data frames, each made when it is first asked for."""
-        from replayers.frames import Tables
+        from replayers.frames import RunSource, Tables
 
-        return Tables((self,))
+        return Tables((RunSource(self),))
+
+    def events(self, event_class: type[msgspec.Struct]) -> tuple[Any, ...]:
+        """All events of a class of the vocabulary, in order.
+
+        Raises:
+            KeyError: a class that a run does not hold.
+        """
+        single: dict[type[msgspec.Struct], Any] = {
+            Outcome: self.outcome,
+            GroundTruth: self.truth,
+            Dropped: self.dropped,
+        }
+        if event_class in single:
+            return () if single[event_class] is None else (single[event_class],)
+        many: dict[type[msgspec.Struct], tuple[Any, ...]] = {
+            Observation: self.observations,
+            BeliefUpdate: self.beliefs,
+            FindCosts: self.find_costs,
+            PlanComputed: self.plans,
+            Timing: self.timings,
+            ActionFinished: self.actions,
+        }
+        return many[event_class]
 
     @cached_property
     def sha256(self) -> str:

@@ -8,9 +8,11 @@ from collections.abc import Mapping
 import msgspec
 
 from workbench.errors import Malformed
-from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.runs.vocabulary import SCHEMA_VERSION, Outcome, RunInfo, Stamp
 
 INFO_METADATA = "lios.run"
+OUTCOME_METADATA = "lios.outcome"
+"""Status and costs once more, written at the end, so that a folder of logs is listed without reading messages."""
 CHECKSUM = "crc32"
 """MCAP has no checksum on metadata records; this key holds one over the other pairs."""
 
@@ -58,6 +60,14 @@ def info_from_metadata(pairs: Mapping[str, str]) -> RunInfo:
         return msgspec.convert(values, RunInfo, strict=False)
     except msgspec.ValidationError as error:
         raise MalformedInfo(str(error)) from error
+
+
+def outcome_to_metadata(outcome: Outcome, decisions: int) -> dict[str, str]:
+    """The record's pairs; costs with every digit."""
+    names = ("status", "cost", "own_cost", "searches", "travel_m", "reason")
+    pairs = {name: str(getattr(outcome, name)) for name in names}
+    pairs |= {"ended": str(outcome.stamp.ns), "decisions": str(decisions)}
+    return {**pairs, CHECKSUM: checksum(pairs)}
 
 
 def checksum(pairs: Mapping[str, str]) -> str:

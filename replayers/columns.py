@@ -1,0 +1,139 @@
+"""Which tables does a log give, and what stands in each column? Names, types, units, in one readable place.
+
+The descriptions travel with the data: Parquet files carry them as field metadata under the key "doc".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import pyarrow as pa
+
+TEXT = pa.string()
+WORD = pa.dictionary(pa.int32(), pa.string())
+"""Text that repeats; a categorical in pandas."""
+WORDS = pa.list_(pa.string())
+TIME = pa.timestamp("ns", tz="UTC")
+NUMBER, WHOLE, YES = pa.float64(), pa.int64(), pa.bool_()
+
+
+def _schema(*columns: tuple[str, pa.DataType, str]) -> pa.Schema:
+    return pa.schema([pa.field(name, kind, metadata={"doc": doc}) for name, kind, doc in columns])
+
+
+_RUN = ("run_id", WORD, "the run, as in the table runs")
+_DECISION = ("decision", WHOLE, "number of the decision; 0 is before the first plan")
+_STAMP = ("stamp", TIME, "when")
+
+SCHEMAS: Mapping[str, pa.Schema] = MappingProxyType(
+    {
+        "runs": _schema(
+            ("run_id", WORD, "the run's id; the same trial has the same id"),
+            ("path", TEXT, "the log"),
+            ("place", WORD, "house or site"),
+            ("scenario", WORD, "find, deliver-3, breakfast, coffee, breakfast+coffee, any-of-three, or a user's"),
+            ("strategy", WORD, "in lower case with hyphens"),
+            ("estimator", WORD, "name with a short hash of its weights"),
+            ("seed", WHOLE, ""),
+            ("started", TIME, "the world's clock when the run began"),
+            ("title", TEXT, "one line for people"),
+            ("source", WORD, "simulation, spot, import or replay"),
+            ("origin_run", TEXT, "for a replay, the run that it was made from"),
+            ("complete", YES, "the log was closed and holds its outcome"),
+            ("status", WORD, "how it ended; missing where the recording stopped short"),
+            ("cost", NUMBER, "what is charged: own_cost when done, the failure cost otherwise"),
+            ("own_cost", NUMBER, "metres and their equivalents"),
+            ("searches", WHOLE, "containers looked into during the run"),
+            ("travel_m", NUMBER, "metres walked"),
+            ("reason", TEXT, "why it ended"),
+        ),
+        "decisions": _schema(
+            _RUN,
+            _DECISION,
+            _STAMP,
+            ("robot_at", WORD, "location of the robot"),
+            ("reason", TEXT, "why it was planned again"),
+            ("status", WORD, "solved, no-plan, timed-out, solver-failed"),
+            ("expected_cost", NUMBER, "of the plan"),
+            ("lower_bound", NUMBER, "no plan costs less; missing when nothing is proven"),
+            ("optimal", YES, ""),
+            ("solver", WORD, ""),
+            ("note", TEXT, "why there is no plan, or what a pruning may lose"),
+            ("steps", WHOLE, "in the plan"),
+            ("first_step", WORD, "action of the plan's first step"),
+            ("look_first", WORD, "container where the plan's first find looks first"),
+            ("belief_s", NUMBER, "wall-clock seconds for the belief"),
+            ("planning_s", NUMBER, "wall-clock seconds for the plan"),
+        ),
+        "observations": _schema(
+            _RUN,
+            _DECISION,
+            _STAMP,
+            ("container", WORD, "whose content became known"),
+            ("robot_at", WORD, "location of the robot"),
+            ("known_at_start", YES, "known before the run began"),
+            ("item_types", WORDS, "what it held"),
+            ("items", WORDS, "ids of the same items"),
+            ("support", WORD, "in a replay: logged, implied or imputed"),
+        ),
+        "beliefs": _schema(
+            _RUN,
+            _DECISION,
+            _STAMP,
+            ("item_type", WORD, ""),
+            ("container", WORD, "unsearched"),
+            ("probability", NUMBER, "that at least one instance is there"),
+            ("estimator", WORD, ""),
+        ),
+        "find_costs": _schema(
+            _RUN,
+            _DECISION,
+            _STAMP,
+            ("item_type", WORD, ""),
+            ("origin", WORD, "where the find starts"),
+            ("target", WORD, "where it ends, item in hand"),
+            ("cost", NUMBER, "expected, in metres and their equivalents"),
+            ("kind", WORD, "optimistic, pessimistic or model"),
+            ("belief_model", WORD, "independent, exists or exclusive"),
+        ),
+        "plans": _schema(
+            _RUN,
+            _DECISION,
+            ("step", WHOLE, "from 0"),
+            ("action", WORD, "move, pick, place, find, pour-water, ..."),
+            ("origin", WORD, "location before"),
+            ("target", WORD, "location after"),
+            ("item_types", WORDS, "what it handles"),
+            ("items", WORDS, "the instances, where known"),
+            ("cost", NUMBER, "of the step"),
+        ),
+        "actions": _schema(
+            _RUN,
+            _DECISION,
+            ("index", WHOLE, "of the action in the run"),
+            ("start", TIME, ""),
+            ("end", TIME, ""),
+            ("action", WORD, ""),
+            ("origin", WORD, "location before"),
+            ("target", WORD, "location after"),
+            ("item_types", WORDS, ""),
+            ("items", WORDS, ""),
+            ("cost", NUMBER, "charged"),
+            ("success", YES, ""),
+            ("travel_m", NUMBER, "metres walked"),
+            ("reason", TEXT, "why it failed"),
+            ("support", WORD, "in a replay: logged, implied or imputed"),
+        ),
+        "poses": _schema(
+            _RUN,
+            _STAMP,
+            ("frame", WORD, ""),
+            ("x_m", NUMBER, ""),
+            ("y_m", NUMBER, ""),
+            ("z_m", NUMBER, ""),
+            ("yaw_rad", NUMBER, "counter-clockwise from x"),
+        ),
+    }
+)
+"""Table by table."""

@@ -1,0 +1,231 @@
+"""How are logs analysed? As tidy tables, one row a fact, made when first asked for.
+
+    import replayers
+    replayers.read("run.mcap").tables.actions
+    replayers.read_many("logs/**").decisions.groupby("run_id").planning_s.sum()
+
+Only the topics that a table needs are decoded. A log that cannot be read does not break the rest: it is listed in
+`problems`.
+"""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, final
+
+import msgspec
+import pandas as pd
+import pyarrow as pa
+
+from replayers.arrow import BUILDERS, Source
+from replayers.columns import SCHEMAS
+from replayers.reader import messages, metadata, open_log, read_index
+from replayers.run import HoldsNoRun, Run
+from workbench.errors import LiosError, NotFound
+from workbench.runs.codec import decode
+from workbench.runs.run_info import INFO_METADATA, info_from_metadata
+from workbench.runs.vocabulary import TOPIC_OF, RunInfo
+
+POSE_TOPIC = "/robot/pose"
+
+
+class NoLogs(NotFound):
+    """A pattern or folder without a log."""
+
+    def __init__(self, where: str) -> None:
+        super().__init__(f"{where}: no log there. Give files, a folder, or a pattern such as 'logs/**/*.mcap'.")
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A log that could not be read, and why."""
+
+    path: str
+    reason: str
+
+
+@final
+@dataclass(frozen=True)
+class Tables:
+    """The tables of one or many runs, each a pandas data frame; columns as in replayers.columns.
+
+    Attributes:
+        sources: where they come from.
+        problems: logs that were left out because they could not be read.
+    """
+
+    sources: Sequence[Source]
+    problems: list[Problem] = field(default_factory=list)
+
+    @cached_property
+    def runs(self) -> pd.DataFrame:
+        """One row a run."""
+        return self._frame("runs")
+
+    @cached_property
+    def decisions(self) -> pd.DataFrame:
+        """One row a decision."""
+        return self._frame("decisions")
+
+    @cached_property
+    def observations(self) -> pd.DataFrame:
+        """One row for every container whose content became known."""
+        return self._frame("observations")
+
+    @cached_property
+    def beliefs(self) -> pd.DataFrame:
+        """One row for every decision, item type and container."""
+        return self._frame("beliefs")
+
+    @cached_property
+    def find_costs(self) -> pd.DataFrame:
+        """One row for every decision, item type, origin and target."""
+        return self._frame("find_costs")
+
+    @cached_property
+    def plans(self) -> pd.DataFrame:
+        """One row for every step of every plan."""
+        return self._frame("plans")
+
+    @cached_property
+    def actions(self) -> pd.DataFrame:
+        """One row for every action that ended."""
+        return self._frame("actions")
+
+    @cached_property
+    def poses(self) -> pd.DataFrame:
+        """One row for every pose that the robot reported or walked through."""
+        return self._frame("poses")
+
+    def arrow(self, name: str) -> pa.Table:
+        """A table as Arrow, for DuckDB, polars or Parquet.
+
+        Raises:
+            KeyError: no such table.
+        """
+        return pa.concat_tables(self._parts(name)).unify_dictionaries()
+
+    def _frame(self, name: str) -> pd.DataFrame:
+        return self.arrow(name).to_pandas(types_mapper=_pandas_type)
+
+    def _parts(self, name: str) -> Iterator[pa.Table]:
+        yield SCHEMAS[name].empty_table()
+        for source in self.sources:
+            try:
+                part = BUILDERS[name](source)
+            except LiosError as error:
+                problem = Problem(source.log, str(error))
+                if problem not in self.problems:
+                    self.problems.append(problem)
+            else:
+                yield part
+
+
+def read_many(where: str | Path | Iterable[str | Path]) -> Tables:
+    """The tables of many logs, read file by file when a table is first asked for.
+
+    Args:
+        where: a folder (searched whole), a pattern with * and **, one file, or several of these.
+
+    Raises:
+        NoLogs: nothing there.
+    """
+    return Tables([LogSource(path) for path in find_logs(where)])
+
+
+def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
+    """The .mcap files that are meant, sorted, each once.
+
+    Raises:
+        NoLogs: nothing there.
+    """
+    wanted = [where] if isinstance(where, str | Path) else list(where)
+    found: dict[Path, None] = {}
+    for one in wanted:
+        path = Path(one)
+        if path.is_dir():
+            paths = sorted(path.rglob("*.mcap"))
+        elif path.exists():
+            paths = [path]
+        else:
+            paths = [p for p in sorted(map(Path, glob.glob(str(one), recursive=True))) if p.suffix == ".mcap"]
+        if not paths:
+            raise NoLogs(str(one))
+        found.update(dict.fromkeys(paths))
+    return list(found)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LogSource:
+    """A log on disk; every question reads only the topic that it needs."""
+
+    path: Path
+
+    @property
+    def log(self) -> str:
+        return str(self.path)
+
+    @property
+    def info(self) -> RunInfo:
+        pairs = metadata(self.path, INFO_METADATA)
+        if pairs is None:
+            raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
+        return info_from_metadata(pairs)
+
+    @property
+    def complete(self) -> bool:
+        with open_log(self.path) as stream:
+            return read_index(stream) is not None
+
+    def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
+        topic = TOPIC_OF[event_class]
+        return [decode(topic, message.data) for message in messages(self.path, topics=topic.__eq__)]
+
+    def poses(self) -> Sequence[tuple[int, Any]]:
+        return pose_messages(self.path)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RunSource:
+    """A run that was read already."""
+
+    run: Run
+
+    @property
+    def log(self) -> str:
+        return str(self.run.path)
+
+    @property
+    def info(self) -> RunInfo:
+        return self.run.info
+
+    @property
+    def complete(self) -> bool:
+        return self.run.complete
+
+    def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
+        return self.run.events(event_class)
+
+    def poses(self) -> Sequence[tuple[int, Any]]:
+        return pose_messages(self.run.path)
+
+
+def pose_messages(path: Path) -> list[tuple[int, Any]]:
+    """(log time, foxglove.PoseInFrame) of every message of /robot/pose."""
+    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+
+    found = messages(path, topics=POSE_TOPIC.__eq__)
+    return [(m.log_time, PoseInFrame.FromString(m.data)) for m in found if m.channel.message_encoding == "protobuf"]
+
+
+def _pandas_type(kind: pa.DataType) -> Any:
+    """Text as pandas' own text, missing values and all; whole numbers and yes/no as types that can be missing."""
+    if kind == pa.string():
+        return pd.StringDtype("pyarrow")
+    return {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}.get(kind)
