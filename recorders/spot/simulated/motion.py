@@ -8,6 +8,7 @@ from typing import Any
 from bosdyn.api import (
     arm_command_pb2,
     basic_command_pb2,
+    data_chunk_pb2,
     full_body_command_pb2,
     gripper_command_pb2,
     manipulation_api_pb2,
@@ -232,6 +233,13 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
     def DownloadGraph(self, request: Any, context: Any) -> Any:
         with self._state.alive() as state:
             return graph_nav_pb2.DownloadGraphResponse(header=header_of(state, request), graph=self._graph(state))
+
+    def DownloadGraphStreaming(self, request: Any, context: Any) -> Any:
+        with self._state.alive() as state:
+            graph = self.DownloadGraph(request, context).SerializeToString()
+            yield graph_nav_pb2.DownloadGraphStreamingResponse(
+                header=header_of(state, request), chunk=data_chunk_pb2.DataChunk(total_size=len(graph), data=graph)
+            )
 
     def _navigate(self, state: RobotState, request: Any, goal: Pose, answer: Any) -> Any:
         results = _used(state, request)

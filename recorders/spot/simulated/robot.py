@@ -57,6 +57,7 @@ class Grasp:
     number: int
     began_s: float
     thing: TaggedThing | None
+    done: bool = False
 
 
 @dataclass(slots=True)
@@ -224,8 +225,9 @@ class RobotState:
 
     def _finish_grasp(self) -> None:
         grasp = self.grasp
-        if grasp is None or self.body.lived_s - grasp.began_s < PICK_S or grasp.thing is None:
+        if grasp is None or grasp.done or self.body.lived_s - grasp.began_s < PICK_S or grasp.thing is None:
             return
+        grasp.done = True
         if not grasp.thing.held and self.held is None:
             grasp.thing.held, grasp.thing.container, self.gripper_open = True, None, False
 

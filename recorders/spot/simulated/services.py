@@ -1,4 +1,4 @@
-"""Who is the robot, what is its time, who may command it? Directory, auth, id, time sync, lease, estop, power, notes."""
+"""Who is the robot, what time is it, who may command it? Directory, auth, time sync, leases, e-stop, power, notes."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ from bosdyn.api import (
 from google.protobuf.duration_pb2 import Duration
 
 from recorders.spot.simulated.body import Motors, WalkState
+from recorders.spot.simulated.clock import SteppedClock
 from recorders.spot.simulated.frames import stamp
 from recorders.spot.simulated.leases import PARTS, ROOT
 from recorders.spot.simulated.robot import RobotState
 from workbench.runs.vocabulary import NANO
 
-ENOUGH_SAMPLES = 5
-"""Round trips before the time-sync estimate counts as good."""
+ENOUGH_SAMPLES, KEPT_SAMPLES = 5, 50
+"""Round trips before the time-sync estimate counts as good, and how many the best is chosen from."""
 
 SERVICES = {
     "directory": ("bosdyn.api.DirectoryService", "api.spot.robot"),
@@ -139,10 +140,15 @@ class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
 
 
 class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
-    """Cristian's estimate from each round trip; the one of the shortest round trip is the best."""
+    """Cristian's estimate from each round trip; the one of the shortest round trip is the best.
+
+    Against a stepped clock only the last one holds: the skew to a client's wall clock changes with every step.
+    """
 
     def __init__(self, state: RobotState) -> None:
         self._state = state
+        self._keep = 1 if isinstance(state.clock, SteppedClock) else KEPT_SAMPLES
+        self._count: dict[str, int] = {}
         self._trips: dict[str, list[tuple[int, int]]] = {}
         self._lock = threading.Lock()
 
@@ -153,14 +159,15 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
             trips = self._trips.setdefault(name, [])
             if request.HasField("previous_round_trip"):
                 trips.append(_estimate(request.previous_round_trip))
-                del trips[:-50]
+                self._count[name] = self._count.get(name, 0) + 1
+                del trips[: -self._keep]
             state = time_sync_pb2.TimeSyncState(status=time_sync_pb2.TimeSyncState.STATUS_MORE_SAMPLES_NEEDED)
             answer = time_sync_pb2.TimeSyncUpdateResponse(clock_identifier=name)
             if trips:
                 answer.previous_estimate.CopyFrom(_estimate_message(trips[-1]))
                 state.best_estimate.CopyFrom(_estimate_message(min(trips)))
                 state.measurement_time.CopyFrom(stamp(received))
-            if len(trips) >= ENOUGH_SAMPLES:
+            if self._count.get(name, 0) >= ENOUGH_SAMPLES:
                 state.status = time_sync_pb2.TimeSyncState.STATUS_OK
             answer.state.CopyFrom(state)
         answer.header.CopyFrom(header_of(self._state, request, received))
@@ -170,6 +177,7 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
         """Drops what was measured: the clock was set."""
         with self._lock:
             self._trips.clear()
+            self._count.clear()
 
 
 def _ns(timestamp: Any) -> int:

@@ -1,0 +1,93 @@
+"""What time was it here when the robot's clock showed that? Time sync, and waiting.
+
+bosdyn-client estimates the skew between the robot's clock and ours from round trips (TimeSyncService); robot stamps
+minus the skew are ours. Waiting goes through the clock too, so that a simulated robot can be stepped.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, Protocol, final
+
+from recorders.spot.simulated.clock import SteppedClock
+from workbench.runs.vocabulary import NANO
+
+
+class SessionClock(Protocol):
+    """Our side's time during a session with a robot."""
+
+    def now_ns(self) -> int: ...
+
+    def sleep(self, seconds: float) -> None: ...
+
+    def from_robot(self, robot_ns: int) -> int:
+        """Our time of a robot's stamp, both nanoseconds."""
+        ...
+
+    def skew_ns(self) -> int:
+        """By how much the robot's clock is ahead of ours."""
+        ...
+
+    def refresh(self) -> None:
+        """Compares the clocks again where that is needed before a command with a deadline."""
+        ...
+
+
+@final
+class SyncedClock:
+    """Wall time here, bosdyn's time sync for the robot's. Keeps the last skew when the network is away."""
+
+    def __init__(self, endpoint: Any) -> None:
+        self._endpoint = endpoint
+        self._skew_ns = 0
+
+    def now_ns(self) -> int:
+        return time.time_ns()
+
+    def sleep(self, seconds: float) -> None:
+        time.sleep(seconds)
+
+    def from_robot(self, robot_ns: int) -> int:
+        return robot_ns - self.skew_ns()
+
+    def skew_ns(self) -> int:
+        if self._endpoint.has_established_time_sync:
+            skew = self._endpoint.clock_skew
+            self._skew_ns = skew.seconds * NANO + skew.nanos
+        return self._skew_ns
+
+    def refresh(self) -> None:
+        """The time-sync thread does it."""
+
+
+@final
+class Stepped:
+    """Stepped time, shared with the simulated robot: it passes when somebody waits.
+
+    `on_step` hears every step; the session's recorder samples there.
+    """
+
+    def __init__(self, clock: SteppedClock, endpoint: Any | None = None) -> None:
+        self._clock = clock
+        self.endpoint = endpoint
+        self.on_step: Callable[[], None] | None = None
+
+    def now_ns(self) -> int:
+        return self._clock.true_ns()
+
+    def sleep(self, seconds: float) -> None:
+        self._clock.advance(seconds)
+        if self.on_step is not None:
+            self.on_step()
+
+    def from_robot(self, robot_ns: int) -> int:
+        return robot_ns - self.skew_ns()
+
+    def skew_ns(self) -> int:
+        return round(self._clock.skew_s * NANO)
+
+    def refresh(self) -> None:
+        if self.endpoint is not None:
+            for _ in range(2):
+                self.endpoint.get_new_estimate()

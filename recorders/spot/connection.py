@@ -1,0 +1,181 @@
+"""How is a robot reached? Address, certificate, credentials, time sync; the one door to bosdyn-client.
+
+Credentials come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD (the SDK's own names) or a prompt, and are in
+no log: `Credentials` does not print its password.
+"""
+
+from __future__ import annotations
+
+import getpass
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import bosdyn.client
+from bosdyn.client.auth import InvalidLoginError, InvalidTokenError
+from bosdyn.client.exceptions import Error as BosdynError
+from bosdyn.client.exceptions import RpcError, UnauthenticatedError
+from bosdyn.client.time_sync import TimeSyncError
+
+from recorders.spot.clock import SessionClock, Stepped, SyncedClock
+from recorders.spot.errors import BadLogin, NoTimeSync, RobotUnreachable
+from recorders.spot.simulated.clock import SteppedClock
+from workbench.errors import BadValue, FileMissing
+
+USERNAME, PASSWORD, CERTIFICATE = "BOSDYN_CLIENT_USERNAME", "BOSDYN_CLIENT_PASSWORD", "LIOS_SPOT_CERTIFICATE"
+TIME_SYNC_EVERY_S = 5.0
+RPC_TIMEOUT_S = 5.0
+CHANNEL_OPTIONS = (
+    ("grpc.initial_reconnect_backoff_ms", 200),
+    ("grpc.min_reconnect_backoff_ms", 200),
+    ("grpc.max_reconnect_backoff_ms", 1000),
+)
+"""A network that comes back is used again within a second; gRPC's own default is two minutes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Credentials:
+    """Name and password of a user of the robot."""
+
+    username: str
+    password: str = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotAddress:
+    """HOST or HOST:PORT."""
+
+    host: str
+    port: int = 443
+
+    @classmethod
+    def read(cls, text: str) -> RobotAddress:
+        host, colon, port = text.rpartition(":")
+        if not colon:
+            host, port = text, "443"
+        if not host or not port.isdigit() or not 0 < int(port) < 65536:
+            raise BadValue("--robot", text, "HOST or HOST:PORT")
+        return cls(host=host, port=int(port))
+
+    def __str__(self) -> str:
+        return self.host if self.port == 443 else f"{self.host}:{self.port}"
+
+
+def find_credentials() -> Credentials:
+    """From the environment, else by asking on a terminal.
+
+    Raises:
+        BadValue: neither is possible.
+    """
+    username, password = os.environ.get(USERNAME, ""), os.environ.get(PASSWORD, "")
+    if username and password:
+        return Credentials(username=username, password=password)
+    if not sys.stdin.isatty():
+        raise BadValue(f"{USERNAME} and {PASSWORD}", "not set", "set, where nobody can be asked")
+    username = username or input("Robot user: ")
+    return Credentials(username=username, password=getpass.getpass("Password: "))
+
+
+class Connection:
+    """A robot that answers, its user logged in, its clock compared with ours. A context manager.
+
+    Args:
+        address: where the robot is.
+        credentials: who asks.
+        certificate: the root certificate to trust; Boston Dynamics' own unless given.
+        stepped: the clock of a simulated robot in this process, when it is stepped.
+        timeout_s: for each call.
+
+    Raises:
+        RobotUnreachable, BadLogin, NoTimeSync, FileMissing.
+    """
+
+    def __init__(
+        self,
+        address: RobotAddress,
+        credentials: Credentials,
+        *,
+        certificate: Path | None = None,
+        stepped: SteppedClock | None = None,
+        timeout_s: float = RPC_TIMEOUT_S,
+    ) -> None:
+        certificate = certificate or (Path(os.environ[CERTIFICATE]) if os.environ.get(CERTIFICATE) else None)
+        if certificate is not None and not certificate.is_file():
+            raise FileMissing(certificate)
+        self.address = address
+        self.timeout_s = timeout_s
+        self._credentials = credentials
+        sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=str(certificate or "") or None)
+        self.robot = sdk.create_robot(address.host)
+        self.robot.update_secure_channel_port(address.port)
+        try:
+            self._log_in()
+            self.serial = str(self.client("robot-id").get_id(timeout=timeout_s).serial_number)
+            self.robot.sync_with_directory()
+            self.clock: SessionClock = self._start_time_sync(stepped)
+        except BaseException:
+            self.close()
+            raise
+
+    def client(self, service: str) -> Any:
+        """The SDK's client of a service."""
+        return self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
+
+    def log_in_again(self) -> None:
+        """After a robot's reboot its old tokens are worth nothing."""
+        self._log_in()
+
+    def close(self) -> None:
+        """Ends background threads and closes channels. Safe to call twice."""
+        self.robot._shutdown()
+        self.robot.shutdown()
+        self.robot.channels_by_authority.clear()
+        self.robot.service_clients_by_name.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _log_in(self) -> None:
+        try:
+            self.client("auth")
+            self.robot.authenticate(self._credentials.username, self._credentials.password, timeout=self.timeout_s)
+        except (InvalidLoginError, InvalidTokenError, UnauthenticatedError):
+            raise BadLogin(str(self.address)) from None
+        except RpcError as error:
+            raise RobotUnreachable(str(self.address), reason_of(error)) from error
+
+    def _start_time_sync(self, stepped: SteppedClock | None) -> SessionClock:
+        try:
+            self.client("time-sync")
+            self.robot.start_time_sync(TIME_SYNC_EVERY_S)
+            self.robot.time_sync.wait_for_sync(timeout_sec=2 * self.timeout_s)
+        except (TimeSyncError, RpcError) as error:
+            raise NoTimeSync(str(self.address)) from error
+        endpoint = self.robot.time_sync.endpoint
+        return SyncedClock(endpoint) if stepped is None else Stepped(stepped, endpoint)
+
+
+def reason_of(error: BosdynError) -> str:
+    """A bosdyn error in a few words: its class as words, without the gRPC dump."""
+    name = type(error).__name__.removesuffix("Error")
+    words = "".join(f" {ch.lower()}" if ch.isupper() and i else ch.lower() for i, ch in enumerate(name))
+    return words.strip()
+
+
+@contextmanager
+def talking_to(host: RobotAddress) -> Iterator[None]:
+    """Turns what bosdyn raises into one line."""
+    try:
+        yield
+    except RpcError as error:
+        raise RobotUnreachable(str(host), reason_of(error)) from error

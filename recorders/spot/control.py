@@ -1,0 +1,185 @@
+"""Who commands the robot, and how is that ended? Lease, emergency stop, motors; given back whatever happens.
+
+Entering takes the lease, makes sure that the robot may move, powers it on and has it stand. Leaving stops it, has it
+sit down with its motors off, and returns the lease: tried again for GIVE_BACK_S when the network is away.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+from bosdyn.api import basic_command_pb2, power_pb2, robot_state_pb2
+from bosdyn.client.estop import EstopEndpoint, EstopKeepAlive
+from bosdyn.client.exceptions import Error as BosdynError
+from bosdyn.client.lease import Lease, LeaseKeepAlive, NotActiveLeaseError, ResourceAlreadyClaimedError
+from bosdyn.client.robot_command import RobotCommandBuilder
+
+from recorders.spot.connection import Connection, reason_of
+from recorders.spot.errors import Estopped, LeaseTaken, NotReady, RobotUnreachable
+
+GIVE_BACK_S = 20.0
+ESTOP_TIMEOUT_S = 9.0
+READY_S = 30.0
+POLL_S = 0.2
+
+log = logging.getLogger("lios.spot")
+
+
+class Control:
+    """The right to command, held. A context manager.
+
+    Args:
+        connection: the robot.
+        take: take the lease from whoever has it.
+        own_estop: set up an emergency-stop endpoint of ours, replacing the robot's configuration.
+        stand: power on and stand up; off for tests of the lease alone.
+
+    Attributes:
+        lost: set when the lease is no longer ours.
+
+    Raises:
+        LeaseTaken, Estopped, NotReady, RobotUnreachable.
+    """
+
+    def __init__(
+        self, connection: Connection, *, take: bool = False, own_estop: bool = False, stand: bool = True
+    ) -> None:
+        self._connection = connection
+        self._take, self._own_estop, self._stand = take, own_estop, stand
+        self._keep_alive: LeaseKeepAlive | None = None
+        self._estop: EstopKeepAlive | None = None
+        self._lease: Lease | None = None
+        self.lost = threading.Event()
+        self.returned = False
+
+    def __enter__(self) -> Self:
+        try:
+            self._take_lease()
+            if self._stand:
+                self._allow_motion()
+                self._power_on()
+                self._stand_up()
+        except BaseException:
+            self.give_back()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.give_back()
+
+    def stop(self) -> None:
+        """Stops the robot where it stands, if it listens."""
+        self._tell(RobotCommandBuilder.stop_command())
+
+    def give_back(self) -> None:
+        """Stops, sits, powers off and returns the lease. Safe to call twice; never raises for the robot's sake."""
+        if self._lease is not None and not self.lost.is_set() and self._stand:
+            self.stop()
+            self._tell(RobotCommandBuilder.safe_power_off_command())
+        if self._keep_alive is not None:
+            self._keep_alive.shutdown()
+            self._keep_alive = None
+        if self._lease is not None:
+            self.returned = self._return_lease(self._lease)
+            self._lease = None
+        if self._estop is not None:
+            self._estop.shutdown()
+            self._estop = None
+
+    def _take_lease(self) -> None:
+        client = self._connection.client("lease")
+        try:
+            self._lease = client.take() if self._take else client.acquire()
+        except ResourceAlreadyClaimedError as error:
+            owner = error.response.lease_owner.client_name
+            raise LeaseTaken(str(self._connection.address), owner) from None
+        except BosdynError as error:
+            raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
+        self._keep_alive = LeaseKeepAlive(
+            client, rpc_interval_seconds=1.0, warnings=False, on_failure_callback=self._on_failure
+        )
+
+    def _on_failure(self, error: Exception) -> None:
+        """Called by the keep-alive: a lease that another client took is lost, a missed call is not."""
+        from bosdyn.client.exceptions import LeaseUseError
+        from bosdyn.client.lease import LeaseNotOwnedByWallet
+
+        if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
+            self.lost.set()
+
+    def _allow_motion(self) -> None:
+        client = self._connection.client("estop")
+        status = client.get_status(timeout=self._connection.timeout_s)
+        from bosdyn.api import estop_pb2
+
+        if status.stop_level == estop_pb2.ESTOP_LEVEL_NONE:
+            return
+        if not self._own_estop:
+            raise Estopped(str(self._connection.address))
+        endpoint = EstopEndpoint(client, "lios-workbench", ESTOP_TIMEOUT_S)
+        try:
+            endpoint.force_simple_setup()
+        except BosdynError as error:
+            raise Estopped(str(self._connection.address)) from error
+        self._estop = EstopKeepAlive(endpoint)
+        self._estop.allow()
+
+    def _power_on(self) -> None:
+        client, state = self._connection.client("power"), self._connection.client("robot-state")
+        client.power_command(power_pb2.PowerCommandRequest.REQUEST_ON, timeout=self._connection.timeout_s)
+        powered = robot_state_pb2.PowerState.STATE_ON
+        self._wait(
+            lambda: (
+                state.get_robot_state(timeout=self._connection.timeout_s).power_state.motor_power_state == powered
+            ),
+            "the motors did not come on",
+        )
+
+    def _stand_up(self) -> None:
+        client = self._connection.client("robot-command")
+        number = client.robot_command(RobotCommandBuilder.synchro_stand_command(), timeout=self._connection.timeout_s)
+        standing = basic_command_pb2.StandCommand.Feedback.STATUS_IS_STANDING
+
+        def stands() -> bool:
+            feedback = client.robot_command_feedback(number, timeout=self._connection.timeout_s).feedback
+            return feedback.synchronized_feedback.mobility_command_feedback.stand_feedback.status == standing
+
+        self._wait(stands, "it did not stand up")
+
+    def _wait(self, done: Callable[[], bool], otherwise: str) -> None:
+        clock = self._connection.clock
+        end = clock.now_ns() + round(READY_S * 1e9)
+        while not done():
+            if clock.now_ns() > end:
+                raise NotReady(str(self._connection.address), otherwise)
+            clock.sleep(POLL_S)
+
+    def _tell(self, command: object) -> None:
+        """A command that may fail: the robot may be away, or no longer ours."""
+        try:
+            self._connection.client("robot-command").robot_command(command, timeout=2.0)
+        except BosdynError as error:
+            log.warning("the robot did not take a command: %s", reason_of(error))
+
+    def _return_lease(self, lease: Lease) -> bool:
+        """True when the lease is no longer ours, because we returned it or someone else has it."""
+        client = self._connection.client("lease")
+        end = time.monotonic() + GIVE_BACK_S
+        while True:
+            try:
+                client.return_lease(lease, timeout=2.0)
+                return True
+            except NotActiveLeaseError:
+                return True
+            except BosdynError as error:
+                if time.monotonic() > end:
+                    log.error("the lease could not be returned: %s", reason_of(error))
+                    return False
+                time.sleep(0.3)

@@ -1,0 +1,38 @@
+"""How far has the robot walked, and along which way? Positions as they come in, thinned to corner points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import hypot
+
+from workbench.worlds.geometry import Point
+
+STILL_M = 0.02
+"""Less than this between two positions is noise of a standing robot."""
+CORNER_M = 0.05
+"""Corner points may lie this far from where it really walked."""
+
+
+@dataclass(slots=True)
+class WalkLog:
+    """Positions on the map, metres."""
+
+    points: list[Point] = field(default_factory=list)
+    metres: float = 0.0
+
+    def add(self, point: Point) -> None:
+        if self.points:
+            step = hypot(point[0] - self.points[-1][0], point[1] - self.points[-1][1])
+            if step < STILL_M:
+                return
+            self.metres += step
+        self.points.append(point)
+
+    def corners(self) -> tuple[Point, ...]:
+        """The way with few points (Douglas and Peucker)."""
+        if len(self.points) < 3:
+            return tuple(self.points)
+        from shapely import LineString
+
+        line = LineString(self.points).simplify(CORNER_M)
+        return tuple((float(x), float(y)) for x, y in line.coords)

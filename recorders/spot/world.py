@@ -1,0 +1,294 @@
+"""How is the robot a World? It walks by GraphNav, looks by fiducials, and handles things with its arm or a helper.
+
+The closed loop asks; this answers with what happened. What cannot go on at all (a stop key, a lost lease, a network
+that stays away) raises RunStopped, which ends the run as ABORTED (running.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import hypot
+from types import MappingProxyType
+from typing import Any, TypeVar, final
+
+from bosdyn.api import geometry_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
+from bosdyn.client.exceptions import Error as BosdynError
+from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
+from bosdyn.client.graph_nav import GraphNavClient
+from bosdyn.client.lease import Error as LeaseClientError
+
+from recorders.spot.connection import Connection, reason_of
+from recorders.spot.control import Control
+from recorders.spot.errors import RunStopped, WaypointMissing
+from recorders.spot.hands import ArmHands, Hands, HelperHands
+from recorders.spot.operator import Nobody, Operator, StopSwitch
+from recorders.spot.tags import TagSighting, read_tags, within
+from recorders.spot.walk_log import WalkLog
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.site import Site
+from workbench.worlds.travel import Paths, TravelCosts
+from workbench.worlds.world import Done, Looked, Refused, Unseen
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSettings:
+    """How the robot is driven.
+
+    Attributes:
+        speed_mps: the speed limit of walking; None leaves it to the robot.
+        look_s: how long a look takes; tags must be seen within it.
+        poll_s: how often the robot is asked.
+        patience_s: how long a network may be away before the run ends.
+        walk_factor: a walk may take this many times its usual time.
+        attempts: how often a walk is tried that got stuck or lost.
+        margin_m: a tag this far beyond a container's edge still belongs to it.
+    """
+
+    speed_mps: float | None = None
+    look_s: float = 4.0
+    poll_s: float = 0.25
+    patience_s: float = 20.0
+    walk_factor: float = 4.0
+    attempts: int = 2
+    margin_m: float = 0.35
+
+
+@final
+@dataclass(slots=True, kw_only=True)
+class SpotWorld:
+    """A Spot in a site, under control. Implements World."""
+
+    connection: Connection
+    control: Control
+    site: Site
+    settings: RunSettings = field(default_factory=RunSettings)
+    operator: Operator = field(default_factory=Nobody)
+    stop: StopSwitch = field(default_factory=StopSwitch)
+    seen: dict[ItemId, TagSighting] = field(default_factory=dict)
+    _hands: Hands = field(init=False)
+
+    def __post_init__(self) -> None:
+        arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
+        self._hands = ArmHands(self) if arm else HelperHands(self)
+
+    @property
+    def plan(self) -> FloorPlan:
+        return self.site.plan
+
+    @property
+    def travel(self) -> TravelCosts:
+        return self.site.travel
+
+    @property
+    def paths(self) -> Paths:
+        return self.site.paths
+
+    def now_ns(self) -> int:
+        return self.connection.clock.now_ns()
+
+    def known_at_start(self) -> Contents:
+        return MappingProxyType({})
+
+    def go_to(self, location: LocationId) -> Done | Refused:
+        start_ns, walked = self.now_ns(), WalkLog()
+        reason = ""
+        for attempt in range(self.settings.attempts):
+            if attempt:
+                self._localize()
+            reason = self._walk(location, walked)
+            if not reason:
+                end_ns = self.now_ns()
+                return Done(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+        return Refused(
+            start_ns=start_ns, end_ns=self.now_ns(), reason=reason, travel_m=walked.metres, path=walked.corners()
+        )
+
+    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+        start_ns = self.now_ns()
+        closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
+        if closed and not isinstance(self.operator, Nobody):
+            self.operator.confirm(f"Open {container}, then press y.")
+        found: dict[ItemId, TagSighting] = {}
+        box = self.site.plan.container(container)
+        while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
+            self.wait(self.settings.poll_s)
+            for sighting in self.sightings():
+                item = self.site.tags.get(sighting.tag)
+                fresh = sighting.stamp_ns >= start_ns
+                if item is not None and fresh and within(box, sighting.position, margin_m=self.settings.margin_m):
+                    found[item.id] = sighting
+        self.seen.update(found)
+        by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
+        items = tuple(by_id[name] for name in sorted(found))
+        return Looked(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
+
+    def pick(self, item: ItemId) -> Done | Refused:
+        start_ns = self.now_ns()
+        reason = self._hands.pick(item)
+        return self._handled(start_ns, reason)
+
+    def place(self, item: ItemId) -> Done | Refused:
+        start_ns = self.now_ns()
+        reason = self._hands.place(item)
+        return self._handled(start_ns, reason)
+
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+        start_ns = self.now_ns()
+        done = self.operator.confirm(f"Please {action} {', '.join(items)}, then press y.")
+        return self._handled(start_ns, "" if done else f"nobody was there to {action}")
+
+    def localize(self) -> None:
+        """Finds the robot on its map.
+
+        Raises:
+            RunStopped: it cannot be found.
+            WaypointMissing: the site's waypoints are not on the robot's map.
+        """
+        if not self._localize():
+            raise RunStopped("the robot could not be localised")
+        graph = self.call(lambda: self._graph_nav().download_graph(timeout=self.connection.timeout_s))
+        known = {waypoint.id for waypoint in graph.waypoints}
+        missing = sorted(name for name in self.site.waypoints.values() if name not in known)
+        if missing:
+            raise WaypointMissing(str(self.connection.address), missing)
+
+    def sightings(self) -> tuple[TagSighting, ...]:
+        """The tags that the robot sees now, on the map; none while it is not localised."""
+        objects = self.call(
+            lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
+        )
+        body = self.body_pose()
+        return () if body is None else read_tags(objects.world_objects, body, self.connection.clock)
+
+    def body_pose(self) -> geometry_pb2.SE3Pose | None:
+        """Where the body is on the map, or None while it is not localised."""
+        state = self.call(lambda: self._graph_nav().get_localization_state(timeout=self.connection.timeout_s))
+        return state.localization.seed_tform_body if state.localization.waypoint_id else None
+
+    def wait(self, seconds: float) -> None:
+        """Waits, unless the run has to stop.
+
+        Raises:
+            RunStopped: the stop key, or a lost lease.
+        """
+        self.connection.clock.sleep(seconds)
+        if self.stop.is_pressed:
+            raise RunStopped(self.stop.reason)
+        if self.control.lost.is_set():
+            raise RunStopped("the lease was lost: another client commands the robot")
+
+    def call(self, ask: Callable[[], Answer]) -> Answer:
+        """Asks the robot, and again while the network is away.
+
+        Raises:
+            RunStopped: it stayed away, or the robot refuses us.
+        """
+        asked_ns = self.now_ns()
+        while True:
+            try:
+                return ask()
+            except (LeaseUseError, LeaseClientError) as error:
+                raise RunStopped("the lease was lost: another client commands the robot") from error
+            except UnauthenticatedError:
+                self.connection.log_in_again()
+            except ResponseError:
+                raise
+            except RpcError as error:
+                if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
+                    reason = f"the robot did not answer for {self.settings.patience_s:g} s ({reason_of(error)})"
+                    raise RunStopped(reason) from error
+                self.wait(self.settings.poll_s)
+
+    def _handled(self, start_ns: int, reason: str) -> Done | Refused:
+        if reason:
+            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+        return Done(start_ns=start_ns, end_ns=self.now_ns())
+
+    def _graph_nav(self) -> Any:
+        return self.connection.client("graph-nav-service")
+
+    def _localize(self) -> bool:
+        def find() -> None:
+            self._graph_nav().set_localization(
+                initial_guess_localization=nav_pb2.Localization(),
+                fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
+                timeout=self.connection.timeout_s,
+            )
+
+        if self.body_pose() is not None:
+            return True
+        try:
+            self.call(find)
+        except ResponseError:
+            return False
+        return self.body_pose() is not None
+
+    def _walk(self, location: LocationId, walked: WalkLog) -> str:
+        """Walks once; empty when it arrived, else why it did not."""
+        pose = self.site.paths.standing_pose(location)
+        if pose is None:
+            return f"no way leads to {location}"
+        limit_s = 20.0 + self.settings.walk_factor * self._expected_s(pose)
+        try:
+            number = self.call(lambda: self._send(location, pose, limit_s))
+        except ResponseError as error:
+            return f"the robot refuses to go ({reason_of(error)})"
+        answer = graph_nav_pb2.NavigationFeedbackResponse
+        while True:
+            self.wait(self.settings.poll_s)
+            body = self.body_pose()
+            if body is not None:
+                walked.add((body.position.x, body.position.y))
+            try:
+                status = self.call(
+                    lambda: self._graph_nav().navigation_feedback(number, timeout=self.connection.timeout_s)
+                ).status
+            except ResponseError as error:
+                return f"navigation failed ({reason_of(error)})"
+            if status == answer.STATUS_REACHED_GOAL:
+                return ""
+            if status == answer.STATUS_LEASE_ERROR:
+                raise RunStopped("the lease was lost: another client commands the robot")
+            if status == answer.STATUS_ROBOT_IMPAIRED:
+                raise RunStopped("the robot is impaired: stopped, or its motors are off")
+            if status != answer.STATUS_FOLLOWING_ROUTE:
+                return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
+
+    def _send(self, location: LocationId, pose: Pose, limit_s: float) -> int:
+        client = self._graph_nav()
+        limit = None
+        if self.settings.speed_mps is not None:
+            top = geometry_pb2.SE2Velocity(
+                linear=geometry_pb2.Vec2(x=self.settings.speed_mps, y=self.settings.speed_mps), angular=1.0
+            )
+            limit = geometry_pb2.SE2VelocityLimit(max_vel=top)
+        travel = GraphNavClient.generate_travel_params(0.25, 0.2, limit)
+        waypoint = self.site.waypoints.get(location)
+        self.connection.clock.refresh()
+        if waypoint:
+            return client.navigate_to(waypoint, limit_s, travel_params=travel, timeout=self.connection.timeout_s)
+        goal = _se3(pose)
+        return client.navigate_to_anchor(goal, limit_s, travel_params=travel, timeout=self.connection.timeout_s)
+
+    def _expected_s(self, goal: Pose) -> float:
+        body = self.body_pose()
+        away = 20.0 if body is None else 2 * hypot(body.position.x - goal.x_m, body.position.y - goal.y_m)
+        return away / (self.settings.speed_mps or self.site.robot.speed_mps)
+
+
+def _se3(pose: Pose) -> geometry_pb2.SE3Pose:
+    from bosdyn.client.math_helpers import Quat
+
+    turn = Quat.from_yaw(pose.yaw_rad)
+    return geometry_pb2.SE3Pose(
+        position=geometry_pb2.Vec3(x=pose.x_m, y=pose.y_m),
+        rotation=geometry_pb2.Quaternion(x=turn.x, y=turn.y, z=turn.z, w=turn.w),
+    )
+
+
+__all__ = ["BosdynError", "RunSettings", "SpotWorld"]
