@@ -4,9 +4,9 @@ The chance that the object is still missing depends on which stops came before, 
 stretch of an order is rearranged, nothing changes before it, and after it only the way there: the new cost of
 the stretch is all that has to be summed, and the sum is given up once it exceeds the old one.
 
-Within an order that chance is a product of 1 - p over the stops before, and, where an instance is known to exist,
-the chance that one of the later stops holds it, summed from the last stop backwards: no difference of nearly equal
-numbers is ever formed.
+One step serves all belief models: the chance to end at a stop is m p, with m the product of 1 - p over the stops
+before (1 where places exclude one another), and what is still missing falls by that. It begins at 1, at the chance
+that an instance exists (`exists`), or at the sum of p (`exclusive`); the cost is divided by that beginning.
 
 Changes: a stretch is turned round, or a run of one to three stops is moved elsewhere (2-opt and or-opt, as for the
 travelling repairman problem, of which this is the probabilistic form).
@@ -30,6 +30,9 @@ MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCL
 LONGEST_RUN = 3
 LEAST_GAIN = 1e-9
 """A change must save this share of the cost, so that rounding never makes two orders take turns."""
+
+NEGLIGIBLE = 1e-3
+"""Changes that begin where less than this share of the cost is still to come are not tried."""
 
 
 class Search(NamedTuple):
@@ -55,16 +58,14 @@ class Search(NamedTuple):
 class _Along(NamedTuple):
     """Of the present order, before each stop and after the last, shape (containers + 1,).
 
-    miss: product of 1 - p over the stops before; 1 where places exclude one another.
-    later: chance that this or a later stop holds an instance; 1 where none is known to exist.
-    upto: cost of the stops before, not yet divided by later[0].
-    fresh: `later` of a change under trial.
+    miss: m.
+    left: chance that the object is still missing, not yet divided by left[0].
+    upto: cost of the stops before, not yet divided by left[0].
     """
 
     miss: Array
-    later: Array
+    left: Array
     upto: Array
-    fresh: Array
 
 
 @njit(cache=True, nogil=True)
@@ -78,102 +79,88 @@ def improve(start: Indices, query: Search, passes: int) -> tuple[Indices, float]
         An order that costs no more than the start, and its cost. More passes never cost more.
     """
     n = len(start)
-    order, trial = start.copy(), start.copy()
-    now = _Along(np.ones(n + 1), np.ones(n + 1), np.zeros(n + 1), np.ones(n + 1))
+    order, new = start.copy(), start.copy()
+    now = _Along(np.ones(n + 1), np.ones(n + 1), np.zeros(n + 1))
+    now.left[0] = _beginning(query)
     _measure(order, query, now)
     for _ in range(passes):
         before = now.upto[n]
         for length in range(LONGEST_RUN + 1):
             for first in range(n - length + 1):
-                for to in range(n):
-                    low, high = _change(order, trial, first, length, to)
-                    if high <= low:
+                if now.upto[n] - now.upto[first] <= NEGLIGIBLE * now.upto[n]:
+                    break
+                for to in range(n - max(length, 1) + 1):
+                    if to == first or (length == 0 and to < first):
                         continue
-                    if _helps(trial, order, low, high, query, now):
+                    low = min(first, to)
+                    high = to if length == 0 else max(first, to) + length - 1
+                    if _helps(order, first, length, to, low, high, query, now):
                         for j in range(low, high + 1):
-                            order[j] = trial[j]
+                            new[j] = _stop(order, j, first, length, to)
+                        for j in range(low, high + 1):
+                            order[j] = new[j]
                         _measure(order, query, now)
-                    else:
-                        for j in range(low, high + 1):
-                            trial[j] = order[j]
         if now.upto[n] >= before:
             break
-    return order, now.upto[n] / now.later[0]
+    return order, now.upto[n] / now.left[0]
+
+
+@njit(cache=True, nogil=True)
+def _beginning(query: Search) -> float:
+    """What is missing before the first stop."""
+    if query.model == INDEPENDENT:
+        return 1.0
+    total = 0.0
+    for p in query.p:
+        total += p if query.model == EXCLUSIVE else p * (1.0 - total)
+    return total
 
 
 @njit(cache=True, nogil=True)
 def _measure(order: Indices, query: Search, now: _Along) -> None:
     """Fills `now` for an order."""
-    n = len(order)
-    now.later[n] = 1.0 if query.model == INDEPENDENT else 0.0
-    for j in range(n - 1, -1, -1):
-        now.later[j] = _joined(query.p[order[j]], now.later[j + 1], query.model)
-    for j in range(n):
+    for j in range(len(order)):
         a = order[j]
         leg = query.from_m[a] if j == 0 else query.between_m[order[j - 1], a]
-        before = now.miss[j] * now.later[j]
+        end = now.miss[j] * query.p[a]
         now.miss[j + 1] = now.miss[j] * (1.0 if query.model == EXCLUSIVE else 1.0 - query.p[a])
-        after = now.miss[j + 1] * now.later[j + 1]
-        now.upto[j + 1] = now.upto[j] + before * (leg + query.look) + (before - after) * query.found[a]
+        now.left[j + 1] = max(now.left[j] - end, 0.0)
+        now.upto[j + 1] = now.upto[j] + now.left[j] * (leg + query.look) + end * query.found[a]
 
 
 @njit(cache=True, nogil=True)
-def _joined(p: float, later: float, model: int) -> float:
-    """The chance that this stop or a later one holds an instance."""
-    if model == INDEPENDENT:
-        return 1.0
-    if model == EXCLUSIVE:
-        return p + later
-    return p + (1.0 - p) * later
+def _stop(order: Indices, place: int, first: int, length: int, to: int) -> int:
+    """Which container is at a place of the stretch that a change touches.
+
+    length 0: the stops first..to are turned round. Otherwise the run of `length` stops at `first` goes to `to`.
+    """
+    if length == 0:
+        return order[first + to - place]
+    if to <= place < to + length:
+        return order[first + place - to]
+    return order[place - length] if to < first else order[place + length]
 
 
 @njit(cache=True, nogil=True)
-def _helps(trial: Indices, order: Indices, low: int, high: int, query: Search, now: _Along) -> bool:
-    """Whether the stops low..high of `trial` cost less than those of `order`, the leg that follows included."""
+def _helps(order: Indices, first: int, length: int, to: int, low: int, high: int, query: Search, now: _Along) -> bool:
+    """Whether the stops low..high cost less after the change, the leg that follows included."""
     n = len(order)
-    after = now.miss[high + 1] * now.later[high + 1]
-    leg = query.between_m[order[high], order[high + 1]] if high + 1 < n else 0.0
-    most = now.upto[high + 1] - now.upto[low] + after * leg - LEAST_GAIN * now.upto[n]
-    now.fresh[high + 1] = now.later[high + 1]
-    for j in range(high, low - 1, -1):
-        now.fresh[j] = _joined(query.p[trial[j]], now.fresh[j + 1], query.model)
-    cost = 0.0
-    miss = now.miss[low]
+    after = now.left[high + 1]
+    most = now.upto[high + 1] - now.upto[low] - LEAST_GAIN * now.upto[n]
+    if high + 1 < n:
+        last = _stop(order, high, first, length, to)
+        most += after * (query.between_m[order[high], order[high + 1]] - query.between_m[last, order[high + 1]])
+    cost, miss, left = 0.0, now.miss[low], now.left[low]
+    at = order[low - 1] if low else 0
     for j in range(low, high + 1):
-        a = trial[j]
-        leg = query.from_m[a] if j == 0 else query.between_m[trial[j - 1], a]
-        before = miss * now.fresh[j]
-        miss *= 1.0 if query.model == EXCLUSIVE else 1.0 - query.p[a]
-        left = miss * now.fresh[j + 1]
-        cost += before * (leg + query.look) + (before - left) * query.found[a]
+        a = _stop(order, j, first, length, to)
+        leg = query.from_m[a] if j == 0 else query.between_m[at, a]
+        end = miss * query.p[a]
+        cost += left * (leg + query.look) + end * query.found[a]
         if cost >= most:
             return False
-    leg = query.between_m[trial[high], trial[high + 1]] if high + 1 < n else 0.0
-    return cost + after * leg < most
-
-
-@njit(cache=True, nogil=True)
-def _change(order: Indices, trial: Indices, first: int, length: int, to: int) -> tuple[int, int]:
-    """Writes one small change into `trial`, which equals `order`; returns the first and last stop that it touches.
-
-    length 0: the stops first..to are turned round. Otherwise the run of `length` stops at `first` goes to place
-    `to`. (0, 0) is no change.
-    """
-    n = len(order)
-    if length == 0:
-        if to <= first or first >= n:
-            return 0, 0
-        for j in range(to - first + 1):
-            trial[first + j] = order[to - j]
-        return first, to
-    if to == first or to + length > n:
-        return 0, 0
-    if to < first:
-        for j in range(to, first):
-            trial[j + length] = order[j]
-    else:
-        for j in range(first + length, to + length):
-            trial[j - length] = order[j]
-    for j in range(length):
-        trial[to + j] = order[first + j]
-    return min(first, to), max(first, to) + length - 1
+        left -= end
+        if query.model != EXCLUSIVE:
+            miss *= 1.0 - query.p[a]
+        at = a
+    return True
