@@ -24,7 +24,8 @@ SOLVER = "built-in"
 MOST_NODES = 400_000
 """States of one recipe; beyond, the plan is no longer proven optimal and says within which bound it is."""
 
-MOST_STATES_CODED = 2**62
+MOST_SLOTS_STAGED = 7
+"""With more slots nothing is put down on the way to where it is wanted."""
 
 Clock = Callable[[], float]
 
@@ -164,8 +165,13 @@ def _search(
     robot = problem.locations.index(problem.robot_at)
     return rs.search(
         robot, attempt.hand, c if attempt.put_down else 0.0, first, a.d, a.fetch, a.least, a.standing, a.end,
-        a.in_hand, a.op_slot, a.op_where, a.op_after, a.n_ops, c, bound, most_nodes,
+        a.in_hand, a.op_slot, a.op_where, a.op_after, a.n_ops, c, staged(attempt.recipe), bound, most_nodes,
     )  # fmt: skip
+
+
+def staged(recipe: Recipe) -> bool:
+    """Whether things may be put down on the way; with many slots that would be too many states."""
+    return len(recipe.slots) <= MOST_SLOTS_STAGED
 
 
 def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:

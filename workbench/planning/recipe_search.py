@@ -191,7 +191,7 @@ def _pop(heap_f, heap_n, count):
 @_compiled
 def search(
     robot0, hand0, g0, first, d, fetch, least, standing, end, in_hand, op_slot, op_where, op_after, n_ops, c,
-    bound, most_nodes,
+    staging, bound, most_nodes,
 ):  # fmt: skip
     """A* from one state.
 
@@ -208,6 +208,7 @@ def search(
         op_slot, op_where: slots of each operation, -1 for none, and 1 for those in hand; shape (operations, parts).
         op_after: bit mask of operations that come before.
         c: cost of a manipulation.
+        staging: whether things may be put down on the way, where nothing else is done with them.
         bound: only plans that cost less are of interest.
         most_nodes: gives up beyond.
 
@@ -225,7 +226,7 @@ def search(
                 op_mask[op_slot[o, j]] |= 1 << o
     base = np.empty(n_slots, dtype=np.int64)
     for s in range(n_slots):
-        base[s] = 2 if carried_only[s] else n_loc + 1
+        base[s] = 2 if carried_only[s] and not staging else n_loc + 1
     tool = np.zeros(n_slots, dtype=np.bool_)
     for s in range(n_slots):
         tool[s] = not carried_only[s]
@@ -318,12 +319,17 @@ def search(
                 if pending == 0 and (end[s] < 0 or (pos[s] == end[s] and not in_hand[s])):
                     continue
                 for b in range(n_loc):
-                    if pending == 0 and b != end[s]:
+                    if not staging and pending == 0 and b != end[s]:
                         continue
-                    if tool[s] and b != end[s] and not _partner_stands(s, b, pos, done, op_slot, op_where, n_ops):
+                    if (
+                        not staging
+                        and tool[s]
+                        and b != end[s]
+                        and not _partner_stands(s, b, pos, done, op_slot, op_where, n_ops)
+                    ):
                         continue
                     w = fetch[s, robot, b] if pos[s] < 0 else d[robot, pos[s]] + c + d[pos[s], b]
-                    if w == _INF or (pos[s] >= 0 and pos[s] == b and pending == 0 and not in_hand[s]):
+                    if w == _INF or (pos[s] >= 0 and pos[s] == b and not tool[s] and not in_hand[s]):
                         continue
                     succ[n, 0] = FETCH
                     succ[n, 1] = s
@@ -332,8 +338,8 @@ def search(
                     n += 1
         elif not forced or hand == first:
             last = action[i, 0]
-            useful = not carried_only[hand] or robot == end[hand]
-            if useful and (not in_hand[hand] or op_mask[hand] & ~done):
+            useful = staging or not carried_only[hand] or robot == end[hand]
+            if useful and (staging or not in_hand[hand] or op_mask[hand] & ~done):
                 succ[n, 0] = PLACE
                 succ[n, 1] = hand
                 succ[n, 2] = robot
@@ -341,7 +347,7 @@ def search(
                 n += 1
             if (last != FETCH and last != CARRY) or i == 0:
                 for b in range(n_loc):
-                    if b != robot and not ((op_mask[hand] & ~done) == 0 and b != end[hand]):
+                    if b != robot and (staging or (op_mask[hand] & ~done) != 0 or b == end[hand]):
                         succ[n, 0] = CARRY
                         succ[n, 1] = hand
                         succ[n, 2] = b
@@ -407,7 +413,7 @@ def search(
             for s in range(n_slots):
                 digit = np.int64(0)
                 if pos2[s] >= 0:
-                    digit = np.int64(1) if carried_only[s] else pos2[s] + 1
+                    digit = np.int64(1) if base[s] == 2 else pos2[s] + 1
                 code = code * base[s] + digit
             at = _slot_of_code(code, table, table.shape[0])
             old = table[at, 1] if table[at, 0] != -1 else -1

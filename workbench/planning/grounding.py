@@ -1,0 +1,104 @@
+"""Which ground actions does a problem have? The list that SAS+ is written from and plans are read back with.
+
+Every step is a PlanStep with preconditions and effects that follow from problem.apply; a test replays plans of
+every solver through apply. The goal's alternatives are closing actions that cost nothing: one for each assignment
+of things to a way of meeting the goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+from workbench.planning.actions import PREPARATIONS, Preparation
+from workbench.planning.plans import PlanStep
+from workbench.planning.problem import Problem, Thing, ways_of
+from workbench.planning.tasks import Delivered, Holding
+from workbench.worlds.house import LocationId
+
+FINISH = "finish"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ending:
+    """One way of meeting the goal with certain things: what must hold of each."""
+
+    wants: tuple[Delivered | Holding, ...]
+    things: tuple[Thing, ...]
+
+
+def things_that_prepare(problem: Problem) -> tuple[tuple[Preparation, tuple[Thing, ...]], ...]:
+    """Every preparation with every choice of different things for its parts."""
+    found: list[tuple[Preparation, tuple[Thing, ...]]] = []
+    for preparation in PREPARATIONS:
+        fitting = [[t for t in problem.things if t.type in part.types] for part in preparation.parts]
+        found += [(preparation, cast) for cast in product(*fitting) if len({t.id for t in cast}) == len(cast)]
+    return tuple(found)
+
+
+def endings(problem: Problem) -> tuple[Ending, ...]:
+    """Every way of meeting the goal with every assignment of different things."""
+    found: list[Ending] = []
+    for way in ways_of(problem.goal):
+        if any(want.at not in problem.locations for want in way):
+            continue
+        fitting = [problem.of_type(want.item_type) for want in way]
+        for cast in product(*fitting):
+            if len({thing.id for thing in cast}) == len(cast):
+                found.append(Ending(wants=way, things=cast))
+    return tuple(found)
+
+
+def walking_steps(problem: Problem) -> Iterator[PlanStep]:
+    """move, from everywhere to everywhere else."""
+    for a in problem.locations:
+        for b in problem.locations:
+            if a != b:
+                yield PlanStep(action="move", origin=a, target=b, cost=problem.distance(a, b))
+
+
+def handling_steps(problem: Problem) -> Iterator[PlanStep]:
+    """pick and place of every thing everywhere."""
+    for thing in problem.things:
+        for at in problem.locations:
+            for action in ("pick", "place"):
+                yield _on_the_spot(action, (thing,), at, problem)
+
+
+def finding_steps(problem: Problem) -> Iterator[PlanStep]:
+    """find of every missing thing from everywhere to everywhere."""
+    costs = problem.find_costs
+    if costs is None:
+        return
+    for thing in problem.things:
+        if not thing.missing:
+            continue
+        for a in problem.locations:
+            for b in problem.locations:
+                yield PlanStep(
+                    action="find",
+                    origin=a,
+                    target=b,
+                    item_types=(thing.type,),
+                    items=(thing.id,),
+                    cost=costs.of(thing.type, a, b),
+                )
+
+
+def preparing_steps(problem: Problem) -> Iterator[tuple[Preparation, PlanStep]]:
+    """Every preparation with every choice of things everywhere."""
+    for preparation, things in things_that_prepare(problem):
+        for at in problem.locations:
+            yield preparation, _on_the_spot(preparation.name, things, at, problem)
+
+
+def _on_the_spot(action: str, things: tuple[Thing, ...], at: LocationId, problem: Problem) -> PlanStep:
+    return PlanStep(
+        action=action,
+        origin=at,
+        target=at,
+        item_types=tuple(thing.type for thing in things),
+        items=tuple(thing.id for thing in things),
+        cost=problem.costs.manipulation,
+    )
