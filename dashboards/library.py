@@ -8,6 +8,7 @@ from pathlib import Path
 from threading import Lock
 
 from dashboards.geometry.house import HouseShape, house_shape
+from dashboards.panels.runs import RunRow
 from dashboards.timeline import Timeline, timeline_of
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.worlds.house import FloorPlan
@@ -36,6 +37,8 @@ class Library:
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
         self._shapes: dict[FloorPlan, HouseShape] = {}
         self._lock = Lock()
+        self._rows: list[RunRow] | None = None
+        self.unreadable: list[LiosError] = []
 
     def timeline(self, index: int) -> Timeline:
         """The run of the index-th log.
@@ -53,6 +56,27 @@ class Library:
             while len(self._timelines) > MOST_OPEN:
                 self._timelines.popitem(last=False)
             return self._timelines[index]
+
+    def rows(self) -> list[RunRow]:
+        """A row per log that can be read; read once."""
+        if self._rows is None:
+            good, self.unreadable = readable(self)
+            self._rows = [self._row(i) for i in good]
+        return self._rows
+
+    def _row(self, index: int) -> RunRow:
+        run = self.timeline(index).run
+        return RunRow(
+            index=index,
+            file=self.paths[index].name,
+            place=run.info.place,
+            scenario=run.task.title or run.info.scenario,
+            strategy=run.info.strategy,
+            source=run.info.source,
+            outcome=run.outcome.status if run.outcome is not None else "cut off",
+            cost=run.outcome.cost if run.outcome is not None else None,
+            searches=run.outcome.searches if run.outcome is not None else None,
+        )
 
     def reread(self, index: int) -> Timeline:
         """The run again, as its log now stands."""

@@ -15,7 +15,7 @@ from workbench.worlds.house import FloorPlan, Room
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Floor:
-    """A room's floor: vertices float32 (V, 3) at height 0, faces uint32 (F, 3) seen from above, colour, label place."""
+    """A room's floor: vertices float32 (V, 3) at height 0, faces uint32 (F, 3) seen from above, and its label."""
 
     room: str
     kind: str

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from dashboards.palette import belief_colours, css
-from dashboards.panels.markup import bar, command, name, number, percent, table
+from dashboards.panels.markup import bar, command, name, number, percent, table, text
 from dashboards.scene import STATUSES, Scene
 from dashboards.timeline import Timeline
+from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
 MOST_ROWS = 60
@@ -30,7 +31,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
         rows.append(
             [
                 str(int(scene.order[i])) if scene.order[i] else "",
-                f'<span {command(f"look {i}")} title="{name(container.id)}">{name(readable_name(container.type))}</span>',
+                _link(i, container),
                 name(rooms.get(container.room, "")),
                 bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
                 percent(p) if p == p else "",
@@ -40,6 +41,12 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
     more = f'<p class="muted">and {len(ranked) - MOST_ROWS} more</p>' if len(ranked) > MOST_ROWS else ""
     head = ("#", "container", "room", "belief", "", "leg m")
     return f'<div class="lp">{table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n"))}{more}</div>'
+
+
+def _link(index: int, container: Container) -> str:
+    """Its kind; a click looks at it."""
+    words = name(readable_name(container.type))
+    return f'<span {command(f"look {index}")} title="{text(container.id)}">{words}</span>'
 
 
 def _status(scene: Scene, i: int) -> str:

@@ -84,6 +84,11 @@ def behind(robot: RobotLook) -> CameraPose:
     )
 
 
+def close_to(x_m: float, y_m: float) -> CameraPose:
+    """A pose that looks at one place in the house from nearby."""
+    return CameraPose((x_m - 1.2, y_m - 4.2, 5.0), (x_m, y_m, 0.5))
+
+
 def begin_at(server: viser.ViserServer, pose: CameraPose) -> None:
     """From where browsers look when they arrive; an address with a camera of its own goes before it."""
     server.initial_camera.fov = FIELD_OF_VIEW

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import viser
@@ -9,18 +10,23 @@ import viser
 from dashboards.clock import ALIGNMENTS
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
+from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import style
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
+from dashboards.panels.plots import belief_plot, cost_plot
+from dashboards.panels.runs import passes, runs
 from dashboards.panels.strip import cursor, strip
 from dashboards.scene import AUTOMATIC, Scene
-from dashboards.viser_app.session import PANEL_PX, Session
+from dashboards.viser_app.bridge import address, keep_address, obey, script
+from dashboards.viser_app.session import PANEL_PX, Session, ViewState
 from workbench.worlds.names import readable_name
 
 SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
 FOLLOW_PLAN = "as the plan finds"
 SLIDER_STEPS = 2000
+ADDRESS_EVERY_S = 0.3
 
 
 class Controls:
@@ -33,29 +39,40 @@ class Controls:
         self._sent: dict[str, str] = {}
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._types: dict[str, str] = {}
+        self._names: list[str] = []
+        self._said_at = 0.0
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
 
     def _build(self) -> None:
-        gui = self._gui
+        gui, _session = self._gui, self._session
         gui.set_panel_label("LIOS workbench")
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_PX)
-        self._html["style"] = gui.add_html(style())
+        self._add("address")
+        self._html["style"] = gui.add_html(style() + script())
         self._add("title")
         self._add("now")
         self._build_time()
+        go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
+        go.on_update(lambda _: self._obey(go))
         tabs = gui.add_tab_group()
-        for name, label, icon in (
-            ("beliefs", "Belief", viser.Icon.MAP_PIN_QUESTION),
-            ("plan", "Plan", viser.Icon.LIST_CHECK),
-            ("costs", "Find costs", viser.Icon.TABLE),
+        for name, label in (
+            ("beliefs", "Belief"),
+            ("plan", "Plan"),
+            ("costs", "Find costs"),
+            ("plots", "Plots"),
+            ("comparison", "Compare"),
         ):
-            with tabs.add_tab(label, icon):
+            with tabs.add_tab(label):
                 self._add(name)
-        with tabs.add_tab("View", viser.Icon.ADJUSTMENTS):
+        with tabs.add_tab("Runs"):
+            self._filter = gui.add_text("Filter", "", hint="Words that a run must have; also cost<50 or cost>50.")
+            self._filter.on_update(lambda _: self._list_runs())
+            self._add("runs")
+        with tabs.add_tab("View"):
             self._build_options()
         panel = gui.add_panel()
         with panel.add_tab("Timeline", viser.Icon.TIMELINE):
@@ -135,6 +152,8 @@ class Controls:
         self._focus.options = (FOLLOW_PLAN, *self._types)
         names = [t.run.info.strategy for t in clock.timelines]
         self._set("title", title(clock.timelines[0]))
+        self._names = names
+        self._list_runs()
         self._set("strip", strip(clock, names, [run_colour(i) for i in range(len(names))]))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
@@ -146,16 +165,42 @@ class Controls:
         self._set("beliefs", beliefs(scene, timeline))
         self._set("plan", plan(scene))
         self._set("costs", find_costs(scene, robot_at))
+        self._set("plots", cost_plot(session.clock, self._names) + belief_plot(session.clock, scene.focus))
+        self._set("comparison", comparison(session.clock, scenes, self._names))
         self._set("legend", legend(scene))
         self._set("cursor", cursor(session.clock, state.at))
         if abs(self._slider.value - state.at) > 1e-9:
             self._quiet = True
             self._slider.value = min(state.at, self._slider.max)
             self._quiet = False
+        self._keep_address(state)
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
             self._play.label = label
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
+
+    def _obey(self, go: viser.GuiTextHandle) -> None:
+        """Does what the field says; a command of the page (not a number being typed) then leaves it empty."""
+        words = go.value
+        obey(self._session, words)
+        if words.strip() and not words.strip()[0].isdecimal():
+            go.value = ""
+
+    def _list_runs(self) -> None:
+        library = self._session.library
+        if len(library.paths) < 2:
+            self._set("runs", '<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
+            return
+        rows = [row for row in library.rows() if passes(row, self._filter.value)]
+        self._set("runs", runs(rows, self._session.state.runs, total=len(library.rows())))
+
+    def _keep_address(self, state: ViewState) -> None:
+        """The page's address, when the view rests and at most a few times a second."""
+        now_s = time.monotonic()
+        if state.playing or now_s - self._said_at < ADDRESS_EVERY_S:
+            return
+        self._said_at = now_s
+        self._set("address", keep_address(address(state, self._session.client.camera)))
 
     def _toggle(self) -> None:
         state = self._session.state

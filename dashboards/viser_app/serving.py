@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from dashboards.library import Library, readable
+from dashboards.library import Library
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.session import ViewState
 from workbench.errors import BadValue
@@ -50,10 +50,10 @@ def open_dashboard(
             library.timeline(index)
         runs = tuple(range(min(len(named), MOST_AT_ONCE)))
     else:
-        good, bad = readable(library)
-        for error in bad:
+        rows = library.rows()
+        for error in library.unreadable:
             say(f"Left out: {error}")
-        if not good:
-            raise bad[0]
-        runs = (good[0],)
+        if not rows:
+            raise library.unreadable[0]
+        runs = (rows[0].index,)
     return serve(library, ViewState(runs=runs, at=at), host=host, port=port)

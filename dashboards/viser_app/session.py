@@ -17,8 +17,9 @@ from dashboards.clock import Alignment, Clock
 from dashboards.library import Library
 from dashboards.palette import run_colour
 from dashboards.scene import AUTOMATIC, Scene, scene_at
-from dashboards.viser_app.cameras import CameraPose, behind, fitted, look
+from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
 from dashboards.viser_app.stage import Stage
+from workbench.errors import LiosError
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
@@ -99,6 +100,34 @@ class Session:
         ahead = [s for s in ends if (s > at + near if direction > 0 else s < at - near)]
         if ahead:
             self.change(at=min(ahead) if direction > 0 else max(ahead), playing=False)
+
+    def open_runs(self, runs: tuple[int, ...]) -> None:
+        """Shows other runs, from their start; ones that cannot be read are told of and left out."""
+        good = tuple(i for i in runs if 0 <= i < len(self.library.paths) and self._can_read(i))
+        if good:
+            self.change(runs=good, at=0.0, playing=False)
+
+    def toggle_run(self, run: int) -> None:
+        """Lays a run over what is shown, or takes it away; one always stays."""
+        shown = self.state.runs
+        left = tuple(r for r in shown if r != run) if run in shown else (*shown, run)
+        if left and 0 <= run < len(self.library.paths) and self._can_read(run):
+            self.change(runs=left)
+
+    def look_at_container(self, index: int) -> None:
+        """Turns the camera to a container of the place."""
+        plan = self.clock.timelines[0].plan if self.clock.timelines else None
+        if plan is not None and 0 <= index < len(plan.containers):
+            pose = plan.containers[index].pose
+            look(self.client, close_to(pose.x_m, pose.y_m))
+
+    def _can_read(self, run: int) -> bool:
+        try:
+            self.library.timeline(run)
+        except LiosError as error:
+            self.client.add_notification("This log cannot be shown", str(error), color="red", auto_close_seconds=8)
+            return False
+        return True
 
     def look(self, *, from_above: bool = False) -> None:
         """Fits the camera to the house."""

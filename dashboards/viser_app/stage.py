@@ -129,7 +129,7 @@ class Stage:
     def cast(self, colours: list[Colour], names: list[str]) -> None:
         """Makes as many actors as there are runs, in their colours; the first is in focus."""
         for actor in self._actors:
-            for node in (actor.frame, actor.trail, actor.ahead, actor.label):
+            for node in (actor.frame, actor.trail, actor.ahead):
                 node.remove()
         self._actors = [
             self._actor(i, colour, name) for i, (colour, name) in enumerate(zip(colours, names, strict=True))

@@ -1,0 +1,90 @@
+"""`lios demo`: the main job in one go, on a house that ships with the project."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from replayers.batch import Outcome
+
+HOUSE, ITEM = 3, "mug"
+"""Which shipped house, and what is sought there."""
+
+
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and its replays.")] = Path(
+        "demo"
+    ),
+    no_view: Annotated[bool, typer.Option("--no-view", help="Do not open the dashboard at the end.")] = False,
+    port: Annotated[int, typer.Option("--port", help="The dashboard's port; 0 takes any free one.")] = 8080,
+    json: Annotated[
+        bool, typer.Option("--json", help="Answer as JSON on standard output; opens no dashboard.")
+    ] = False,
+) -> None:
+    """Record a search, replay every strategy over it, compare, and open the dashboard.
+
+    The robot looks for a mug in a house that ships with the project. What an earlier demo left in the folder is
+    replaced.
+
+    Examples:
+
+        lios demo
+
+        lios demo --no-view -o somewhere
+    """
+    from recorders.trial import Wish, record_trial, trial_for
+    from replayers.batch import Wanted, replay_log, strategies_named
+    from replayers.replay import Settings
+    from workbench.terminal import emit_json, emit_table, say
+    from workbench.worlds.procthor import load_house
+    from workbench.worlds.shipped import shipped_houses
+
+    log = output / "run.mcap"
+    output.mkdir(parents=True, exist_ok=True)
+    trial = trial_for(Wish(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios", estimator="counts")
+    say(f"1. A robot looks for a {ITEM} in {trial.house.plan.name}, by {trial.strategy} (the paper's search policy).")
+    end = record_trial(trial, log, force=True)
+    say(f"   {end.status}: cost {end.cost:.1f}, {end.searches} containers searched, recorded to {log}")
+    say("2. What would every other strategy have cost? From the log alone, and for comparison in the recorded truth:")
+    wanted = Wanted(
+        strategies=strategies_named("all", with_truth=True),
+        settings=Settings(with_truth=True),
+        output=output / "replays",
+        write_logs=True,
+    )
+    rows = [_row(outcome) for outcome in replay_log(log, wanted)]
+    if json:
+        emit_json({"log": str(log), "status": end.status, "cost": end.cost, "searches": end.searches, "rows": rows})
+        return
+    emit_table(rows)
+    replays = sorted((output / "replays").glob("*.mcap"))
+    others = [p for p in replays if any(name in p.name for name in ("opt-greedy", "conditioned-lios", "oracle"))]
+    words = " ".join(str(p) for p in (log, *others))
+    if no_view:
+        say(f"3. Look at it: lios view {words}")
+        return
+    from dashboards.viser_app.serving import show_until_stopped
+
+    say("3. The run and three replays of it, in 3D:")
+    show_until_stopped([log, *others], host="127.0.0.1", port=port, at=0.0, follow=False)
+
+
+def _row(outcome: Outcome) -> dict[str, Any]:
+    from replayers.batch import LogFailed
+    from workbench.errors import Failed
+
+    if isinstance(outcome, LogFailed):
+        raise Failed(f"{outcome.log}: {outcome.strategy}: {outcome.reason}")
+    bounds, estimate = outcome.bounds, outcome.estimate
+    return {
+        "strategy": outcome.strategy,
+        "status": outcome.status,
+        "lower": bounds.lower if bounds else None,
+        "upper": bounds.upper if bounds else None,
+        "exact": outcome.exact,
+        "estimate": estimate.mean if estimate else None,
+        "in_truth": outcome.true_cost,
+    }

@@ -1,0 +1,89 @@
+"""How do runs laid over each other differ? Their costs, and the moment at which each parts from the first."""
+
+from __future__ import annotations
+
+from dashboards.clock import Clock
+from dashboards.divergence import Divergence, divergence
+from dashboards.palette import run_colour
+from dashboards.panels.markup import command, dot, name, number, percent, table, text
+from dashboards.scene import Scene
+from dashboards.timeline import Timeline
+from workbench.worlds.names import readable_name
+
+MOST_BELIEVED = 4
+
+
+def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
+    """A row per run; below, where each other run parts from the first, with both beliefs."""
+    rows = [
+        [
+            dot(run_colour(i)) + name(names[i]),
+            name(_end(timeline)),
+            number(scene.cost),
+            number(_final(timeline)),
+            number(scene.travel_m),
+            str(scene.searches),
+            str(scene.decision),
+        ]
+        for i, (timeline, scene) in enumerate(zip(clock.timelines, scenes, strict=True))
+    ]
+    head = ("run", "outcome", "cost now", "cost", "walked m", "searched", "decision")
+    kinds = ("", "", "n", "n", "n", "n", "n")
+    made = table(head, rows, key="comparison", classes=kinds)
+    parts = [f'<div class="lp">{_warning(clock)}{made}']
+    for i in range(1, len(clock.timelines)):
+        parts.append(_parting(clock, i, names))
+    if len(clock.timelines) == 1:
+        parts.append('<p class="muted">Lay more runs over this one in the Runs tab to compare them.</p>')
+    return "".join(parts) + "</div>"
+
+
+def _warning(clock: Clock) -> str:
+    first = clock.timelines[0]
+    notes: list[str] = []
+    if any(t.plan != first.plan for t in clock.timelines):
+        notes.append("These runs are of different places; only those of the first one's place fit the picture.")
+    if any(t.run.task != first.run.task for t in clock.timelines):
+        notes.append("These runs are of different tasks; their costs do not compare.")
+    return "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
+
+
+def _end(timeline: Timeline) -> str:
+    outcome = timeline.run.outcome
+    return outcome.status if outcome is not None else "cut off"
+
+
+def _final(timeline: Timeline) -> float | None:
+    outcome = timeline.run.outcome
+    return outcome.cost if outcome is not None else None
+
+
+def _parting(clock: Clock, other: int, names: list[str]) -> str:
+    first, second = clock.timelines[0], clock.timelines[other]
+    found = divergence(first, second)
+    title = f"<h3>{dot(run_colour(0))}{name(names[0])} and {dot(run_colour(other))}{name(names[other])}</h3>"
+    if found is None:
+        return f"{title}<p>They do the same to the end.</p>"
+    at = clock.reading(found.stamps_ns[0])
+    jump = f'<span class="seek" {command(f"seek {at:.6f}")}>after {found.index} shared actions</span>'
+    sides = "".join(
+        f"<p>{dot(run_colour(run))}{name(did)}{_believed(timeline, found, side)}</p>"
+        for side, (run, timeline, did) in enumerate(((0, first, found.did[0]), (other, second, found.did[1])))
+    )
+    return f"{title}<p>They part {jump}.</p>{sides}"
+
+
+def _believed(timeline: Timeline, found: Divergence, side: int) -> str:
+    """The most believed containers of the decision that parted the runs."""
+    frame = next((d for d in timeline.decisions if d.number == found.decisions[side]), None)
+    belief = frame.belief if frame is not None else None
+    if belief is None or not belief.item_types:
+        return ""
+    plan = frame.plan if frame is not None else None
+    wanted = next((s.item_types[0] for s in plan.steps if s.action == "find" and s.item_types), "") if plan else ""
+    row = belief.item_types.index(wanted) if wanted in belief.item_types else 0
+    ranked = sorted(
+        zip(belief.probability[row], belief.containers, strict=True), key=lambda pair: (-pair[0], pair[1])
+    )
+    listed = ", ".join(f"{name(c)} {percent(p)}" for p, c in ranked[:MOST_BELIEVED])
+    return f'<br><span class="muted">believed {text(readable_name(belief.item_types[row]))}: {listed}</span>'

@@ -1,0 +1,72 @@
+"""Which runs are there? A folder as a table, with filters; a click opens one, another lays it over what is shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dashboards.panels.markup import command, name, number, table, text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRow:
+    """One log in the table."""
+
+    index: int
+    file: str
+    place: str
+    scenario: str
+    strategy: str
+    source: str
+    outcome: str
+    cost: float | None
+    searches: int | None
+
+
+MOST_ROWS = 300
+
+
+def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
+    """The rows that pass the filters; those shown are marked."""
+    if not rows:
+        return f'<div class="lp"><p class="muted">None of {total} runs passes the filters.</p></div>'
+    cells = [
+        [
+            _mark(row.index, shown),
+            f'<span class="seek" {command(f"open {row.index}")} title="{text(row.file)}">{name(row.place)}</span>',
+            name(row.scenario),
+            name(row.strategy) + (' <span class="muted">replay</span>' if row.source == "replay" else ""),
+            name(row.outcome),
+            number(row.cost),
+            "–" if row.searches is None else str(row.searches),
+        ]
+        for row in rows[:MOST_ROWS]
+    ]
+    head = ("", "place", "scenario", "strategy", "outcome", "cost", "searched")
+    more = (
+        f'<p class="muted">and {len(rows) - MOST_ROWS} more; filter to see them</p>' if len(rows) > MOST_ROWS else ""
+    )
+    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; ＋ lays it over.</p>'
+    made = table(head, cells, key="runs", classes=("", "", "", "", "", "n", "n"))
+    return f'<div class="lp">{count}{made}{more}</div>'
+
+
+def passes(row: RunRow, words: str) -> bool:
+    """Whether every word is somewhere in the row; "cost<50" and "cost>50" compare."""
+    haystack = f"{row.file} {row.place} {row.scenario} {row.strategy} {row.source} {row.outcome}".lower()
+    for word in words.lower().split():
+        if word.startswith(("cost<", "cost>")):
+            try:
+                bound = float(word[5:])
+            except ValueError:
+                continue
+            if row.cost is None or not (row.cost < bound if word[4] == "<" else row.cost > bound):
+                return False
+        elif word not in haystack:
+            return False
+    return True
+
+
+def _mark(index: int, shown: tuple[int, ...]) -> str:
+    if index in shown:
+        return f'<span {command(f"overlay {index}")} title="take it away">●</span>'
+    return f'<span {command(f"overlay {index}")} title="lay it over">＋</span>'

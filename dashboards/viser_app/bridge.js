@@ -1,0 +1,21 @@
+// Between a Viser page and its session: clicks in panels become words in the "Go to" field, which the server reads;
+// and the page's address carries the view, so that a link or a reload restores it.
+(() => {
+  const field = () => {
+    const label = [...document.querySelectorAll("label")].find((l) => l.textContent === "Go to");
+    return label?.parentElement?.parentElement?.parentElement?.querySelector("input");
+  };
+  const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+  window.liosCommand = (words) => {
+    const input = field();
+    if (!input) return;
+    write.call(input, input.value === words ? words + " " : words);
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  let tries = 0;
+  const arrive = () => {
+    if (field()) window.liosCommand("address " + window.location.search);
+    else if (tries++ < 100) setTimeout(arrive, 100);
+  };
+  arrive();
+})();

@@ -1,0 +1,108 @@
+"""How do clicks in panels and the page's address reach the server? Through one small script and one visible field.
+
+Viser shows HTML in panels but hears nothing of it. The script writes commands into the "Go to" field, which people
+can type into as well; the address is kept current with the History API. Without scripts everything else works.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from json import dumps
+from urllib.parse import parse_qs, urlencode
+
+import viser
+
+from dashboards.clock import ALIGNMENTS
+from dashboards.viser_app.session import Session, ViewState
+
+WALLS = ("cut", "whole", "none")
+MOST_RUNS = 16
+
+
+def script() -> str:
+    """The markup that installs the script once."""
+    code = "".join(
+        files("dashboards").joinpath(p).read_text("utf-8") for p in ("panels/panels.js", "viser_app/bridge.js")
+    )
+    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+
+
+def keep_address(query: str) -> str:
+    """Markup that puts a query into the page's address without reloading it."""
+    code = f"history.replaceState(null,'',{dumps('?' + query)})"
+    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+
+
+def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
+    """The query of a link that restores a view: runs, moment, clock, item, walls, camera."""
+    words: dict[str, str] = {"runs": ",".join(str(r) for r in state.runs), "at": f"{state.at:.3f}"}
+    if state.alignment != "time":
+        words["clock"] = state.alignment
+    if state.focus:
+        words["item"] = state.focus
+    if state.walls != "cut":
+        words["walls"] = state.walls
+    if state.follow:
+        words["follow"] = "1"
+    if camera is not None and camera.image_height:
+        words["initialCameraPosition"] = ",".join(f"{v:.3f}" for v in camera.position)
+        words["initialCameraLookAt"] = ",".join(f"{v:.3f}" for v in camera.look_at)
+    return urlencode(words, safe=",")
+
+
+def changes_of(query: str, *, runs: int) -> dict[str, object]:
+    """What a query asks of the state; words that make no sense are left out.
+
+    Args:
+        query: "?runs=0,1&at=12.5".
+        runs: how many logs there are.
+    """
+    words = {key: values[-1] for key, values in parse_qs(query.lstrip("?"), max_num_fields=40).items()}
+    changes: dict[str, object] = {}
+    chosen = [int(r) for r in words.get("runs", "").split(",") if r.isdecimal() and int(r) < runs]
+    if chosen:
+        changes["runs"] = tuple(dict.fromkeys(chosen))[:MOST_RUNS]
+    if _number(words.get("at")) is not None:
+        changes["at"] = max(0.0, _number(words.get("at")) or 0.0)
+    if words.get("clock") in ALIGNMENTS:
+        changes["alignment"] = words["clock"]
+    if words.get("walls") in WALLS:
+        changes["walls"] = words["walls"]
+    if "item" in words:
+        changes["focus"] = words["item"]
+    if words.get("follow") == "1":
+        changes["follow"] = True
+    return changes
+
+
+def obey(session: Session, words: str) -> None:
+    """Does what a command says: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5", "address ?..."."""
+    verb, _, rest = words.strip().partition(" ")
+    value = _number(rest) if rest else _number(verb)
+    if verb == "address":
+        changes = changes_of(rest, runs=len(session.library.paths))
+        if changes:
+            session.change(**changes)
+    elif value is None:
+        return
+    elif verb == "decision":
+        stops = session.clock.decisions()
+        if 1 <= int(value) <= len(stops):
+            session.change(at=stops[int(value) - 1], playing=False)
+    elif verb == "open":
+        session.open_runs((int(value),))
+    elif verb == "overlay":
+        session.toggle_run(int(value))
+    elif verb == "look":
+        session.look_at_container(int(value))
+    elif verb == "seek" or not rest:
+        session.change(at=min(max(value, 0.0), session.clock.end), playing=False)
+
+
+def _number(words: str | None) -> float | None:
+    try:
+        value = float(words) if words else None
+    except ValueError:
+        return None
+    return value if value is not None and abs(value) < 1e12 else None
