@@ -17,8 +17,8 @@ from workbench.worlds.names import size_of_asset_m, usual_size_m, vocabulary
 
 GAP_M = 0.03
 DOOR_CLEARANCE_M = 0.9
-FRONT_CLEARANCE_M = 0.55
-TRIES = 80
+FRONT_CLEARANCE_M = 0.45
+TRIES = 200
 ON_THE_WALL: Mapping[str, float] = {"Painting": 1.55, "Television": 1.4}
 """Types that hang, and the height of their middle."""
 FREE_STANDING = ("DiningTable", "CoffeeTable")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp, log, sqrt
+from math import erf, log, sqrt
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from workbench.errors import Failed
 from workbench.worlds.house_statistics import HouseStatistics, pair_name
 
 DOOR_M, DOUBLE_DOOR_M = 1.04, 1.95
-LEAST_SIDE_M = {"Bathroom": 2.2}
-LEAST_OTHER_SIDE_M = 3.0
-GREATEST_ASPECT = 2.6
+LEAST_SIDE_M = {"Bathroom": 1.8}
+LEAST_OTHER_SIDE_M = 2.5
+GREATEST_ASPECT = 3.0
+CUTS = 40
+"""So often are rooms of given sizes laid out before other sizes are drawn: else small rooms would be too rare."""
 GAP = "gap"
 """A part of the rectangle that is not built on, so that not every house is a rectangle."""
 
@@ -110,9 +112,11 @@ def plan_house(
     Raises:
         NoFloorPlan: none came out in that many tries.
     """
-    for _ in range(tries):
-        kinds = _draw_kinds(statistics, rooms, rng)
-        placed = _cut(_draw_areas(statistics, kinds, rng), rng)
+    areas: list[tuple[str, float]] = []
+    for turn in range(tries):
+        if turn % CUTS == 0:
+            areas = _draw_areas(statistics, _draw_kinds(statistics, rooms, rng), rng)
+        placed = _cut(areas, rng)
         if placed is None or not all(_is_livable(room) for room in placed):
             continue
         sides = _sides(placed)
@@ -149,10 +153,10 @@ def _draw_areas(
     for kind in kinds:
         figures = statistics.kinds[kind]
         own_sd = sqrt(max(0.0, figures.log_area_sd**2 - between**2))
-        bounded = float(
-            np.clip(between * shared + own_sd * rng.normal(), -2 * figures.log_area_sd, 2 * figures.log_area_sd)
-        )
-        areas.append((kind, exp(figures.log_area_mean + bounded)))
+        normal = (between * shared + own_sd * rng.normal()) / (sqrt(between**2 + own_sd**2) or 1.0)
+        share = (1 + erf(normal / sqrt(2))) / 2
+        sizes = figures.area_quantiles
+        areas.append((kind, float(np.interp(share, np.linspace(0, 1, len(sizes)), sizes))))
     return areas
 
 
@@ -160,10 +164,10 @@ def _cut(areas: list[tuple[str, float]], rng: np.random.Generator) -> tuple[Plan
     """Cut a rectangle into rooms of about those areas, in an order that keeps bathrooms near bedrooms."""
     order = [areas[i] for i in rng.permutation(len(areas))]
     order = sorted(order, key=_is_for_sleep)
-    if len(order) >= 4 and rng.random() < 0.5:
-        order.insert(int(rng.choice([0, len(order)])), (GAP, order[0][1] * 0.6))
+    if len(order) >= 3 and rng.random() < 0.75:
+        order.insert(int(rng.choice([0, len(order)])), (GAP, order[0][1] * float(rng.uniform(0.4, 1.2))))
     total = sum(area for _, area in order)
-    ratio = float(rng.uniform(0.75, 1.35))
+    ratio = float(rng.uniform(0.55, 1.8))
     whole = Rectangle(x0=0.0, z0=0.0, x1=_decimetres(sqrt(total * ratio)), z1=_decimetres(sqrt(total / ratio)))
     pieces = _cut_piece(whole, order, rng)
     rooms = [piece for piece in pieces if piece[0] != GAP]

@@ -31,8 +31,8 @@ AREA_CLASSES = 3
 """Rooms of a kind are counted apart by size: small, middling, large."""
 ENOUGH = 15
 """Containers of houses of several rooms that make a figure; where there are fewer, all houses count."""
-FEWEST_SEEN = 4
-"""An item type seen less often in the training houses is left out."""
+FEWEST_SEEN = 3
+"""An item type seen less often in the training houses is never drawn; it counts in the number of items."""
 LEFT_OUT = frozenset({"Grenade", "Weapon", "Dagger", "Unknown"})
 """Item types that no household task names."""
 
@@ -41,12 +41,13 @@ class RoomShares(msgspec.Struct, frozen=True, kw_only=True):
     """Figures of one kind of room.
 
     Attributes:
-        log_area_mean, log_area_sd: of the natural logarithm of square metres.
+        area_quantiles: square metres of the smallest room, of 5 % quantiles, and of the largest one.
+        log_area_sd: standard deviation of the natural logarithm of square metres.
         area_limits: square metres that part the size classes, ascending.
         furniture: per size class, per type, the share of rooms with 0, 1, 2, ... pieces.
     """
 
-    log_area_mean: float
+    area_quantiles: tuple[float, ...]
     log_area_sd: float
     area_limits: tuple[float, ...]
     furniture: tuple[dict[str, tuple[float, ...]], ...]
@@ -158,7 +159,7 @@ def _room_shares(kind: str, houses: Sequence[House], plans: Sequence[House]) -> 
                 per_class[which].append(_furniture_of(house, room))
     logs = [log(area) for area in areas]
     return RoomShares(
-        log_area_mean=_rounded(float(np.mean(logs))),
+        area_quantiles=tuple(_rounded(float(area)) for area in np.quantile(areas, np.linspace(0, 1, 21))),
         log_area_sd=_rounded(float(np.std(logs))),
         area_limits=tuple(_rounded(limit) for limit in limits),
         furniture=tuple(_number_shares(rooms) for rooms in per_class),
@@ -267,7 +268,7 @@ def _held(houses: Iterable[House]) -> dict[str, list[Counter[str]]]:
 
 
 def _content_shares(containers: Sequence[Mapping[str, int]], kept: set[str]) -> ContentShares:
-    numbers = [sum(n for t, n in items.items() if t in kept) for items in containers]
+    numbers = [sum(items.values()) for items in containers]
     types: dict[str, tuple[float, float]] = {}
     for type_name in sorted({t for items in containers for t in items} & kept):
         with_it = [items[type_name] for items in containers if items.get(type_name, 0)]
