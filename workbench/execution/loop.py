@@ -40,6 +40,7 @@ def run_task(
     seed: int = 0,
     max_steps: int = 500,
     stopwatch: Stopwatch = time.perf_counter,
+    begin_with: Knowledge | None = None,
 ) -> Iterator[Event]:
     """Runs one task in one world with one strategy; yields what happens, ending with Ended.
 
@@ -52,8 +53,10 @@ def run_task(
         seed: handed to the strategy with every view.
         max_steps: actions after which the run ends with STEP_LIMIT.
         stopwatch: seconds, for how long planning took; events are otherwise stamped by the world's clock.
+        begin_with: goes on from this knowledge, in a world that stands just there, instead of from the start;
+            what was known before is not told again.
     """
-    return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch).events()
+    return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch, begin_with).events()
 
 
 def outcome_of(events: list[Event]) -> Ended:
@@ -76,6 +79,7 @@ class _Run:
     seed: int
     max_steps: int
     stopwatch: Stopwatch
+    begin_with: Knowledge | None = None
     knowledge: Knowledge = field(init=False)
     decision: int = 0
     steps: int = 0
@@ -99,6 +103,9 @@ class _Run:
         yield self.ended
 
     def _start(self) -> Iterator[Event]:
+        if self.begin_with is not None:
+            self.knowledge = self.begin_with
+            return
         known = self.world.known_at_start()
         self.knowledge = knowledge_at_start(self.world.plan, self.world.travel, known)
         for container in sorted(known):
