@@ -36,8 +36,10 @@ def demo(
         lios demo --no-view -o somewhere
     """
     from recorders.trial import Wish, record_trial, trial_for
-    from replayers.batch import Wanted, replay_log, strategies_named
+    from replayers.batch import Wanted, log_path, replay_log, strategies_named
     from replayers.replay import Settings
+    from replayers.run import read
+    from replayers.stored_replays import path_of
     from workbench.terminal import emit_json, emit_table, say
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
@@ -60,8 +62,11 @@ def demo(
         emit_json({"log": str(log), "status": end.status, "cost": end.cost, "searches": end.searches, "rows": rows})
         return
     emit_table(rows)
-    replays = sorted((output / "replays").glob("*.mcap"))
-    others = [p for p in replays if any(name in p.name for name in ("opt-greedy", "conditioned-lios", "oracle"))]
+    run = read(log)
+    others = [
+        log_path(path_of(wanted.output or output, run.sha256, run.info.run_id, name))
+        for name in ("opt-greedy", "conditioned-lios", "oracle")
+    ]
     words = " ".join(str(p) for p in (log, *others))
     if no_view:
         say(f"3. Look at it: lios view {words}")
