@@ -9,6 +9,6 @@ from pathlib import Path
 def shipped_houses() -> Path:
     """The file of the shipped houses, a house a line: shipped_houses():0 to :23.
 
-    Made by `lios houses generate -n 24 --seed 2026 --stocked` (docs/worlds.md).
+    Made by `lios houses generate -n 24 --seed 2082 --stocked` (docs/worlds.md).
     """
     return Path(str(files("workbench").joinpath("data/houses.jsonl.gz")))

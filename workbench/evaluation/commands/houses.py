@@ -33,7 +33,7 @@ def generate(
 
         lios houses generate -n 100 --seed 7 -o houses.jsonl.gz
 
-        lios houses generate -n 24 --seed 2026 --stocked --rooms 2-10 -o houses.jsonl.gz
+        lios houses generate -n 24 --seed 2082 --stocked --rooms 2-10 -o houses.jsonl.gz
     """
     from secrets import randbelow
 
