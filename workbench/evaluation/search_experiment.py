@@ -1,0 +1,163 @@
+"""How are all trials of the object-search experiment run? House by house, on as many processes as are given.
+
+A trial depends on its house, item type and policy alone, so the number of workers changes nothing but the time.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
+
+import numpy as np
+
+from workbench.beliefs.belief import Estimator
+from workbench.errors import BadValue, LiosError
+from workbench.evaluation.search_table import GREEDY
+from workbench.evaluation.search_trials import ORACLE, PAPER_POLICY, SearchTrial, house_trials, queries
+from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.search.policies import policy, policy_names
+from workbench.worlds.house import Contents, FloorPlan, House, ItemType
+from workbench.worlds.navigation import navigate
+
+WAITING_A_WORKER = 3
+"""Houses handed out ahead of time, so that memory stays small however many houses there are."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """What is compared.
+
+    Attributes:
+        policies: by name; greedy first and the oracle last, which every table needs.
+        estimator: what the policies believe.
+        paper_estimator: what the paper's policy, lios, believes.
+    """
+
+    policies: tuple[str, ...]
+    estimator: str
+    paper_estimator: str
+    costs: ActionCosts = SIMULATION
+
+    def estimator_of(self, name: str) -> str:
+        return self.paper_estimator if name == PAPER_POLICY else self.estimator
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HouseResult:
+    """The trials of one house, or why it has none."""
+
+    house: str
+    trials: tuple[SearchTrial, ...]
+    skipped: str = ""
+
+
+def policies_named(names: Sequence[str]) -> tuple[str, ...]:
+    """The policies of an experiment: those named, or all, with greedy first and the oracle last.
+
+    Raises:
+        UnknownName: a policy that does not exist.
+    """
+    wanted = policy_names() if "all" in [n.lower() for n in names] else tuple(names)
+    chosen = [_checked(name) for name in wanted if name.lower() not in (GREEDY, ORACLE)]
+    return (GREEDY, *dict.fromkeys(chosen), ORACLE)
+
+
+def run_experiment(
+    experiment: Experiment,
+    houses: Iterable[House],
+    *,
+    asked: Mapping[str, tuple[ItemType, ...]] | None = None,
+    workers: int = 1,
+) -> Iterator[HouseResult]:
+    """Every policy on every query of every house, in the houses' order.
+
+    Args:
+        asked: item types by house; None for all. A house without an entry is left out.
+        workers: processes; 1 stays in this one.
+
+    Raises:
+        BadValue: fewer than one worker.
+    """
+    if workers < 1:
+        raise BadValue("workers", workers, "at least 1")
+    chosen = ((house, None if asked is None else asked.get(house.plan.name, ())) for house in houses)
+    jobs = ((experiment, h.plan, dict(h.contents), items) for h, items in chosen if items is None or items)
+    if workers == 1:
+        yield from (_house(*job) for job in jobs)
+        return
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_one_thread) as pool:
+        waiting: deque[Future[HouseResult]] = deque()
+        for job in jobs:
+            waiting.append(pool.submit(_house, *job))
+            if len(waiting) >= workers * WAITING_A_WORKER:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def draw_queries(houses: Iterable[House], count: int, *, rng: np.random.Generator) -> dict[str, tuple[ItemType, ...]]:
+    """Queries drawn at random among all pairs of house and item type, without replacement.
+
+    Args:
+        count: how many; all when there are no more.
+
+    Raises:
+        BadValue: a count below 1.
+    """
+    if count < 1:
+        raise BadValue("queries", count, "at least 1, or all")
+    pairs = [(h.plan.name, item) for h in houses for item in _queries_or_none(h)]
+    chosen = sorted(rng.permutation(len(pairs))[:count].tolist())
+    asked: dict[str, tuple[ItemType, ...]] = {}
+    for i in chosen:
+        house, item = pairs[i]
+        asked[house] = (*asked.get(house, ()), item)
+    return asked
+
+
+def _queries_or_none(house: House) -> tuple[ItemType, ...]:
+    try:
+        return queries(house, navigate(house.plan).travel)
+    except LiosError:
+        return ()
+
+
+def _checked(name: str) -> str:
+    policy(name)
+    return name.lower() if name.lower() in policy_names() else name
+
+
+def _house(
+    experiment: Experiment, plan: FloorPlan, contents: Contents, items: tuple[ItemType, ...] | None
+) -> HouseResult:
+    try:
+        travel = navigate(plan).travel
+        trials = house_trials(
+            House(plan=plan, contents=contents),
+            travel,
+            policies=experiment.policies,
+            estimators=lambda name: _estimator(experiment.estimator_of(name)),
+            costs=experiment.costs,
+            item_types=items,
+        )
+    except LiosError as error:
+        return HouseResult(house=plan.name, trials=(), skipped=str(error))
+    return HouseResult(house=plan.name, trials=tuple(trials))
+
+
+@cache
+def _estimator(name: str) -> Estimator:
+    from workbench.beliefs.estimators import estimator
+
+    return estimator(name)
+
+
+def _one_thread() -> None:
+    """A worker is one thread: the processes share the cores already."""
+    for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ[name] = "1"
