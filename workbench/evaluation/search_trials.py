@@ -92,7 +92,7 @@ class Beliefs:
         seen = tuple(sorted(knowledge.first_seen))
         if (seen, item_type) not in self._known:
             began = self.stopwatch()
-            wanted = (item_type,) if seen else self.item_types
+            wanted = (item_type,) if seen or item_type not in self.item_types else self.item_types
             belief = self.estimator.believe(knowledge, wanted)
             for i, name in enumerate(wanted):
                 row = replace(belief, item_types=(name,), probability=belief.probability[i : i + 1])

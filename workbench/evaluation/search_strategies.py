@@ -1,0 +1,44 @@
+"""Which strategy walks a search policy's order? So that any policy can run in the ordinary closed loop and be logged.
+
+The policies that strategies are named after keep those strategies; for the others a single find is priced by Eq. 1
+and searched by the policy. `strategy_of(name)` is a name that workbench.planning.strategies understands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from workbench.planning.composed import Composed
+from workbench.planning.find_pricing import Expected
+from workbench.planning.strategy import Strategy
+from workbench.search.policies import policy
+
+NAMED: Mapping[str, str] = MappingProxyType(
+    {
+        "greedy": "opt-greedy",
+        "lios": "model-lios",
+        "conditioned-lios": "conditioned-lios",
+        "oracle": "oracle",
+        "most-probable": "workbench.evaluation.search_strategies:most_probable",
+        "full-lios": "workbench.evaluation.search_strategies:full_lios",
+    }
+)
+
+
+def strategy_of(policy_name: str) -> str | None:
+    """The strategy that searches by a policy; None for a third party's, see with_policy."""
+    return NAMED.get(policy_name)
+
+
+def with_policy(policy_name: str) -> Strategy:
+    """A strategy that searches by any policy that has a name."""
+    return Composed(name=policy_name, pricing=Expected(belief_model="exists"), policy=policy(policy_name))
+
+
+def most_probable(_: object = None) -> Strategy:
+    return with_policy("most-probable")
+
+
+def full_lios(_: object = None) -> Strategy:
+    return with_policy("full-lios")
