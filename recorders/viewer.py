@@ -39,9 +39,11 @@ from workbench.worlds.occupancy import OccupancyGrid
 
 MAP_FRAME, ODOM_FRAME, BODY_FRAME = "map", "odom", "base_link"
 WALL_M = 0.08
-SEARCHED = Color(r=0.62, g=0.62, b=0.62, a=0.55)
-UNKNOWN = Color(r=0.86, g=0.82, b=0.72, a=0.9)
-WALLS = Color(r=0.85, g=0.85, b=0.88, a=0.5)
+FINE = 1024
+"""Scenes are drawn in steps of 1/1024 m: nobody sees it, and binary fractions make a log half as large."""
+SEARCHED = Color(r=0.625, g=0.625, b=0.625, a=0.5)
+UNKNOWN = Color(r=0.875, g=0.8125, b=0.75, a=0.875)
+WALLS = Color(r=0.875, g=0.875, b=0.875, a=0.5)
 FLOORS: Mapping[str, Color] = {
     "Kitchen": Color(r=0.98, g=0.91, b=0.80, a=1.0),
     "Bedroom": Color(r=0.84, g=0.88, b=0.96, a=1.0),
@@ -106,8 +108,11 @@ def belief_colour(probability: float) -> Color:
     at = min(max(probability, 0.0), 1.0) ** 0.5 * (len(BELIEF_STOPS) - 1)
     low = min(int(at), len(BELIEF_STOPS) - 2)
     share = at - low
-    r, g, b = (a + (z - a) * share for a, z in zip(BELIEF_STOPS[low], BELIEF_STOPS[low + 1], strict=True))
-    return Color(r=r, g=g, b=b, a=0.95)
+    r, g, b = (
+        round((a + (z - a) * share) * 128) / 128
+        for a, z in zip(BELIEF_STOPS[low], BELIEF_STOPS[low + 1], strict=True)
+    )
+    return Color(r=r, g=g, b=b, a=0.9375)
 
 
 def robot_pose(pose: Pose, stamp_ns: int) -> PoseInFrame:
@@ -162,7 +167,7 @@ def _container(
     colour = SEARCHED if held is not None else UNKNOWN if probability is None else belief_colour(probability)
     label = box.type if probability is None or held is not None else f"{box.type} {probability:.2f}"
     text = TextPrimitive(
-        pose=_pose(box.pose, box.base_m + box.size_m[2] + 0.2),
+        pose=_drawn(box.pose, box.base_m + box.size_m[2] + 0.2),
         billboard=True,
         font_size=12.0,
         scale_invariant=True,
@@ -200,11 +205,11 @@ def _entity(
 
 def _box(piece: Container | Furniture, colour: Color) -> CubePrimitive:
     x, y, z = piece.size_m
-    return CubePrimitive(pose=_pose(piece.pose, piece.base_m + z / 2), size=Vector3(x=x, y=y, z=z), color=colour)
+    return CubePrimitive(pose=_drawn(piece.pose, piece.base_m + z / 2), size=_vector(x, y, z), color=colour)
 
 
 def _floor(room: Room) -> TriangleListPrimitive:
-    corners = [Point3(x=x, y=y, z=0.0) for x, y in room.floor]
+    corners = [Point3(x=round(x * FINE) / FINE, y=round(y * FINE) / FINE, z=0.0) for x, y in room.floor]
     return TriangleListPrimitive(
         pose=_pose(Pose(x_m=0.0, y_m=0.0), -0.02),
         points=corners,
@@ -270,8 +275,8 @@ def _wall(wall: Wall, plan: FloorPlan) -> list[CubePrimitive]:
     yaw = atan2(uy, ux)
     return [
         CubePrimitive(
-            pose=_pose(Pose(x_m=x0 + ux * (a + b) / 2, y_m=y0 + uy * (a + b) / 2, yaw_rad=yaw), (low + high) / 2),
-            size=Vector3(x=b - a, y=WALL_M, z=high - low),
+            pose=_drawn(Pose(x_m=x0 + ux * (a + b) / 2, y_m=y0 + uy * (a + b) / 2, yaw_rad=yaw), (low + high) / 2),
+            size=_vector(b - a, WALL_M, high - low),
             color=WALLS,
         )
         for a, b, low, high in parts
@@ -279,7 +284,26 @@ def _wall(wall: Wall, plan: FloorPlan) -> list[CubePrimitive]:
 
 
 def _pose(pose: Pose, z_m: float = 0.0) -> PoseMessage:
+    """A pose with all its digits: the robot's."""
     return PoseMessage(
         position=Vector3(x=pose.x_m, y=pose.y_m, z=z_m),
         orientation=Quaternion(x=0.0, y=0.0, z=sin(pose.yaw_rad / 2), w=cos(pose.yaw_rad / 2)),
     )
+
+
+def _drawn(pose: Pose, z_m: float = 0.0) -> PoseMessage:
+    """A pose as it is drawn, in steps of 1/FINE."""
+    z, w = sin(pose.yaw_rad / 2), cos(pose.yaw_rad / 2)
+    return PoseMessage(
+        position=_vector(pose.x_m, pose.y_m, z_m),
+        orientation=Quaternion(x=0.0, y=0.0, z=z, w=w) if _turned(pose) else Quaternion(z=round(z), w=round(w)),
+    )
+
+
+def _turned(pose: Pose) -> bool:
+    """Whether the pose is turned by anything but 0 or half a turn."""
+    return abs(sin(pose.yaw_rad)) > 1e-9
+
+
+def _vector(x: float, y: float, z: float) -> Vector3:
+    return Vector3(x=round(x * FINE) / FINE, y=round(y * FINE) / FINE, z=round(z * FINE) / FINE)

@@ -50,6 +50,8 @@ from workbench.errors import FileMissing, Malformed, MalformedFile
 
 CHUNK_HEAD_BYTES = 48
 FOOTER_BYTES = HEAD.size + 20
+BOOKKEEPING = frozenset({-1, 2, 7, 8, 10, 11, 13, 14, 15})
+"""Opcodes of indexes, statistics and ends: what can be made anew."""
 WINDOW_BYTES = 1 << 20
 CHAIN = 3
 """So many records in a row must fit before a place after damage is taken for the beginning of one."""
@@ -77,11 +79,18 @@ class Damage(NamedTuple):
         offset: of the record.
         what: in words.
         cut_off: the file merely ends early, as when a recorder was killed.
+        opcode: of the record, as far as it can be told; -1 where nothing stands.
     """
 
     offset: int
     what: str
     cut_off: bool = False
+    opcode: int = -1
+
+    @property
+    def costs_content(self) -> bool:
+        """Whether messages, attachments or metadata may have been lost here, and not only bookkeeping."""
+        return self.opcode not in BOOKKEEPING
 
 
 OnDamage = Callable[[Damage], None]
@@ -163,7 +172,8 @@ def scan(
         again = (
             found.end if found.end >= 0 else next_record(stream, resume if resume <= offset else offset + 1, limit)
         )
-        on_damage(Damage(offset, found.damage, cut_off=again < 0 and found.opcode != 0))
+        cut_off = again < 0 and found.opcode != 0
+        on_damage(Damage(offset, found.damage, cut_off, -1 if found.record is not None else found.opcode))
         if found.record is not None:
             yield offset, found.record
         if again < 0:
@@ -185,7 +195,9 @@ def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[
     stream.seek(offset)
     head = stream.read(HEAD.size)
     if len(head) < HEAD.size:
-        return _Found(-1, -1, damage="the file ends inside a record" if head else "the file ends without a footer")
+        if not head:
+            return _Found(-1, -1, damage="the file ends without a footer")
+        return _Found(head[0], -1, damage="the file ends inside a record")
     opcode, length = HEAD.unpack(head)
     end = offset + HEAD.size + length
     if opcode == 0:
@@ -327,7 +339,7 @@ class Content:
                     else:
                         self._learn(inner)
             except Unreadable as error:
-                self.report(Damage(offset, f"chunk: {error}"))
+                self.report(Damage(offset, f"chunk: {error}", opcode=Opcode.CHUNK))
         elif isinstance(record, Raw):
             message = self._message(offset, record)
             if message is not None:
@@ -346,7 +358,8 @@ class Content:
         channel = self.channels.get(raw.channel_id)
         if channel is None:
             if not self.messages_lost:
-                self.report(Damage(offset, f"messages of channel {raw.channel_id}, which is declared nowhere before"))
+                what = f"messages of channel {raw.channel_id}, which is declared nowhere before"
+                self.report(Damage(offset, what, opcode=Opcode.MESSAGE))
             self.messages_lost += 1
             return None
         if raw.log_time < self.start_ns or (self.end_ns is not None and raw.log_time >= self.end_ns):

@@ -95,8 +95,11 @@ class Place:
 
 
 class _Travel(msgspec.Struct, frozen=True, kw_only=True):
+    """Where costs are the same both ways, row i of metres holds its first i + 1 entries only."""
+
     locations: tuple[str, ...]
     metres: tuple[tuple[float, ...], ...]
+    symmetric: bool = False
     unreachable: tuple[str, ...] = ()
 
 
@@ -123,11 +126,7 @@ def place_to_json(place: Place) -> bytes:
     wire = _Place(
         version=PLACE_VERSION,
         plan=place.plan,
-        travel=_Travel(
-            locations=place.travel.locations,
-            metres=tuple(tuple(row) for row in place.travel.metres.tolist()),
-            unreachable=place.travel.unreachable,
-        ),
+        travel=_travel_to_wire(place.travel),
         standing={name: place.standing[name] for name in sorted(place.standing)},
         occupancy=None if grid is None else _packed(grid),
         robot_radius_m=place.robot_radius_m,
@@ -145,12 +144,7 @@ def place_from_json(data: bytes | str) -> Place:
         wire = msgspec.json.decode(data, type=_Place)
         if wire.version > PLACE_VERSION:
             raise MalformedPlace(f"its version is {wire.version}, and this release reads up to {PLACE_VERSION}")
-        size = len(wire.travel.locations)
-        travel = TravelCosts(
-            locations=tuple(LocationId(name) for name in wire.travel.locations),
-            metres=np.array(wire.travel.metres, dtype=np.float64).reshape(size, size),
-            unreachable=tuple(ContainerId(name) for name in wire.travel.unreachable),
-        )
+        travel = _travel_from_wire(wire.travel)
     except (msgspec.MsgspecError, UnicodeDecodeError, ValueError, RecursionError) as error:
         raise MalformedPlace(str(error)) from error
     return Place(
@@ -159,6 +153,33 @@ def place_from_json(data: bytes | str) -> Place:
         standing=MappingProxyType({LocationId(name): pose for name, pose in wire.standing.items()}),
         occupancy=None if wire.occupancy is None else _unpacked(wire.occupancy),
         robot_radius_m=wire.robot_radius_m,
+    )
+
+
+def _travel_to_wire(travel: TravelCosts) -> _Travel:
+    symmetric = bool((travel.metres == travel.metres.T).all())
+    rows: list[list[float]] = travel.metres.tolist()
+    return _Travel(
+        locations=travel.locations,
+        metres=tuple(tuple(row[: i + 1] if symmetric else row) for i, row in enumerate(rows)),
+        symmetric=symmetric,
+        unreachable=travel.unreachable,
+    )
+
+
+def _travel_from_wire(wire: _Travel) -> TravelCosts:
+    size = len(wire.locations)
+    metres = np.zeros((size, size), dtype=np.float64)
+    if len(wire.metres) != size:
+        raise MalformedPlace(f"travel costs of {len(wire.metres)} rows for {size} locations")
+    for i, row in enumerate(wire.metres):
+        metres[i, : i + 1 if wire.symmetric else size] = row
+    if wire.symmetric:
+        metres = np.maximum(metres, metres.T)
+    return TravelCosts(
+        locations=tuple(LocationId(name) for name in wire.locations),
+        metres=metres,
+        unreachable=tuple(ContainerId(name) for name in wire.unreachable),
     )
 
 

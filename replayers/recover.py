@@ -1,0 +1,115 @@
+"""What can be saved of a damaged log? Every intact message, in a clean file with a new index.
+
+Two passes: the first gathers what any part of the file declares, because a lost chunk may have held the only
+declaration before its messages; the second copies. Memory holds one record at a time, whatever the file claims.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
+
+from replayers.copying import Copier, Loss, Style, declarations
+from replayers.reader import Content, Damage, open_log, read_index, scan
+from workbench.errors import BadValue
+
+RECOVERED_METADATA = "lios.recovered"
+"""In every recovered log: from which file, how many damages, how many messages were saved."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recovery:
+    """What became of a log.
+
+    Attributes:
+        messages, attachments, metadata: saved.
+        damages: what was stepped over, the first ones; damage_count is of all.
+        messages_lost: messages seen whose channel nothing declares; those inside lost chunks nobody can count,
+            unless the index still stood: expected_messages then says how many there were.
+        was_closed: the log had its index; False for one whose recorder was killed.
+    """
+
+    source: Path
+    output: Path
+    messages: int
+    attachments: int
+    metadata: int
+    damages: tuple[Damage, ...]
+    damage_count: int
+    messages_lost: int
+    expected_messages: int | None
+    was_closed: bool
+    source_bytes: int
+    output_bytes: int
+
+    @property
+    def lossy(self) -> bool:
+        """Whether anything was dropped. A log that merely was not closed loses nothing that had been flushed."""
+        missing = self.expected_messages is not None and self.expected_messages != self.messages
+        return missing or self.messages_lost > 0 or any(damage.costs_content for damage in self.damages)
+
+
+def recover(source: Path | str, output: Path | str, *, force: bool = False) -> Recovery:
+    """Saves a log to another file.
+
+    Raises:
+        FileMissing, NoMcap: there is nothing to read.
+        OutputExists, CannotCreate, DiskFull: the output cannot be written; nothing half-written is left.
+        BadValue: output and source are the same file.
+    """
+    source, output = Path(source), Path(output)
+    with open_log(source) as stream:
+        index = read_index(stream)
+        source_bytes = os.fstat(stream.fileno()).st_size
+    if output.exists() and output.samefile(source):
+        raise BadValue("output", str(output), "another file than the log itself")
+    channels, schemas = declarations(source)
+    loss = Loss()
+    copier = Copier(output, Style(force=force))
+    try:
+        done = _copy(source, copier, loss, channels, schemas)
+        facts = {"from": source.name, "damages": str(loss.count), "messages": str(done["messages"])}
+        copier.writer.add_metadata(RECOVERED_METADATA, facts)
+        copier.close()
+    except BaseException:
+        copier.discard()
+        raise
+    return Recovery(
+        source=source,
+        output=output,
+        **done,
+        damages=tuple(loss.damages),
+        damage_count=loss.count,
+        messages_lost=loss.messages,
+        expected_messages=index.messages if index is not None else None,
+        was_closed=index is not None,
+        source_bytes=source_bytes,
+        output_bytes=copier.writer.bytes_written,
+    )
+
+
+def _copy(
+    source: Path, copier: Copier, loss: Loss, channels: dict[int, Channel], schemas: dict[int, Schema]
+) -> dict[str, int]:
+    """Copies what is intact; counts it."""
+    done = {"messages": 0, "attachments": 0, "metadata": 0}
+    content = Content(on_damage=loss.add, channels=channels, schemas=schemas)
+    with open_log(source) as stream:
+        for offset, record in scan(stream, path=source, on_damage=loss.add):
+            if isinstance(record, DataEnd):
+                break
+            if isinstance(record, Attachment):
+                copier.attach(record)
+                done["attachments"] += 1
+            elif isinstance(record, Metadata):
+                copier.describe(record)
+                done["metadata"] += 1
+            elif not isinstance(record, Header):
+                for message in content.messages_of(offset, record):
+                    copier.copy(message)
+                    done["messages"] += 1
+    loss.messages += content.messages_lost
+    return done
