@@ -38,9 +38,10 @@ def now(scene: Scene) -> str:
     cells = "".join(f"<div><b>{value}</b><span>{label}</span></div>" for value, label in figures)
     holding = f" · holding {text(readable_name(scene.robot.holding))}" if scene.robot.holding else ""
     end = chip(scene.outcome, "#009E73" if scene.outcome == "done" else "#D55E00", dark=True) if scene.outcome else ""
+    phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"))
     why = f'<p class="muted">Decided because: {name(scene.reason)}</p>' if scene.reason else ""
     return (
-        f'<div class="lp"><p>{chip(scene.phase, PHASES.get(scene.phase, "#ddd"))} {name(scene.doing)}{holding} {end}</p>'
+        f'<div class="lp"><p>{phase} {name(scene.doing)}{holding} {end}</p>'
         f'<div class="facts">{cells}</div>'
         f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}</div>"
     )

@@ -1,4 +1,4 @@
-"""How did belief and cost go over time? Two charts on the common clock, as SVG; the strip's cursor runs over them too."""
+"""How did belief and cost go over time? Two charts on the common clock, as SVG, under the strip's cursor."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
 
 HEIGHT_PX = 130
-TOP_PX, LOW_PX = 8, 16
+TOP_PX, LOW_PX = 16, 8
 MOST_LINES = 6
 """Containers whose belief is drawn: those that were ever most believed."""
 MOST_POINTS = 600
+Line = tuple[str, str, list[tuple[float, float]], bool]
+"""Name, colour, points (reading, value), dashed."""
 
 
 def cost_plot(clock: Clock, names: list[str]) -> str:
     """Cost so far of every run, and for the run in focus what its plan still expected at each decision."""
-    lines: list[tuple[str, str, list[tuple[float, float]], bool]] = []
+    lines: list[Line] = []
     for row, timeline in enumerate(clock.timelines):
         points = [
             (clock.reading(timeline.stamp(float(s)), run=row), float(c))
@@ -97,7 +99,7 @@ def _chart(
     for share in (0.0, 0.5, 1.0):
         y = _y(share)
         parts.append(f'<line x1="0" x2="100%" y1="{y:.1f}" y2="{y:.1f}" stroke="#e6e8eb"/>')
-        parts.append(f'<text x="2" y="{y - 2:.1f}">{text(shown(share * top))}</text>')  # type: ignore[operator]
+        parts.append(f'<text x="2" y="{y - 2:.1f}">{text(shown(share * top))}</text>')
     drawn = "".join(_line(points, colour, end, top, dashed) for _, colour, points, dashed in lines)
     keys = "".join(
         f'<span><span class="dot" style="background:{colour}"></span>{text(name)}</span>'
@@ -107,7 +109,8 @@ def _chart(
     return (
         f'<div class="lp"><h3>{text(title)}</h3><div class="strip" data-strip="{end}" {command("strip")}>'
         f'<svg width="100%" height="{HEIGHT_PX}">{"".join(parts)}</svg>'
-        f'<svg class="over" width="100%" height="{HEIGHT_PX}" viewBox="0 0 1000 {HEIGHT_PX}" preserveAspectRatio="none">'
+        f'<svg class="over" width="100%" height="{HEIGHT_PX}" viewBox="0 0 1000 {HEIGHT_PX}"'
+        ' preserveAspectRatio="none">'
         f'{drawn}</svg><div class="cursor"></div></div><div class="legend">{keys}</div></div>'
     )
 

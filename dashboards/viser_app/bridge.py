@@ -16,6 +16,7 @@ import viser
 from dashboards.clock import ALIGNMENTS
 from dashboards.viser_app.session import Session, ViewState
 
+SCRIPTS = ("panels/panels.js", "viser_app/bridge.js")
 WALLS = ("cut", "whole", "none")
 MOST_RUNS = 16
 
@@ -77,7 +78,7 @@ def changes_of(query: str, *, runs: int) -> dict[str, object]:
 
 
 def obey(session: Session, words: str) -> None:
-    """Does what a command says: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5", "address ?..."."""
+    """Does what a command says: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5"."""
     verb, _, rest = words.strip().partition(" ")
     value = _number(rest) if rest else _number(verb)
     if verb == "address":
