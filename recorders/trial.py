@@ -38,12 +38,12 @@ class Trial:
     Attributes:
         house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
-        strategy, estimator: names from their tables.
+        strategy, estimator: names from their tables; a strategy may be given itself.
     """
 
     house: House
     task: Task
-    strategy: str
+    strategy: str | Strategy
     estimator: str = "best"
     seed: int = 0
     known: tuple[ContainerId, ...] = ()
@@ -161,10 +161,16 @@ def _prepare(trial: Trial) -> _Ready:
     return _Ready(
         navigation=navigation,
         world=SimulatedWorld(trial.house, navigation, known=trial.known),
-        strategy=strategy_named(trial.strategy, house=trial.house),
+        strategy=_strategy(trial),
         estimator=estimator_named(trial.estimator),
         place=Place.of(trial.house.plan, navigation),
     )
+
+
+def _strategy(trial: Trial) -> Strategy:
+    if isinstance(trial.strategy, str):
+        return strategy_named(trial.strategy, house=trial.house)
+    return trial.strategy
 
 
 def _events(trial: Trial, ready: _Ready) -> Iterator[Event]:

@@ -1,0 +1,126 @@
+"""`lios evaluate search`: the paper's object-search experiment, policy by policy, with intervals over houses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def search(
+    houses: Annotated[
+        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+    ] = None,
+    policies: Annotated[
+        str, typer.Option("--policies", "-p", help="all, or names separated by commas; module:function is one's own.")
+    ] = "all",
+    queries: Annotated[
+        str, typer.Option("--queries", help="all pairs of house and item type, or how many to draw.")
+    ] = "all",
+    part: Annotated[
+        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+    ] = "test",
+    estimator: Annotated[str, typer.Option("--estimator", help="What the policies believe.")] = "best",
+    paper_estimator: Annotated[
+        str, typer.Option("--paper-estimator", help="What the paper's policy, lios, believes.")
+    ] = "fcnn",
+    look: Annotated[
+        float, typer.Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")
+    ] = 0.0,
+    workers: Annotated[int, typer.Option("--workers", "-j", help="Processes.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
+    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A folder for the table, the trials and the figures.")
+    ] = None,
+    record: Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")] = False,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures into OUTPUT.")] = True,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Measure search policies: the paper's object-search experiment.
+
+    Every pair of a house and an item type that it holds is one query: find it and bring it to the start. Greedy and
+    the oracle are always among the policies.
+
+    Examples:
+
+        lios evaluate search --workers 2
+
+        lios evaluate search --houses houses.jsonl.gz --policies lios,conditioned-lios --queries 200 -o out
+
+        lios evaluate search --queries 20 --record -o out
+    """
+    from workbench.errors import BadValue
+    from workbench.evaluation.search_report import SearchRequest, answer_of, measure, output_folder, write_report
+    from workbench.terminal import emit_json, progress, say
+
+    if record and output is None:
+        raise BadValue("-o/--output", None, "a folder, for --record to record to")
+    request = SearchRequest(
+        houses=houses,
+        policies=tuple(name.strip() for name in policies.split(",") if name.strip()),
+        queries=queries,
+        part=part,
+        estimator=estimator,
+        paper_estimator=paper_estimator,
+        search_cost=look,
+        workers=workers,
+        seed=seed,
+        assets=assets,
+    )
+    experiment = request.experiment()
+    if dry_run:
+        count = sum(1 for _ in request.chosen_houses())
+        planned = {"houses": count, "queries": queries, "policies": list(experiment.policies), "seed": seed}
+        emit_json(planned) if json else say(
+            f"{queries} queries in {count} houses, policies {', '.join(experiment.policies)}, seed {seed}"
+        )
+        return
+    folder = None if output is None else output_folder(output, force=force)
+    report = measure(request, watched=lambda results: progress(results, title="Searching"))
+    answer = answer_of(report)
+    if folder is not None:
+        write_report(report, answer, folder)
+        if figures:
+            from workbench.evaluation.figures.search_figures import draw_all
+
+            draw_all(report, folder / "figures")
+        if record:
+            from recorders.search_recording import record_search_trials
+
+            logs = record_search_trials(
+                report.trials, request.chosen_houses(), experiment, folder / "logs", force=force
+            )
+            answer["logs"] = sum(1 for _ in progress(logs, title="Recording", total=len(report.trials)))
+    emit_json(answer) if json else _show(answer, output)
+
+
+SHOWN = (
+    "policy",
+    "mean_cost",
+    "saved_of_greedy",
+    "oracle_gap_closed",
+    "worse_than_greedy",
+    "searches",
+    "ms_a_decision",
+)
+
+
+def _show(answer: dict[str, Any], output: Path | None) -> None:
+    from workbench.terminal import emit_table, say
+
+    title = f"{answer['queries']} queries in {answer['houses']} houses ({answer['split']})"
+    emit_table(answer["rows"], columns=SHOWN, title=title)
+    for pair in answer["pairs"]:
+        if pair["a"] == "lios" and pair["b"] != "oracle":
+            low, high = pair["ci95"]
+            say(
+                f"{pair['b']} costs {-pair['b_minus_a']:.2f} less than lios "
+                f"({-high:.2f} to {-low:.2f}; {-100 * pair['share_of_greedy']:.1f} points of Greedy's cost)"
+            )
+    for skipped in answer["skipped"]:
+        say(f"left out: {skipped['house']}: {skipped['reason']}")
+    say(f"{answer['seconds']:.0f} s, seed {answer['seed']}" + (f". Written to {output}" if output else ""))
