@@ -175,7 +175,7 @@ def _travel_from_wire(wire: _Travel) -> TravelCosts:
     for i, row in enumerate(wire.metres):
         metres[i, : i + 1 if wire.symmetric else size] = row
     if wire.symmetric:
-        metres = np.maximum(metres, metres.T)
+        metres += np.tril(metres, -1).T
     return TravelCosts(
         locations=tuple(LocationId(name) for name in wire.locations),
         metres=metres,
@@ -199,14 +199,14 @@ def _unpacked(wire: _Occupancy) -> OccupancyGrid:
     cells = wire.rows * wire.columns
     if wire.rows < 0 or wire.columns < 0 or cells > MAX_CELLS or not isfinite(wire.resolution_m):
         raise MalformedPlace(f"an occupancy grid of {wire.rows} x {wire.columns} cells")
-    inflate = zlib.decompressobj()
+    size = (cells + 7) // 8
     try:
-        raw = inflate.decompress(base64.b64decode(wire.bits, validate=True), (cells + 7) // 8 + 1)
-        bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), count=cells)
+        raw = zlib.decompressobj().decompress(base64.b64decode(wire.bits, validate=True), size + 1)
     except (ValueError, zlib.error) as error:
         raise MalformedPlace(f"occupancy: {error}") from error
-    if bits.size != cells:
-        raise MalformedPlace(f"occupancy: {bits.size} cells instead of {cells}")
+    if len(raw) != size:
+        raise MalformedPlace(f"occupancy: it does not hold {cells} cells")
+    bits = np.unpackbits(np.frombuffer(raw, dtype=np.uint8), count=cells)
     return OccupancyGrid(
         origin=wire.origin,
         resolution_m=wire.resolution_m,
