@@ -158,7 +158,7 @@ def _bed(size: Size) -> Parts:
     pillows = ((0.08, 0.46), (0.54, 0.92)) if wide else ((0.15, 0.85),)
     bed_top = min(0.75, 0.5 / size[2]) if size[2] > 0.65 else 0.75
     return [
-        Part((0.0, 0.04), ALL, (0.0, 1.0), "wood"),
+        Part((0.0, 0.04), ALL, (0.0, min(1.0, 1.05 / size[2])), "wood"),
         Part((0.02, 1.0), (0.01, 0.99), (0.12 * bed_top, 0.5 * bed_top), "wood"),
         Part((0.04, 0.99), (0.03, 0.97), (0.5 * bed_top, bed_top), "white"),
         Part((0.34, 1.0), (0.01, 0.99), (0.48 * bed_top, bed_top * 1.06)),

@@ -30,12 +30,12 @@ def now(scene: Scene) -> str:
     """The moment: what the robot does and why, and what it has cost."""
     remaining = number(scene.expected_cost)
     figures = (
-        (number(scene.cost), "cost so far"),
-        (remaining, "plan expected"),
-        (number(scene.travel_m) + " m", "walked"),
-        (str(scene.searches), "searched"),
+        (number(scene.cost), "cost so far", ' data-live="cost"'),
+        (remaining, "plan expected", ""),
+        (number(scene.travel_m) + " m", "walked", ' data-live="walked"'),
+        (str(scene.searches), "searched", ""),
     )
-    cells = "".join(f"<div><b>{value}</b><span>{label}</span></div>" for value, label in figures)
+    cells = "".join(f"<div><b{live}>{value}</b><span>{label}</span></div>" for value, label, live in figures)
     holding = f" · holding {text(readable_name(scene.robot.holding))}" if scene.robot.holding else ""
     end = chip(scene.outcome, "#009E73" if scene.outcome == "done" else "#D55E00", dark=True) if scene.outcome else ""
     phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"))

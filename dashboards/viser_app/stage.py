@@ -17,24 +17,14 @@ import viser
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.marks import ROBOT_DARK, cross, dashes, question, robot_body, robot_legs, segments, tick
 from dashboards.geometry.solids import Batch, unit_mesh
-from dashboards.palette import (
-    FOUND,
-    KNOWN,
-    NO_BELIEF,
-    SEARCHED,
-    UNREACHABLE,
-    UNSEEN,
-    Colour,
-    belief_colours,
-)
+from dashboards.looks import bar_heights_m, container_colours
+from dashboards.palette import FOUND, UNSEEN, Colour
 from dashboards.scene import STATUSES, Scene
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
 
 TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus lies on top."""
-BAR_M = 1.1
-"""Height of a bar of belief at the top of the scale."""
 SHADE = 0.07
 """Opacity of one layer of the shade under furniture; three lie over each other."""
 LABELLED = 5
@@ -220,13 +210,12 @@ class Stage:
         ]
 
     def _show_beliefs(self, scene: Scene, *, bars: bool) -> None:
-        share = shares(scene)
-        of_owner = container_colours(scene, share)
+        of_owner = container_colours(scene)
         if self._changed("colours", of_owner):
             for batch, handle in self._furniture:
                 if (batch.owner >= 0).any():
                     handle.batched_colors = batch.coloured(of_owner)
-        height = np.where(np.isnan(share), 0.0, share) * (BAR_M if bars else 0.0)
+        height = bar_heights_m(scene) * (1.0 if bars else 0.0)
         if self._bars is not None and self._changed("bars", height):
             assert self._shape is not None
             tops = np.array(self._shape.tops_m, dtype=np.float32)
@@ -253,14 +242,14 @@ class Stage:
         if self._plan is None or self._shape is None or not self._changed("orders", words):
             return
         index = {c.id: i for i, c in enumerate(self._plan.containers)}
-        share = shares(scene) if scene is not None else np.zeros(0)
+        height = bar_heights_m(scene) if scene is not None else np.zeros(0)
         for label, stop in zip(self._orders, [*words, *[None] * LABELLED], strict=False):
             at = index.get(stop[0]) if stop is not None else None
             label.visible = at is not None
             if at is not None and stop is not None:
                 x, y, z = self._shape.tops_m[at]
                 label.text = f"{stop[1]}. {readable_name(self._plan.containers[at].type)}"
-                label.position = (x, y, z + 0.15 + BAR_M * float(np.nan_to_num(share[at])))
+                label.position = (x, y, z + 0.15 + float(height[at]))
 
     def _actor(self, index: int, colour: Colour, name: str) -> RunActor:
         root = f"/runs/{index}"
@@ -309,22 +298,6 @@ class Stage:
             same = before == value
         self._shown[name] = value
         return not same
-
-
-def shares(scene: Scene) -> npt.NDArray[np.float64]:
-    """Beliefs as shares of the scale's top; NaN where there is none."""
-    return scene.belief / scene.top_belief if scene.top_belief > 0 else scene.belief * np.nan
-
-
-def container_colours(scene: Scene, share: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
-    """One colour per container: its belief, or what else is known of it. uint8 (n, 3)."""
-    colours = belief_colours(share)
-    colours[np.isnan(share)] = NO_BELIEF
-    for status, colour in (("searched", SEARCHED), ("known", KNOWN), ("unreachable", UNREACHABLE)):
-        colours[scene.status == STATUSES.index(status)] = colour
-    seen = (scene.status == STATUSES.index("searched")) | (scene.status == STATUSES.index("known"))
-    colours[seen & scene.holds_focus] = FOUND
-    return colours
 
 
 def _set_points(handle: viser.LineSegmentsHandle, points: npt.NDArray[np.float32]) -> None:

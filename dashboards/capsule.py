@@ -1,0 +1,173 @@
+"""How can a run be handed to someone who has nothing installed? As one HTML file that plays offline.
+
+The page carries the house as batches, each run as arrays, and the panels as they were at every moment at which
+they changed, each text once; gzip makes that small. It loads nothing and sends nothing (its security policy says so).
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import os
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from dashboards.capsule_runs import Texts, run_data, still_panels
+from dashboards.clock import ALIGNMENTS, Clock
+from dashboards.geometry.house import HouseShape, house_shape
+from dashboards.geometry.marks import Mesh, cross, question, robot_body, robot_legs, tick
+from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
+from dashboards.palette import run_colour
+from dashboards.panels.markup import text
+from dashboards.panels.now import title
+from dashboards.panels.strip import strip
+from dashboards.timeline import Timeline
+from workbench.errors import BadValue, OutputExists
+from workbench.worlds.house import FloorPlan
+from workbench.worlds.names import readable_name
+
+TABS = (
+    ("beliefs", "Belief"),
+    ("plan", "Plan"),
+    ("costs", "Find costs"),
+    ("plots", "Plots"),
+    ("comparison", "Compare"),
+)
+LABELLED = 5
+"""How many containers of the intended order of search are numbered in the view."""
+PARTS = ("panels/panels.js", "capsule_page/renderer.js", "capsule_page/player.js")
+SHEETS = ("panels/panels.css", "capsule_page/page.css")
+
+
+def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = False) -> int:
+    """Writes the page; returns its size in bytes. A page is written whole or not at all.
+
+    Raises:
+        OutputExists: the file is there and force is not given.
+        BadValue: no runs.
+    """
+    if path.exists() and not force:
+        raise OutputExists(path)
+    page = capsule_page(timelines).encode("utf-8")
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_bytes(page)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+    return len(page)
+
+
+def capsule_page(timelines: Sequence[Timeline]) -> str:
+    """The page as text; the same runs give the same text.
+
+    Raises:
+        BadValue: no runs.
+    """
+    if not timelines:
+        raise BadValue("runs of a capsule", (), "at least one")
+    data = msgspec.json.encode(_data(tuple(timelines)))
+    packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
+    parts = {
+        "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),
+        "@STYLE@": "".join(_file(name) for name in SHEETS),
+        "@SCRIPT@": "\n".join(_file(name) for name in PARTS),
+        "@DATA@": packed,
+    }
+    page = _file("capsule_page/page.html")
+    for key, content in parts.items():
+        page = page.replace(key, content)
+    return page
+
+
+def _data(timelines: tuple[Timeline, ...]) -> dict[str, Any]:
+    names = [t.run.info.strategy for t in timelines]
+    clock = Clock(timelines=timelines)
+    texts = Texts()
+    runs = [run_data(t, names[i], run_colour(i), texts, panels=i == 0) for i, t in enumerate(timelines)]
+    return {
+        "title": title(timelines[0]),
+        "tabs": TABS if len(timelines) > 1 else TABS[:-1],
+        "labelled": LABELLED,
+        "house": _house(timelines[0].plan),
+        "meshes": _meshes(),
+        "runs": runs,
+        "still": still_panels(clock, names),
+        "strips": {
+            alignment: strip(
+                Clock(timelines=timelines, alignment=alignment), names, [run_colour(i) for i in range(len(names))]
+            )
+            for alignment in ALIGNMENTS
+        },
+        "texts": texts.all,
+    }
+
+
+def _house(plan: FloorPlan | None) -> dict[str, Any]:
+    if plan is None:
+        return {
+            "floors": [],
+            "rooms": [],
+            "furniture": [],
+            "cut": [],
+            "whole": [],
+            "shadows": [],
+            "tops": [],
+            "names": [],
+        }
+    shape = house_shape(plan)
+    return {
+        "floors": [
+            {"vertices": _rounded(f.vertices), "faces": f.faces.ravel().tolist(), "colour": list(f.colour)}
+            for f in shape.floors
+        ],
+        "rooms": [{"name": readable_name(f.kind), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
+        "furniture": [_batch(b) for b in shape.furniture],
+        "cut": [_batch(b) for b in shape.cut_walls],
+        "whole": [_batch(b) for b in (*shape.whole_walls, *shape.hung)],
+        "shadows": [_batch(b) for b in shape.shadows],
+        "tops": [_rounded(np.array(t)) for t in shape.tops_m],
+        "names": [readable_name(c.type) for c in plan.containers],
+        "corners": _outline(shape),
+    }
+
+
+def _outline(shape: HouseShape) -> list[list[float]]:
+    points = sorted({(round(float(x), 3), round(float(y), 3)) for f in shape.floors for x, y, _ in f.vertices})
+    return [list(p) for p in points] or [list(shape.low), list(shape.high)]
+
+
+def _batch(batch: Batch) -> dict[str, Any]:
+    return {
+        "shape": batch.shape,
+        "centre": _rounded(batch.centre),
+        "size": _rounded(batch.size_m),
+        "yaw": _rounded(batch.yaw_rad, 4),
+        "colour": batch.colour.ravel().tolist(),
+        "owner": batch.owner.tolist(),
+    }
+
+
+def _meshes() -> dict[str, Any]:
+    made: dict[str, Mesh] = {shape: unit_mesh(shape) for shape in SHAPES}
+    made |= {
+        "cross": cross(),
+        "tick": tick(),
+        "question": question(),
+        "robotBody": robot_body(),
+        "robotLegs": robot_legs(),
+    }
+    return {name: {"vertices": _rounded(v), "faces": f.ravel().tolist()} for name, (v, f) in made.items()}
+
+
+def _rounded(values: np.ndarray, digits: int = 3) -> list[float]:
+    return np.round(np.asarray(values, dtype=np.float64), digits).ravel().tolist()
+
+
+def _file(name: str) -> str:
+    return files("dashboards").joinpath(name).read_text(encoding="utf-8")

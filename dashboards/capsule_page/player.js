@@ -1,0 +1,280 @@
+// Plays the runs that the page carries: a clock, the 3D view, and panels that were written when the page was made.
+(async () => {
+  const $ = (id) => document.getElementById(id);
+  const bytes = Uint8Array.from(atob($("data").textContent.trim()), (c) => c.charCodeAt(0));
+  const data = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).json();
+  const runs = data.runs, focus = runs[0];
+  const state = { at: 0, playing: false, speed: 1, loop: false, clock: "time", follow: false, walls: "cut", tab: data.tabs[0][0] };
+
+  // --- the clock ------------------------------------------------------------------------------------------------
+  const upper = (list, value) => { let [a, b] = [0, list.length]; while (a < b) { const m = (a + b) >> 1; if (list[m] <= value) a = m + 1; else b = m; } return a; };
+  const interpolate = (x, xs, ys) => {
+    const i = upper(xs, x);
+    if (i === 0) return ys[0];
+    if (i >= xs.length) return ys[ys.length - 1];
+    const span = xs[i] - xs[i - 1];
+    return ys[i - 1] + (span > 0 ? (x - xs[i - 1]) / span : 0) * (ys[i] - ys[i - 1]);
+  };
+  const secondOf = (run, at) => {
+    if (state.clock === "time") return Math.min(at, run.duration);
+    if (state.clock === "distance") return at >= run.wayM[run.wayM.length - 1] ? run.duration : interpolate(at, run.wayM, run.wayS);
+    const n = Math.floor(at + 1e-9);
+    return n < 1 ? 0 : n > run.decisions.length ? run.duration : run.decisions[n - 1];
+  };
+  const readingOf = (run, s) => state.clock === "time" ? s : state.clock === "distance" ? interpolate(s, run.wayS, run.wayM) : upper(run.decisions, s + 1e-9);
+  const endOf = () => Math.max(1e-9, ...runs.map((r) => state.clock === "time" ? r.duration : state.clock === "distance" ? r.wayM[r.wayM.length - 1] : r.decisions.length + 1));
+
+  // --- the stage ------------------------------------------------------------------------------------------------
+  const canvas = $("view");
+  let dirty = true;
+  const camera = liosCamera(canvas, () => { dirty = true; });
+  let renderer = null;
+  try { renderer = liosRenderer(canvas); } catch (error) { console.warn(error); }
+  if (!renderer) { $("sorry").hidden = false; canvas.hidden = true; }
+  const opaque = (rgb, alpha = 255) => { const out = new Uint8Array(rgb.length / 3 * 4); for (let i = 0; i < rgb.length / 3; i++) { out.set(rgb.slice(3 * i, 3 * i + 3), 4 * i); out[4 * i + 3] = alpha; } return out; };
+  const drawn = [], walls = { cut: [], whole: [] };
+  let shapes = {}, actors = [], furniture = [], bars = null, marks = {};
+  const empty = { centre: [], size: [], yaw: [], colour: [] };
+  const add = (shape, parts, blend = false) => { const made = renderer.batch(shape, parts); made.blend = blend; drawn.push(made); return made; };
+  if (renderer) {
+    for (const [name, mesh] of Object.entries(data.meshes)) shapes[name] = name === "cylinder" || name === "ball" ? renderer.smooth(mesh) : renderer.mesh(mesh);
+    for (const floor of data.house.floors) add(renderer.mesh(floor), { centre: [0, 0, 0], size: [1, 1, 1], yaw: [0], colour: opaque(floor.colour) });
+    for (const one of data.house.furniture) furniture.push([one, add(shapes[one.shape], { ...one, colour: opaque(one.colour) })]);
+    for (const key of ["cut", "whole"]) walls[key] = data.house[key].map((one) => add(shapes[one.shape], { ...one, colour: opaque(one.colour) }));
+    for (const one of data.house.shadows) add(shapes[one.shape], { ...one, colour: opaque(one.colour, 18) }, true);
+    bars = add(shapes.cylinder, empty);
+    marks = { cross: add(shapes.cross, empty), tick: add(shapes.tick, empty), question: add(shapes.question, empty) };
+    runs.forEach((run, i) => {
+      const c = run.colour, alpha = i ? 110 : 255;
+      actors.push({
+        body: add(shapes.robotBody, { centre: [0, 0, 0], size: [1, 1, 1], yaw: [0], colour: [...c, alpha] }, i > 0),
+        legs: add(shapes.robotLegs, { centre: [0, 0, 0], size: [1, 1, 1], yaw: [0], colour: [52, 54, 60, alpha] }, i > 0),
+        trail: add(shapes.box, empty), ahead: add(shapes.box, empty), z: 0.02 + 0.012 * Math.max(1, 6 - i), wide: i ? 0.04 : 0.06,
+      });
+    });
+  }
+  const ribbon = (points, z, wide, colour, dash = null) => {
+    const out = { centre: [], size: [], yaw: [], colour: [] };
+    const put = (a, b) => {
+      const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+      if (length < 1e-4) return;
+      out.centre.push((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, z);
+      out.size.push(length + (dash ? 0 : wide * 0.8), wide, 0.012);
+      out.yaw.push(Math.atan2(b[1] - a[1], b[0] - a[0]));
+      out.colour.push(...colour, 255);
+    };
+    let carry = 0;
+    for (let i = 1; i < points.length; i++) {
+      const [a, b] = [points[i - 1], points[i]];
+      if (!dash) { put(a, b); continue; }
+      const length = Math.hypot(b[0] - a[0], b[1] - a[1]), period = dash[0] + dash[1];
+      const along = (s) => [a[0] + (b[0] - a[0]) * s / length, a[1] + (b[1] - a[1]) * s / length];
+      let s = -carry;
+      while (s < length) { if (s + dash[0] > 0) put(along(Math.max(0, s)), along(Math.min(length, s + dash[0]))); s += period; }
+      carry = (carry + length) % period;
+    }
+    return out;
+  };
+  const labels = [];
+  const label = (text, kind, at) => { const div = document.createElement("div"); div.className = kind; div.textContent = text; $("labels").append(div); const made = { div, at, visible: true, kind }; labels.push(made); return made; };
+  data.house.rooms.forEach((room) => label(room.name, "room", [...room.at, 0.05]));
+  const orderLabels = Array.from({ length: data.labelled }, () => label("", "order", [0, 0, 0]));
+  const robotLabels = runs.map((run, i) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.color = `rgb(${run.colour})`; return made; });
+
+  // --- showing one moment ---------------------------------------------------------------------------------------
+  let shownFrame = -1;
+  const html = (id, content) => { const node = $(id); if (node && node.liosHtml !== content) { node.innerHTML = content; node.liosHtml = content; } };
+  const robotAt = (run, s) => {
+    const i = Math.max(0, upper(run.wayS, s) - 1);
+    return { x: interpolate(s, run.wayS, run.wayX), y: interpolate(s, run.wayS, run.wayY), yaw: run.facing[i], i };
+  };
+  const showFrame = (k) => {
+    const frame = focus.frames[k];
+    if (renderer) {
+      const of = focus.palettes[frame.colours], height = focus.heights[frame.heights];
+      for (const [one, made] of furniture) {
+        const colours = opaque(one.colour);
+        one.owner.forEach((o, i) => { if (o >= 0) colours.set(of.slice(3 * o, 3 * o + 3), 4 * i); });
+        made.set({ colour: colours });
+      }
+      const bar = { centre: [], size: [], yaw: [], colour: [] };
+      height.forEach((h, o) => {
+        if (h < 0.01) return;
+        const [x, y, z] = data.house.tops[o];
+        bar.centre.push(x, y, z + h / 2); bar.size.push(0.13, 0.13, h); bar.yaw.push(0); bar.colour.push(...of.slice(3 * o, 3 * o + 3), 255);
+      });
+      bars.set(bar);
+      for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [0, 158, 115]], ["question", [20, 20, 20]]]) {
+        const mark = { centre: [], size: [], yaw: [], colour: [] };
+        for (const o of focus.marks[frame.marks][name]) { const [x, y, z] = data.house.tops[o]; mark.centre.push(x, y, z + 0.05); mark.size.push(1, 1, 1); mark.yaw.push(0); mark.colour.push(...colour, 255); }
+        marks[name].set(mark);
+      }
+      orderLabels.forEach((made, n) => {
+        const stop = focus.orders[frame.order][n];
+        made.visible = stop !== undefined;
+        if (!made.visible) return;
+        const [x, y, z] = data.house.tops[stop];
+        made.at = [x, y, z + 0.15 + height[stop]];
+        made.div.textContent = "";
+        const b = document.createElement("b"); b.textContent = n + 1;
+        made.div.append(b, data.house.names[stop]);
+      });
+    }
+    for (const key of Object.keys(frame.html)) html("p-" + key, data.texts[frame.html[key]]);
+  };
+  const show = () => {
+    const seconds = runs.map((run) => secondOf(run, state.at));
+    const k = Math.max(0, upper(focus.frameS, seconds[0] + 1e-9) - 1);
+    if (k !== shownFrame) { showFrame(k); shownFrame = k; }
+    runs.forEach((run, i) => {
+      const s = seconds[i], robot = robotAt(run, s), frame = run.frames[Math.max(0, upper(run.frameS, s + 1e-9) - 1)];
+      const walked = interpolate(s, run.wayS, run.wayM);
+      robotLabels[i].at = [robot.x, robot.y, 0.95 + 0.35 * i];
+      if (i === 0) {
+        document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? interpolate(s, run.costS, run.cost).toFixed(1) : walked.toFixed(1) + " m"; });
+        if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5; }
+      }
+      if (!renderer) return;
+      const actor = actors[i];
+      for (const part of [actor.body, actor.legs]) part.set({ centre: [robot.x, robot.y, 0], yaw: [robot.yaw] });
+      const trail = [];
+      for (let j = 0; j <= robot.i; j++) trail.push([run.wayX[j], run.wayY[j]]);
+      trail.push([robot.x, robot.y]);
+      actor.trail.set(ribbon(trail, actor.z, actor.wide, run.colour));
+      let left = walked - frame.walked, ahead = run.ways[frame.ahead], rest = [[robot.x, robot.y]];
+      for (let j = 1; j < ahead.length; j++) {
+        const leg = Math.hypot(ahead[j][0] - ahead[j - 1][0], ahead[j][1] - ahead[j - 1][1]);
+        if (left >= leg - 1e-6) { left -= leg; continue; }
+        rest.push(ahead[j]); left = 0;
+      }
+      actor.ahead.set(ribbon(rest, actor.z + 0.004, actor.wide * 0.7, run.colour, [0.22, 0.16]));
+    });
+    for (const key of ["cut", "whole"]) walls[key].forEach((made) => { made.visible = state.walls === key; });
+    $("slider").max = endOf(); $("slider").value = state.at;
+    $("reading").textContent = state.clock === "decision" ? `decision ${Math.floor(state.at)}` : `${state.at.toFixed(1)} ${state.clock === "time" ? "s" : "m"}`;
+    $("play").textContent = state.playing ? "Pause" : "Play";
+    document.querySelectorAll(".strip .cursor").forEach((node) => { node.style.left = 100 * state.at / endOf() + "%"; });
+    html("p-strip", data.strips[state.clock]);
+    draw();
+  };
+  const draw = () => {
+    if (!renderer) return;
+    const m = camera.matrix();
+    renderer.draw(m, drawn);
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+    for (const made of labels) {
+      const [x, y, z] = made.at, depth = m[3] * x + m[7] * y + m[11] * z + m[15];
+      const on = made.visible && depth > 0.1 && (made.kind !== "room" || state.roomNames !== false);
+      made.div.style.display = on ? "" : "none";
+      if (!on) continue;
+      const px = ((m[0] * x + m[4] * y + m[8] * z + m[12]) / depth * 0.5 + 0.5) * w, py = (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / depth * 0.5) * h;
+      made.div.style.transform = `translate(${px.toFixed(1)}px, ${py.toFixed(1)}px) translate(-50%, ${made.kind === "room" ? "-50%" : "-100%"})`;
+    }
+  };
+
+  // --- controls -------------------------------------------------------------------------------------------------
+  const change = (changes) => { Object.assign(state, changes); state.at = Math.min(Math.max(0, state.at), endOf()); dirty = true; remember(); };
+  let remembering = 0;
+  const remember = () => {
+    clearTimeout(remembering);
+    remembering = setTimeout(() => {
+      const view = [...camera.target, camera.distance, camera.turn, camera.tilt].map((v) => v.toFixed(3)).join(",");
+      try { history.replaceState(null, "", `#at=${state.at.toFixed(3)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
+    }, 300);
+  };
+  const step = (stops, direction) => {
+    const near = 1e-6 * Math.max(1, endOf());
+    const open = [...stops, 0, endOf()].filter((s) => direction > 0 ? s > state.at + near : s < state.at - near);
+    if (open.length) change({ at: direction > 0 ? Math.min(...open) : Math.max(...open), playing: false });
+  };
+  const decisions = () => focus.decisions.map((s, i) => state.clock === "decision" ? i + 1 : readingOf(focus, s));
+  const actions = () => focus.actions.map((s) => readingOf(focus, s));
+  const toggle = () => change({ playing: !state.playing, at: !state.playing && state.at >= endOf() * (1 - 1e-9) ? 0 : state.at });
+  const points = data.house.corners.flatMap(([x, y]) => [[x, y, 0], [x, y, 1.2]]);
+  const look = (how) => { if (how === "follow") change({ follow: !state.follow }); else { change({ follow: false }); camera.fit(points, { above: how === "above" }); camera.moved = false; } };
+  const nextWalls = () => change({ walls: { cut: "whole", whole: "none", none: "cut" }[state.walls] });
+  $("play").onclick = toggle;
+  $("first").onclick = () => change({ at: decisions()[0] || 0, playing: false });
+  $("back").onclick = () => step(decisions(), -1);
+  $("next").onclick = () => step(decisions(), 1);
+  $("last").onclick = () => change({ at: endOf(), playing: false });
+  $("speed").onchange = (e) => change({ speed: parseFloat(e.target.value) });
+  $("loop").onchange = (e) => change({ loop: e.target.checked });
+  $("clock").onchange = (e) => { state.clock = e.target.value; change({ at: 0 }); };
+  $("clock").hidden = runs.length < 2;
+  $("slider").oninput = (e) => change({ at: parseFloat(e.target.value), playing: false });
+  document.querySelectorAll("[data-camera]").forEach((b) => { b.onclick = () => look(b.dataset.camera); });
+  document.querySelector("[data-walls]").onclick = nextWalls;
+  const keys = { " ": toggle, l: () => step(decisions(), 1), j: () => step(decisions(), -1), L: () => step(actions(), 1), J: () => step(actions(), -1), o: () => change({ at: state.at + 1 }), u: () => change({ at: state.at - 1 }), Home: () => change({ at: 0 }), End: () => change({ at: endOf() }), f: () => look("fit"), t: () => look("above"), r: () => look("follow"), w: nextWalls };
+  document.addEventListener("keydown", (e) => {
+    if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(e.target.tagName) || (e.target.tagName === "BUTTON" && e.key === " ")) return;
+    if (keys[e.key]) { e.preventDefault(); keys[e.key](); }
+  });
+  window.liosCommand = (words) => {
+    const [verb, rest] = words.split(" ");
+    if (verb === "seek") change({ at: parseFloat(rest) || 0, playing: false });
+    if (verb === "look" && data.house.tops[rest]) { const [x, y] = data.house.tops[rest]; Object.assign(camera, { target: [x, y, 0.4], distance: 6, moved: true }); state.follow = false; dirty = true; }
+  };
+  for (const [key, title] of data.tabs) {
+    const button = document.createElement("button"), pane = document.createElement("div");
+    Object.assign(button, { textContent: title, onclick: () => choose(key) });
+    button.setAttribute("role", "tab");
+    button.dataset.tab = key;
+    pane.id = "p-" + key;
+    $("tabs").append(button);
+    $("panes").append(pane);
+  }
+  const choose = (key) => {
+    state.tab = key;
+    document.querySelectorAll("#tabs button").forEach((b) => b.setAttribute("aria-selected", b.dataset.tab === key));
+    data.tabs.forEach(([other]) => { $("p-" + other).hidden = other !== key; });
+    remember();
+  };
+  html("p-title", data.title);
+  for (const [key, content] of Object.entries(data.still)) html("p-" + key, content);
+
+  // --- what the address asks for, then the first picture ----------------------------------------------------------
+  const asked = new URLSearchParams(location.hash.slice(1));
+  if (["time", "distance", "decision"].includes(asked.get("clock"))) { state.clock = asked.get("clock"); $("clock").value = state.clock; }
+  if (["cut", "whole", "none"].includes(asked.get("walls"))) state.walls = asked.get("walls");
+  choose(data.tabs.some(([key]) => key === asked.get("tab")) ? asked.get("tab") : data.tabs[0][0]);
+  state.at = Math.min(endOf(), Math.max(0, parseFloat(asked.get("at")) || 0));
+  const placed = () => {
+    const view = (asked.get("camera") || "").split(",").map(Number);
+    if (view.length === 6 && view.every(Number.isFinite)) { camera.target = view.slice(0, 3); [camera.distance, camera.turn, camera.tilt] = view.slice(3); camera.moved = true; dirty = true; } else camera.fit(points);
+  };
+  placed();
+  new ResizeObserver(() => { if (!camera.moved && !state.follow) camera.fit(points, window.lios?.fitting); dirty = true; }).observe(canvas);
+  let last = performance.now();
+  const tick = (now) => {
+    if (state.playing) {
+      const pace = state.clock === "time" ? 1 : endOf() / Math.max(1e-9, focus.duration);
+      state.at += (now - last) / 1000 * state.speed * pace;
+      if (state.at >= endOf()) { if (state.loop) state.at = 0; else { state.at = endOf(); state.playing = false; } }
+      dirty = true;
+    }
+    last = now;
+    if (dirty) { dirty = false; show(); }
+    requestAnimationFrame(tick);
+  };
+  show();
+  requestAnimationFrame(tick);
+
+  // --- for pictures and tests -------------------------------------------------------------------------------------
+  window.lios = {
+    state, end: endOf, start: 0,
+    seek: (at) => { change({ at, playing: false }); dirty = false; show(); },
+    bare: ({ caption = true, above = false, rooms = true } = {}) => {
+      document.body.classList.add("bare");
+      state.roomNames = rooms;
+      $("caption").hidden = !caption;
+      if (caption && !$("caption").firstChild) { const box = document.createElement("div"); box.append($("p-now"), $("p-legend")); $("caption").append(box); }
+      window.lios.fitting = { above, covered: caption ? 0.2 : 0 };
+      camera.fit(points, window.lios.fitting);
+      show();
+    },
+    camera: (view) => { Object.assign(camera, view, { moved: true }); show(); },
+    follow: (on) => { state.follow = on; show(); },
+    walls: (mode) => { state.walls = mode; show(); },
+  };
+})();

@@ -1,0 +1,147 @@
+"""One run as a page plays it: arrays for what moves, and frames for what changes at once.
+
+A frame stands for every moment at which a decision is made, an action begins or ends, or something is seen. What
+frames share (colours, texts, ways) is kept once and referred to by number.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dashboards.clock import Clock
+from dashboards.looks import bar_heights_m, container_colours
+from dashboards.palette import Colour
+from dashboards.panels.beliefs import beliefs
+from dashboards.panels.comparison import comparison
+from dashboards.panels.find_costs import find_costs
+from dashboards.panels.now import legend, now
+from dashboards.panels.plan import plan
+from dashboards.panels.plots import belief_plot, cost_plot
+from dashboards.scene import STATUSES, Scene, scene_at
+from dashboards.timeline import NEVER, Timeline
+
+MOST_FRAMES = 3000
+"""Frames of a run; a longer run keeps its decisions first."""
+
+
+class Texts:
+    """Texts that occur often, each kept once."""
+
+    def __init__(self) -> None:
+        self.all: list[Any] = []
+        self._index: dict[Any, int] = {}
+
+    def put(self, value: Any) -> int:
+        """The number of a value: a text, or a list that JSON can hold."""
+        key = value if isinstance(value, str) else repr(value)
+        if key not in self._index:
+            self._index[key] = len(self.all)
+            self.all.append(value)
+        return self._index[key]
+
+
+def run_data(timeline: Timeline, name: str, colour: Colour, texts: Texts, *, panels: bool) -> dict[str, Any]:
+    """A run for the page.
+
+    Args:
+        texts: where panels' markup is kept.
+        panels: whether this run's panels are wanted: only for the run in focus.
+    """
+    palettes, heights, marks, orders, ways = Texts(), Texts(), Texts(), Texts(), Texts()
+    stamps = frame_stamps(timeline)
+    frames: list[dict[str, Any]] = []
+    for stamp in stamps:
+        scene = scene_at(timeline, stamp)
+        frame: dict[str, Any] = {"walked": round(scene.travel_m, 4), "ahead": ways.put(_points(scene.ahead))}
+        if panels:
+            frame |= {
+                "colours": palettes.put(container_colours(scene).ravel().tolist()),
+                "heights": heights.put(np.round(bar_heights_m(scene), 3).tolist()),
+                "marks": marks.put(_marks(scene)),
+                "order": orders.put(_order(scene, timeline)),
+                "html": {key: texts.put(html) for key, html in _panels(scene, timeline).items()},
+            }
+        frames.append(frame)
+    return {
+        "name": name,
+        "colour": list(colour),
+        "duration": timeline.duration_s,
+        "wayS": _list(timeline.way_s, 4),
+        "wayX": _list(timeline.way_xy[:, 0]),
+        "wayY": _list(timeline.way_xy[:, 1]),
+        "wayM": _list(timeline.way_m, 4),
+        "facing": _list(timeline.facing_rad),
+        "costS": _list(timeline.cost_s, 4),
+        "cost": _list(timeline.cost),
+        "decisions": [round(timeline.seconds(s), 6) for s in timeline.decision_ns],
+        "actions": [round(timeline.seconds(s), 6) for s in timeline.action_ns],
+        "frameS": [round(timeline.seconds(s), 6) for s in stamps],
+        "frames": frames,
+        "palettes": palettes.all,
+        "heights": heights.all,
+        "marks": marks.all,
+        "orders": orders.all,
+        "ways": ways.all,
+    }
+
+
+def still_panels(clock: Clock, names: list[str]) -> dict[str, str]:
+    """Panels that do not change while the runs play."""
+    last = [scene_at(t, t.end_ns) for t in clock.timelines]
+    focus = next((s.focus for s in last if s.focus), "")
+    made = {"plots": cost_plot(clock, names) + belief_plot(clock, focus)}
+    if len(clock.timelines) > 1:
+        made["comparison"] = comparison(clock, last, names)
+    return made
+
+
+def frame_stamps(timeline: Timeline) -> list[int]:
+    """The moments of frames, in order; the run's start is always one."""
+    decisions = {timeline.start_ns, timeline.end_ns, *timeline.decision_ns}
+    others = {a.start.ns for d in timeline.decisions for a in d.actions}
+    others |= {a.stamp.ns for d in timeline.decisions for a in d.actions}
+    others |= {int(s) for s in timeline.searched_ns if s != NEVER}
+    more = sorted(others - decisions)
+    room = max(0, MOST_FRAMES - len(decisions))
+    kept = more if len(more) <= room else more[:: max(1, len(more) // room)] if room else []
+    return sorted(decisions | set(kept))
+
+
+def _panels(scene: Scene, timeline: Timeline) -> dict[str, str]:
+    at = timeline.decision_at(scene.stamp_ns)
+    frame = timeline.decisions[at] if at >= 0 else None
+    robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
+    return {
+        "now": now(scene),
+        "legend": legend(scene),
+        "beliefs": beliefs(scene, timeline),
+        "plan": plan(scene),
+        "costs": find_costs(scene, robot_at),
+    }
+
+
+def _marks(scene: Scene) -> dict[str, list[int]]:
+    searched = scene.status == STATUSES.index("searched")
+    seen = searched | (scene.status == STATUSES.index("known"))
+    found = seen & scene.holds_focus
+    return {
+        "cross": np.flatnonzero(searched & ~scene.holds_focus).tolist(),
+        "tick": np.flatnonzero(found).tolist(),
+        "question": np.flatnonzero(scene.unseen).tolist(),
+    }
+
+
+def _order(scene: Scene, timeline: Timeline) -> list[int]:
+    containers = timeline.plan.containers if timeline.plan is not None else ()
+    index = {c.id: i for i, c in enumerate(containers)}
+    return [index[s.container] for s in scene.search_order if s.container in index]
+
+
+def _points(way: np.ndarray) -> list[list[float]]:
+    return np.round(way, 3).tolist()
+
+
+def _list(values: np.ndarray, digits: int = 3) -> list[float]:
+    return np.round(values, digits).tolist()

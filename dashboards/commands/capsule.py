@@ -1,0 +1,34 @@
+"""`lios capsule`: runs as one HTML file that plays offline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def capsule(
+    logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file to write.")] = Path("run.html"),
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Put runs into one HTML file that plays offline, with 3D, decisions and tables.
+
+    Examples:
+
+        lios capsule run.mcap -o run.html
+
+        lios capsule lios.mcap greedy.mcap -o both.html
+    """
+    from dashboards.capsule import write_capsule
+    from dashboards.library import Library
+    from workbench.terminal import emit_json, say
+
+    library = Library(logs)
+    size = write_capsule([library.timeline(i) for i in range(len(library.paths))], output, force=force)
+    if as_json:
+        emit_json({"output": str(output), "bytes": size, "runs": len(library.paths)})
+    else:
+        say(f"Wrote {output} ({size / 1e6:.2f} MB). Open it in a browser; it needs no network.")
