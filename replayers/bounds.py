@@ -1,22 +1,23 @@
 """What would a strategy have cost, at least and at most, over every world that agrees with the log?
 
-The tree of its runs (unfolding.py) is searched best first from both ends: the branch that could be cheapest with
-luck, the branch that could be dearest without. A branch is dropped only when neither end can be moved by it. When
-the tree outgrows its budget, what is left is bounded from outside, and the result says which side is exact.
+Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
+outside where nobody has been yet (still_to_walk.py, most_to_walk.py), and from its children otherwise. The search
+goes where the interval of the whole can still shrink: down the branch that could be cheapest, then down the branch
+that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
+says which side is exact.
 """
 
 from __future__ import annotations
 
-import heapq
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
-from itertools import count
-from typing import final
+from math import inf
+from typing import Literal, final
 
 from replayers.most_to_walk import MostToWalk
+from replayers.relevance import Answer
 from replayers.still_to_walk import StillToWalk
-from replayers.unfolding import Question, Script, Unfolding
-from workbench.execution.events import RunStatus
+from replayers.unfolding import Node, Question, Unfolding
 
 NEAR = 1e-6
 """Costs closer than this are one: the log rounds to six decimals."""
@@ -30,7 +31,7 @@ class Proof(StrEnum):
     OUTER = "outer"
     """No world goes beyond it; whether one comes up to it is not known."""
     STRAIGHT = "outer-if-straight"
-    """As outer, for strategies that fetch each part of the goal once (most_to_walk.py)."""
+    """As outer, for strategies that go straight (most_to_walk.py)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,8 +43,8 @@ class Bounds:
         lower_proof, upper_proof: what each rests on.
         least_found, largest_found: costs that some world certainly has.
         complete: every world was followed to its end.
-        leaves: how many ends were found.
-        can_fail: some world makes the strategy fail (as far as it was followed).
+        stretches: how many stretches of the loop it took.
+        can_fail: some world makes the strategy fail, as far as it was followed.
     """
 
     lower: float
@@ -53,153 +54,194 @@ class Bounds:
     least_found: float
     largest_found: float
     complete: bool
-    leaves: int
+    stretches: int
     can_fail: bool
 
     @property
     def exact(self) -> bool:
+        """Every world gives the same cost."""
         return self.upper - self.lower <= NEAR
 
     @property
     def width(self) -> float:
         """(upper - lower) / lower; 0 when exact."""
-        return 0.0 if self.exact else (self.upper - self.lower) / self.lower if self.lower > 0 else float("inf")
+        return 0.0 if self.exact else (self.upper - self.lower) / self.lower if self.lower > 0 else inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """How much work a tree may take.
+    """How much work the bounds of one strategy may take.
 
     Attributes:
-        runs: how many times the loop may run for the bounds.
-        finish: trees of up to this many runs are followed to every end, even where the bounds are settled: paired
-            comparisons need all ends.
+        stretches: stretches of the loop, each about one decision.
+        finish: where fewer than this were needed, every world is followed to its end even though the bounds are
+            settled: comparisons world by world need all ends.
     """
 
-    runs: int = 400
-    finish: int = 64
+    stretches: int = 600
+    finish: int = 150
 
 
-def bounds_of(tree: Unfolding, *, budget: Budget, max_steps: int = 500) -> Bounds:
+def bounds_of(tree: Unfolding, *, budget: Budget) -> Bounds:
     """The bounds of a strategy's cost over one log."""
-    return _Search(tree, budget, max_steps).bounds()
+    return _Search(tree, budget).bounds()
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class _Branch:
-    """An answer not followed yet, with what its worlds can cost at least and at most."""
+Side = Literal["low", "high"]
 
-    rank: float
-    number: int
-    script: Script = field(compare=False)
-    least: float = field(compare=False)
-    most: float = field(compare=False)
-    limit: float = field(compare=False)
+
+@dataclass(slots=True)
+class _Interval:
+    """The cost from a node on.
+
+    Attributes:
+        low, high: of the worlds in which the task is done; (inf, -inf) when there is none.
+        may_fail: some world may fail.
+        found_low, found_high, fails: the same, of ends that were reached.
+        whole: every end below is known.
+    """
+
+    low: float
+    high: float
+    may_fail: bool
+    found_low: float = inf
+    found_high: float = -inf
+    fails: bool = False
+    whole: bool = False
+
+    def lower(self, cost: float, failure: float) -> float:
+        return min(cost + self.low, failure if self.may_fail else inf)
+
+    def upper(self, cost: float, failure: float) -> float:
+        return max(cost + self.high, failure if self.may_fail else -inf)
+
+    def least_found(self, cost: float, failure: float) -> float:
+        return min(cost + self.found_low, failure if self.fails else inf)
+
+    def largest_found(self, cost: float, failure: float) -> float:
+        return max(cost + self.found_high, failure if self.fails else -inf)
 
 
 @final
 class _Search:
     """One search from both ends."""
 
-    def __init__(self, tree: Unfolding, budget: Budget, max_steps: int) -> None:
-        evidence = tree.evidence
+    def __init__(self, tree: Unfolding, budget: Budget) -> None:
         self._tree = tree
         self._budget = budget
-        self._least = StillToWalk(evidence, tree.relevance)
-        self._most = MostToWalk(evidence, max_steps=max_steps)
-        self._failure = evidence.task.failure_cost
-        self._straight = self._most.fits_straight
-        self._numbers = count()
-        self._by_least: list[_Branch] = []
-        self._by_most: list[_Branch] = []
-        self._waiting: dict[Script, _Branch] = {}
-        self._found: list[float] = []
-        self._failed = False
-        self._ends = 0
+        self._failure = tree.evidence.task.failure_cost
+        self._least = StillToWalk(tree.evidence, tree.relevance)
+        self._most = MostToWalk(tree.evidence, max_steps=tree.max_steps)
+        self._intervals: dict[Node, _Interval] = {}
 
     def bounds(self) -> Bounds:
-        self._follow((), rich=False)
-        side = 0
-        spent = 1
-        while self._waiting and spent < self._budget.runs:
-            branch = self._next(side)
-            if branch is None:
-                if spent >= self._budget.finish:
-                    break
-                branch = self._any()
-            self._follow(branch.script, rich=side == 0)
-            side, spent = 1 - side, spent + 1
+        root = self._tree.root
+        self._expand(root)
+        began = self._tree.stretches
+        while not self._intervals[root].whole:
+            spent = self._tree.stretches - began
+            side = self._open_side()
+            if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
+                break
+            for which in (side,) if side is not None else (None,):
+                self._deepen(which)
         return self._result()
 
-    def _next(self, side: int) -> _Branch | None:
-        """The branch that could move an end the furthest, this side's end first."""
-        for low in (side == 0, side != 0):
-            heap = self._by_least if low else self._by_most
-            while heap and heap[0].script not in self._waiting:
-                heapq.heappop(heap)
-            if not heap:
-                continue
-            branch = heap[0]
-            moves = branch.least < min(self._found) - NEAR if low else branch.most > max(self._found) + NEAR
-            if moves:
-                return branch
-        return None
+    def _open_side(self) -> Side | None:
+        """Which side of the whole is not settled; the one that has the more room."""
+        whole = self._intervals[self._tree.root]
+        below = whole.least_found(0, self._failure) - whole.lower(0, self._failure)
+        above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
+        if max(below, above) <= NEAR:
+            return None
+        if below > NEAR and (self._tree.stretches % 2 or above <= NEAR):
+            return "low"
+        return "high" if above > NEAR else "low"
 
-    def _any(self) -> _Branch:
-        return next(iter(self._waiting.values()))
+    def _deepen(self, side: Side | None) -> None:
+        """Goes down the branch that decides a side (or any that is not whole), expands its end, and goes back."""
+        node, cost, way = self._tree.root, 0.0, list[Node]()
+        while node.stretch is not None:
+            way.append(node)
+            question = node.stretch.question
+            if question is None:
+                break
+            cost += node.stretch.cost
+            node = self._tree.child(node, self._choice(node, question, side, cost))
+        self._expand(node)
+        for passed in reversed(way):
+            self._gather(passed)
 
-    def _follow(self, script: Script, *, rich: bool) -> None:
-        """Follows a branch to an end, through rich answers or through empty ones; the others wait."""
-        self._waiting.pop(script, None)
-        planned = len(script)
+    def _choice(self, node: Node, question: Question, side: Side | None, cost: float) -> Answer:
+        """The answer below which a side of the whole is decided."""
+        below = {a: self._intervals[node.children[a]] for a in question.options}
+        left = [a for a in question.options if not below[a].whole]
+        among = left or list(question.options)
+        if side == "low":
+            return min(among, key=lambda a: below[a].lower(cost, self._failure))
+        if side == "high":
+            return max(among, key=lambda a: below[a].upper(cost, self._failure))
+        return among[0]
 
-        def choose(question: Question) -> tuple:
-            depth = len(question.script)
-            if depth < planned:
-                return script[depth]
-            return question.options[-1] if rich else question.options[0]
-
-        leaf, questions = self._tree.follow(choose)
-        self._ends += 1
-        self._found.append(leaf.ended.cost)
-        self._straight = self._straight and leaf.picks <= self._most.most_picks
-        self._failed = self._failed or leaf.ended.status is not RunStatus.DONE
-        for question in questions[planned:]:
-            taken = leaf.script[len(question.script)]
-            for option in question.options:
-                if option != taken:
-                    self._wait(question, option)
-
-    def _wait(self, question: Question, option: tuple) -> None:
-        script = (*question.script, option)
-        if script in self._waiting:
+    def _expand(self, node: Node) -> None:
+        """Runs on from a node and bounds its children from outside."""
+        stretch = self._tree.advance(node)
+        question = stretch.question
+        if question is None:
+            own = stretch.cost
+            self._intervals[node] = (
+                _Interval(own, own, may_fail=False, found_low=own, found_high=own, whole=True)
+                if stretch.done
+                else _Interval(inf, -inf, may_fail=True, fails=True, whole=True)
+            )
             return
-        settled = frozenset(question.asked)
-        still = self._least.after(question.knowledge, question.container, option, settled)
-        least = min(self._failure, question.own_cost + still)
-        limit = self._most.by_step_limit(question.own_cost)
-        most = limit
-        if self._straight:
-            most = self._most.going_straight(question.own_cost, question.knowledge, question.container)
-        number = next(self._numbers)
-        self._waiting[script] = _Branch(least, number, script, least, most, limit)
-        heapq.heappush(self._by_least, _Branch(least, number, script, least, most, limit))
-        heapq.heappush(self._by_most, _Branch(-most, number, script, least, most, limit))
+        for answer in question.options:
+            child = self._tree.child(node, answer)
+            if child not in self._intervals:
+                self._intervals[child] = self._from_outside(child)
+        self._gather(node)
+
+    def _from_outside(self, node: Node) -> _Interval:
+        low = self._least.from_here(node.knowledge)
+        certain = self._most.fits_straight and self._least.certainly_possible(node.knowledge)
+        high = self._most.going_straight(node.knowledge) if self._most.fits_straight else self._most.by_step_limit()
+        return _Interval(low, high, may_fail=not certain)
+
+    def _gather(self, node: Node) -> None:
+        """A node's interval from its children's."""
+        assert node.stretch is not None, "only a node that was run has children"
+        question = node.stretch.question
+        if question is None:
+            return
+        cost = node.stretch.cost
+        below = [self._intervals[node.children[a]] for a in question.options]
+        self._intervals[node] = _Interval(
+            low=cost + min(b.low for b in below),
+            high=cost + max(b.high for b in below),
+            may_fail=any(b.may_fail for b in below),
+            found_low=cost + min(b.found_low for b in below),
+            found_high=cost + max(b.found_high for b in below),
+            fails=any(b.fails for b in below),
+            whole=all(b.whole for b in below),
+        )
 
     def _result(self) -> Bounds:
-        least, largest = min(self._found), max(self._found)
-        lower = min([least, *(b.least for b in self._waiting.values())])
-        outer = Proof.STRAIGHT if self._straight else Proof.OUTER
-        most = [b.most if self._straight else b.limit for b in self._waiting.values()]
-        upper = max([largest, *most])
+        whole, failure = self._intervals[self._tree.root], self._failure
+        lower, upper = whole.lower(0, failure), whole.upper(0, failure)
+        least, largest = whole.least_found(0, failure), whole.largest_found(0, failure)
+        straight = self._most.fits_straight and self._tree.largest_picks <= self._most.most_picks
+        if not whole.whole and not straight:
+            upper = max(failure, self._most.by_step_limit())
+            lower = min(lower, failure)
+        above = Proof.STRAIGHT if straight else Proof.OUTER
         return Bounds(
             lower=least if least - lower <= NEAR else lower,
             upper=largest if upper - largest <= NEAR else upper,
             lower_proof=Proof.EXACT if least - lower <= NEAR else Proof.OUTER,
-            upper_proof=Proof.EXACT if upper - largest <= NEAR else outer,
+            upper_proof=Proof.EXACT if upper - largest <= NEAR else above,
             least_found=least,
             largest_found=largest,
-            complete=not self._waiting,
-            leaves=self._ends,
-            can_fail=self._failed,
+            complete=whole.whole,
+            stretches=self._tree.stretches,
+            can_fail=whole.fails,
         )

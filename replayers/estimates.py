@@ -15,6 +15,7 @@ import numpy.typing as npt
 from replayers.drawn_worlds import DrawnWorlds
 from replayers.relevance import Answer
 from replayers.unfolding import Question, Unfolding
+from workbench.execution.events import RunStatus
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,8 +52,8 @@ def costs_in(worlds: DrawnWorlds, tree: Unfolding) -> tuple[Floats, npt.NDArray[
             answer = worlds.answer(world, question.container, question.live)
             return answer if answer in question.options else question.options[0]
 
-        leaf, _ = tree.follow(choose)
-        costs[world], done[world] = leaf.ended.cost, leaf.ended.status.value == "done"
+        leaf = tree.follow(choose)
+        costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
     return costs, done
 
 

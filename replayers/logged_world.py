@@ -42,6 +42,7 @@ class LoggedWorld:
         filling: what open containers hold; by default nobody can tell.
         durations: how long actions take; the simulator's by default.
         with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
+        knowledge: stands where a run has come to this; the start by default.
     """
 
     def __init__(
@@ -51,11 +52,12 @@ class LoggedWorld:
         filling: Filling = untold,
         durations: Durations = SIMULATED,
         with_ways: bool = True,
+        knowledge: Knowledge | None = None,
     ) -> None:
         self.evidence = log if isinstance(log, Evidence) else evidence_of(log)
         self.imputed: dict[ContainerId, tuple[Item, ...]] = {}
         place = self.evidence.place
-        self.knowledge = knowledge_at_start(place.plan, place.travel, self.evidence.known)
+        self.knowledge = knowledge or knowledge_at_start(place.plan, place.travel, self.evidence.known)
         self._filling = filling
         self._durations = durations
         self._imputed_items: set[ItemId] = set()

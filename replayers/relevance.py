@@ -66,17 +66,22 @@ class Relevance:
         return tuple(t for t in self.types if not (t in self.finishing and is_met(self.finishing[t], knowledge)))
 
     def options(
-        self, live: tuple[ItemType, ...], given: tuple[Answer, ...], open_left: int, seen: frozenset[ItemType]
+        self,
+        live: tuple[ItemType, ...],
+        *,
+        found_before: frozenset[ItemType],
+        open_left: int,
+        seen: frozenset[ItemType],
     ) -> tuple[Answer, ...]:
         """All answers that an open container can give, nothing first.
 
         Args:
             live: the types that still matter.
-            given: the answers of the open containers before.
+            found_before: types that open containers held before.
             open_left: how many open containers are left besides this one.
             seen: types of which the log shows an instance.
         """
-        before = {t for answer in given for t in answer}
+        before = found_before
         counts: list[range] = []
         for t in live:
             most = 0 if self.unique and (t in seen or t in before) else self.most[t]

@@ -25,12 +25,14 @@ from replayers.logged_world import LoggedWorld
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
-from replayers.unfolding import Leaf, Unfolding, no_time
+from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
 from workbench.beliefs.belief import Estimator
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.actions import relevant_types
+from workbench.planning.composed import Composed
+from workbench.planning.solver import BuiltIn
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.runs.place import place_to_json
@@ -38,8 +40,8 @@ from workbench.runs.vocabulary import GroundTruth, Outcome
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
-MAX_STEPS = 500
-"""As the closed loop's."""
+MOST_LEAVES = 2000
+"""Of one replay, for comparisons world by world; a replay with more keeps its bounds only."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -88,8 +90,8 @@ class Replay:
         true_cost, true_status: in the recorded truth, where it was asked for.
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
         events: of the run over the log alone.
-        leaves: every end that was found, over all consistent worlds if the bounds are complete.
-        runs, decisions: how often the loop ran, and how many decisions the strategy was asked for.
+        leaves: every end over all consistent worlds, if the bounds are complete; otherwise none.
+        stretches: how many stretches of the loop were run for bounds and estimate.
     """
 
     strategy: str
@@ -106,8 +108,7 @@ class Replay:
     drawn: Floats | None
     events: tuple[Event, ...]
     leaves: tuple[Leaf, ...] = ()
-    runs: int = 0
-    decisions: int = 0
+    stretches: int = 0
     notes: tuple[str, ...] = ()
 
     @property
@@ -204,8 +205,15 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
     ended = alone[-1]
     assert isinstance(ended, Ended), "the loop always ends with Ended"
     relevance = relevance_of(evidence, planner, settings.assumptions)
-    tree = Unfolding(evidence, planner, ground.estimator, relevance, seed=evidence.info.seed, max_steps=MAX_STEPS)
-    bounds = bounds_of(tree, budget=settings.budget, max_steps=MAX_STEPS)
+    tree = Unfolding(
+        evidence,
+        _without_words(planner),
+        ground.estimator,
+        relevance,
+        seed=evidence.info.seed,
+        merge=canonical_name(planner.name) is not None and not isinstance(planner, Sandboxed),
+    )
+    bounds = bounds_of(tree, budget=settings.budget)
     drawn, estimate = None, None
     if ground.worlds is not None:
         drawn, done = costs_in(ground.worlds, tree)
@@ -225,9 +233,8 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         true_status=true.status.value if true else None,
         drawn=drawn,
         events=alone,
-        leaves=tree.leaves(),
-        runs=tree.runs,
-        decisions=tree.decisions,
+        leaves=tree.leaves(most=MOST_LEAVES) or () if bounds.complete else (),
+        stretches=tree.stretches,
         notes=ground.notes,
     )
 
@@ -327,6 +334,13 @@ def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
         rng=np.random.default_rng(settings.seed),
         exists=relevance.must_exist,
     )
+
+
+def _without_words(planner: Strategy) -> Strategy:
+    """The same strategy without the ways not taken, which thousands of branches need not explain."""
+    if isinstance(planner, Composed) and isinstance(planner.solver, BuiltIn):
+        return replace(planner, solver=replace(planner.solver, explain=False))
+    return planner
 
 
 def _draws(evidence: Evidence, settings: Settings, estimator: Estimator) -> str:

@@ -8,6 +8,7 @@ goal any more: the run then fails.
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import lru_cache
 from math import inf
 from typing import final
@@ -17,10 +18,10 @@ import numpy.typing as npt
 from scipy.sparse.csgraph import shortest_path
 
 from replayers.evidence import Evidence
-from replayers.relevance import Answer, Relevance
+from replayers.relevance import Relevance
 from workbench.execution.goal_check import is_met
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
-from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
+from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 Floats = npt.NDArray[np.float64]
@@ -39,49 +40,40 @@ class StillToWalk:
         self._handle = evidence.costs.manipulation
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
+        self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
+        for container, items in evidence.contents.items():
+            for item in items:
+                self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
 
-    def after(
-        self, knowledge: Knowledge, container: ContainerId, answer: Answer, settled: frozenset[ContainerId]
-    ) -> float:
-        """At least this much is still to pay once a container has given its answer."""
-        gone = settled | {container}
-        return self._least(self._evidence.task.goal, knowledge, gone, (LocationId(container), answer))
+    def from_here(self, knowledge: Knowledge) -> float:
+        """At least this much is still to pay from a state on; infinite when the goal cannot be met any more."""
+        return self._least(self._evidence.task.goal, knowledge)
 
-    def _least(
-        self, goal: Goal, knowledge: Knowledge, settled: frozenset[ContainerId], new: tuple[LocationId, Answer]
-    ) -> float:
+    def certainly_possible(self, knowledge: Knowledge) -> bool:
+        """Whether every world that agrees with the log still holds, within reach, all that the goal needs."""
+        return self._certain(self._evidence.task.goal, knowledge, Counter())
+
+    def _least(self, goal: Goal, knowledge: Knowledge) -> float:
         if is_met(goal, knowledge):
             return 0.0
         if isinstance(goal, AnyOf):
-            return min((self._least(part, knowledge, settled, new) for part in goal.parts), default=0.0)
+            return min((self._least(part, knowledge) for part in goal.parts), default=0.0)
         if isinstance(goal, AllOf):
-            parts = [self._least(part, knowledge, settled, new) for part in goal.parts]
-            carried = [self._carried(part, knowledge, settled, new) for part in goal.parts]
-            return max([*parts, sum(carried)], default=0.0)
-        return self._leaf(goal, knowledge, settled, new)
-
-    def _leaf(
-        self,
-        goal: Delivered | Holding,
-        knowledge: Knowledge,
-        settled: frozenset[ContainerId],
-        new: tuple[LocationId, Answer],
-    ) -> float:
+            parts = [self._least(part, knowledge) for part in goal.parts]
+            return max([*parts, sum(self._carried(part, knowledge) for part in goal.parts)], default=0.0)
         here, to = self._index.get(knowledge.robot_at), self._index.get(goal.at)
         if here is None or to is None:
             return inf
         place = self._handle if isinstance(goal, Delivered) else 0.0
         if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
             return float(self._metres[here, to]) + place
-        sources = self._sources(goal.item_type, knowledge, settled, new)
+        sources = self._sources(goal.item_type, knowledge)
         ways = [float(self._metres[here, s] + self._metres[s, to]) + self._handle + place for s in sources]
         if isinstance(goal, Delivered) and to in sources:
             ways.append(float(self._metres[here, to]))
         return min(ways, default=inf)
 
-    def _carried(
-        self, goal: Goal, knowledge: Knowledge, settled: frozenset[ContainerId], new: tuple[LocationId, Answer]
-    ) -> float:
+    def _carried(self, goal: Goal, knowledge: Knowledge) -> float:
         """Loaded metres and manipulations of one part alone; those of different parts add up: one hand."""
         if not isinstance(goal, Delivered) or is_met(goal, knowledge):
             return 0.0
@@ -90,28 +82,47 @@ class StillToWalk:
             return inf
         if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
             return self._handle
-        sources = self._sources(goal.item_type, knowledge, settled, new)
+        sources = self._sources(goal.item_type, knowledge)
         if to in sources:
             return 0.0
         return min((float(self._metres[s, to]) + 2 * self._handle for s in sources), default=inf)
 
-    def _sources(
-        self,
-        item_type: ItemType,
-        knowledge: Knowledge,
-        settled: frozenset[ContainerId],
-        new: tuple[LocationId, Answer],
-    ) -> tuple[int, ...]:
+    def _sources(self, item_type: ItemType, knowledge: Knowledge) -> tuple[int, ...]:
         """Where an instance may stand: known, told by the log, or in a container that is still open."""
-        places: dict[LocationId, None] = dict.fromkeys(at for at, _ in knowledge.where(item_type))
-        if item_type in new[1]:
-            places[new[0]] = None
-        for container, items in self._evidence.contents.items():
-            if container not in knowledge.first_seen and any(i.type == item_type for i in items):
-                places[LocationId(container)] = None
+        places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
+        places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
         if item_type in self._may:
-            places.update(dict.fromkeys(c for c in self._open if c not in settled))
+            places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
         return tuple(self._index[p] for p in places if p in self._index)
+
+    def _told(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
+        """Instances that the log shows in containers that this run has not looked into yet."""
+        return tuple(
+            (at, item)
+            for at, container, item in self._logged.get(item_type, ())
+            if container not in knowledge.first_seen
+        )
+
+    def _certain(self, goal: Goal, knowledge: Knowledge, taken: Counter[ItemType]) -> bool:
+        """Parts of an AllOf need an instance each; whoever is asked first takes the first."""
+        if isinstance(goal, AnyOf):
+            return any(self._certain(part, knowledge, taken.copy()) for part in goal.parts)
+        if isinstance(goal, AllOf):
+            return all(self._certain(part, knowledge, taken) for part in goal.parts)
+        if (isinstance(goal, Delivered) and goal.properties) or goal.at not in self._index:
+            return False
+        taken[goal.item_type] += 1
+        return taken[goal.item_type] <= self._certain_instances(goal.item_type, knowledge)
+
+    def _certain_instances(self, item_type: ItemType, knowledge: Knowledge) -> int:
+        stuck, barred = self._evidence.stuck, self._evidence.barred
+        held = knowledge.holding is not None and knowledge.holding.type == item_type
+        places = (*((at, item.id) for at, item in knowledge.where(item_type)), *self._told(item_type, knowledge))
+        within_reach = [i for at, i in places if at in self._index and at not in barred and i not in stuck]
+        count = len(within_reach) + held
+        if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
+            return int(any(c not in knowledge.first_seen for c in self._open))
+        return count
 
 
 def shortest_metres(metres: Floats) -> Floats:

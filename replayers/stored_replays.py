@@ -149,11 +149,8 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         true_cost=made.true_cost,
         true_status=made.true_status,
         leaves=tuple(
-            StoredLeaf(filled=_answers(leaf), cost=leaf.ended.cost, status=leaf.ended.status.value)
-            for leaf in made.leaves
-        )
-        if bounds and bounds.complete
-        else (),
+            StoredLeaf(filled=_answers(leaf), cost=leaf.cost, status=leaf.status.value) for leaf in made.leaves
+        ),
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
         draws=ground.draws,
         steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),

@@ -1,30 +1,80 @@
-"""What does a strategy do in every world that agrees with a log? Its run, unfolded lazily into a tree.
+"""What does a strategy do in every world that agrees with a log? Its runs, unfolded lazily, branch by branch.
 
-A node is a moment when the strategy looks into a container that nobody opened; its branches are the answers that
-container can give; a leaf is the end of a run. The ordinary closed loop runs from the start with a script of
-answers, and every decision is remembered by the answers given before it, so that walking a known part of the tree
-asks the strategy nothing. A strategy must be deterministic: the same view gives the same decision.
+A node is what the robot knows; from it the ordinary closed loop runs on until the robot looks into a container that
+nobody opened. There the node branches: one child for every answer that the container can give. Two histories that
+leave the robot with the same knowledge of what still matters share a node (for strategies known to decide by that
+alone), so that the tree is a graph and stays small. A strategy must be deterministic: the same view, the same
+decision.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from typing import final
 
 from replayers.evidence import Evidence
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import Answer, Relevance, imputed_items
-from workbench.beliefs.belief import Belief, Estimator
-from workbench.execution.events import Acted, Ended, Event
+from workbench.beliefs.belief import Estimator
+from workbench.execution.events import Acted, Ended, Event, RunStatus
 from workbench.execution.loop import run_task
-from workbench.planning.strategy import Decision, Strategy, View
-from workbench.planning.tasks import Task
-from workbench.worlds.house import ContainerId, Item, ItemType
-from workbench.worlds.knowledge import Knowledge
+from workbench.planning.strategy import Strategy
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
-Script = tuple[Answer, ...]
-"""The answers of the open containers, in the order in which the strategy looked into them."""
+MAX_STEPS = 500
+"""As the closed loop's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """A moment when the log cannot tell: the strategy stands at an open container and looks into it.
+
+    Attributes:
+        container: the one looked into.
+        live: the item types that still matter.
+        options: every answer that it can give, nothing first.
+        knowledge: what the robot knows before the look.
+    """
+
+    container: ContainerId
+    live: tuple[ItemType, ...]
+    options: tuple[Answer, ...]
+    knowledge: Knowledge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """The run from one node to its question, or to the end of the run.
+
+    Attributes:
+        cost: what it costs, the look of the question included.
+        steps, picks: how many actions and picks it takes.
+        question: where it stops for an answer; None at the end.
+        ended: how the run ended; None at a question.
+    """
+
+    cost: float
+    steps: int
+    picks: int
+    question: Question | None
+    ended: Ended | None
+
+    @property
+    def done(self) -> bool:
+        return self.ended is not None and self.ended.status is RunStatus.DONE
+
+
+@dataclass(slots=True, eq=False)
+class Node:
+    """What the robot knows, and what comes of it. steps and picks count from the start, by the first way here."""
+
+    knowledge: Knowledge
+    steps: int = 0
+    picks: int = 0
+    stretch: Stretch | None = None
+    children: dict[Answer, Node] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,42 +87,13 @@ class Filled:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Question:
-    """A moment when the log cannot tell: the strategy stands at an open container and looks into it.
-
-    Attributes:
-        script: the answers before.
-        asked: the containers of those answers.
-        container: the one looked into now.
-        live: the item types that still matter.
-        options: every answer that it can give, nothing first.
-        own_cost: what the run has cost so far, the look included.
-        knowledge: what the robot knows before the look.
-    """
-
-    script: Script
-    asked: tuple[ContainerId, ...]
-    container: ContainerId
-    live: tuple[ItemType, ...]
-    options: tuple[Answer, ...]
-    own_cost: float
-    knowledge: Knowledge
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Leaf:
-    """The end of a run in all worlds that answer as `script` says.
+    """The end of a run in all worlds that answer as `filled` says; cost is what is charged."""
 
-    Attributes:
-        filled: the open containers looked into, with their answers.
-        ended: status and cost.
-        picks: how many times something was picked up.
-    """
-
-    script: Script
     filled: tuple[Filled, ...]
-    ended: Ended
-    picks: int = 0
+    cost: float
+    own_cost: float
+    status: RunStatus
 
 
 Choose = Callable[[Question], Answer]
@@ -82,9 +103,14 @@ Choose = Callable[[Question], Answer]
 class Unfolding:
     """A strategy's runs over one log, remembered as far as they have been followed.
 
+    Args:
+        merge: histories with the same knowledge of what still matters share a node. Right for strategies that
+            decide by that knowledge alone; the built-in ones do (tests hold them to it).
+
     Attributes:
-        runs: how many times the loop ran.
-        decisions: how many decisions the strategy was asked for.
+        root: the start.
+        stretches: how many stretches were run.
+        largest_picks: the most picks of any way followed.
     """
 
     def __init__(
@@ -95,186 +121,156 @@ class Unfolding:
         relevance: Relevance,
         *,
         seed: int = 0,
-        max_steps: int = 500,
+        max_steps: int = MAX_STEPS,
+        merge: bool = False,
     ) -> None:
         self.evidence = evidence
         self.relevance = relevance
         self.strategy = strategy
-        self.runs = 0
+        self.stretches = 0
+        self.largest_picks = 0
+        self.max_steps = max_steps
         self._estimator = estimator
         self._seed = seed
-        self._max_steps = max_steps
-        self._remembered = Remembered(strategy, estimator)
-        self._questions: dict[Script, Question] = {}
-        self._leaves: dict[Script, Leaf] = {}
+        self._merge = merge
+        self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
+        self._open = frozenset(evidence.open)
+        place = evidence.place
+        self.root = Node(knowledge=knowledge_at_start(place.plan, place.travel, evidence.known))
 
-    @property
-    def decisions(self) -> int:
-        return self._remembered.asked
+    def advance(self, node: Node) -> Stretch:
+        """Runs on from a node to its question or end; remembered."""
+        if node.stretch is None:
+            node.stretch = self._run(node)
+        return node.stretch
 
-    def leaves(self) -> tuple[Leaf, ...]:
-        """Every end found so far, in the order of finding."""
-        return tuple(self._leaves.values())
+    def child(self, node: Node, answer: Answer) -> Node:
+        """The node after an answer to a node's question."""
+        found = node.children.get(answer)
+        if found is None:
+            found = node.children[answer] = self._after(node, answer)
+        return found
 
-    def follow(self, choose: Choose) -> tuple[Leaf, tuple[Question, ...]]:
-        """Runs to an end, choosing an answer at every question; also the questions passed, in order."""
-        script: Script = ()
-        passed: list[Question] = []
-        while script in self._questions:
-            question = self._questions[script]
-            passed.append(question)
-            script = (*script, choose(question))
-        if script not in self._leaves:
-            known = len(passed)
-            leaf, questions = self._run(script, choose)
-            self._leaves[leaf.script] = leaf
-            for question in questions:
-                self._questions[question.script] = question
-            passed += questions[known:]
-            return leaf, tuple(passed)
-        return self._leaves[script], tuple(passed)
+    def follow(self, choose: Choose) -> Leaf:
+        """Runs to an end, choosing an answer at every question."""
+        node, cost, filled = self.root, 0.0, list[Filled]()
+        while True:
+            stretch = self.advance(node)
+            cost += stretch.cost
+            question = stretch.question
+            if question is None:
+                return self._leaf(stretch, cost, tuple(filled))
+            answer = choose(question)
+            filled.append(Filled(container=question.container, live=question.live, answer=answer))
+            node = self.child(node, answer)
+
+    def leaves(self, *, most: int) -> tuple[Leaf, ...] | None:
+        """Every end, once all are known; None while some are not, and when there are more than `most`."""
+        found: list[Leaf] = []
+        for leaf in self._ends(self.root, 0.0, ()):
+            if leaf is None or len(found) == most:
+                return None
+            found.append(leaf)
+        return tuple(found)
 
     def events(self, leaf: Leaf) -> tuple[Event, ...]:
-        """The events of a run that ended in a leaf, with the ways walked; what a recording of it holds."""
+        """The events of the run that ends in a leaf, from the start and with the ways walked."""
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c))
-        task, costs = self.evidence.task, self.evidence.costs
-        return tuple(
-            run_task(
-                world,
-                self.strategy,
-                self._estimator,
-                task,
-                costs=costs,
-                seed=self._seed,
-                max_steps=self._max_steps,
-                stopwatch=no_time,
-            )
-        )
+        return tuple(self._events(world))
 
-    def _run(self, script: Script, choose: Choose) -> tuple[Leaf, list[Question]]:
-        self.runs += 1
-        filling = _Asking(self, script, choose)
-        world = LoggedWorld(self.evidence, filling=filling, with_ways=False)
-        filling.cost_so_far = lambda: cost
-        self._remembered.begin(filling)
-        task, costs = self.evidence.task, self.evidence.costs
-        cost, picks = 0.0, 0
-        ended: Ended | None = None
-        for event in run_task(
-            world,
-            self._remembered,
-            self._remembered,
-            task,
-            costs=costs,
-            seed=self._seed,
-            max_steps=self._max_steps,
-            stopwatch=no_time,
-        ):
-            if isinstance(event, Ended):
-                ended = event
-            elif isinstance(event, Acted):
-                cost += event.cost
-                picks += event.success and event.step.action == "pick"
-        assert ended is not None, "the loop always ends with Ended"
-        filled = tuple(
-            Filled(container=q.container, live=q.live, answer=answer)
-            for q, answer in zip(filling.questions, filling.given, strict=True)
-        )
-        return Leaf(script=filling.given, filled=filled, ended=ended, picks=picks), filling.questions
+    def _after(self, node: Node, answer: Answer) -> Node:
+        stretch = self.advance(node)
+        assert stretch.question is not None, "an end has no answers"
+        container = stretch.question.container
+        before = stretch.question.knowledge
+        put = before.items_at.get(LocationId(container), ())
+        knowledge = before.seen(container, (*imputed_items(answer, container), *put))
+        steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
+        self.largest_picks = max(self.largest_picks, picks)
+        if not self._merge:
+            return Node(knowledge=knowledge, steps=steps, picks=picks)
+        return self._nodes.setdefault(self._key(knowledge), Node(knowledge=knowledge, steps=steps, picks=picks))
 
-    def question(
-        self,
-        script: Script,
-        asked: tuple[ContainerId, ...],
-        container: ContainerId,
-        knowledge: Knowledge,
-        cost: float,
-    ) -> Question:
-        """The question that a look into an open container puts."""
-        left = len(self.evidence.open) - len(asked) - 1
+    def _key(self, knowledge: Knowledge) -> Hashable:
+        """What a decision can depend on: where things that still matter stand, and where one may still look."""
         live = self.relevance.live(knowledge)
-        return Question(
-            script=script,
-            asked=asked,
-            container=container,
-            live=live,
-            options=self.relevance.options(live, script, left, self._seen),
-            own_cost=cost + self.evidence.costs.search,
-            knowledge=knowledge,
+        items = tuple(
+            (location, item.id)
+            for location in sorted(knowledge.items_at)
+            for item in knowledge.items_at[location]
+            if item.type in live
         )
+        held = knowledge.holding.id if knowledge.holding else None
+        return (live, knowledge.robot_at, held, items, knowledge.unsearched, knowledge.facts, knowledge.closed)
+
+    def _run(self, node: Node) -> Stretch:
+        self.stretches += 1
+        world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
+        steps, picks = 0, 0
+        ended: Ended | None = None
+        for event in self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps):
+            if isinstance(event, Acted):
+                steps += 1
+                picks += event.success and event.step.action == "pick"
+            elif isinstance(event, Ended):
+                ended = event
+        assert ended is not None, "the loop always ends with Ended"
+        self.largest_picks = max(self.largest_picks, node.picks + picks)
+        if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
+            return Stretch(cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended)
+        question = self._question(ended.unseen, world.knowledge)
+        cost = ended.own_cost + self.evidence.costs.search
+        return Stretch(cost=cost, steps=steps + 1, picks=picks, question=question, ended=None)
+
+    def _events(
+        self, world: LoggedWorld, *, begin_with: Knowledge | None = None, steps_left: int = MAX_STEPS
+    ) -> Iterator[Event]:
+        return run_task(
+            world,
+            self.strategy,
+            self._estimator,
+            self.evidence.task,
+            costs=self.evidence.costs,
+            seed=self._seed,
+            max_steps=max(1, steps_left),
+            stopwatch=no_time,
+            begin_with=begin_with,
+        )
+
+    def _question(self, container: ContainerId, knowledge: Knowledge) -> Question:
+        live = self.relevance.live(knowledge)
+        settled = [c for c in knowledge.first_seen if c in self._open]
+        found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
+        left = len(self._open) - len(settled) - 1
+        options = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
+        return Question(container=container, live=live, options=options, knowledge=knowledge)
+
+    def _leaf(self, stretch: Stretch, own_cost: float, filled: tuple[Filled, ...]) -> Leaf:
+        assert stretch.ended is not None, "a leaf is an end"
+        charged = own_cost if stretch.done else self.evidence.task.failure_cost
+        return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=stretch.ended.status)
+
+    def _ends(self, node: Node, cost: float, filled: tuple[Filled, ...]) -> Iterator[Leaf | None]:
+        stretch = node.stretch
+        if stretch is None:
+            yield None
+            return
+        cost += stretch.cost
+        question = stretch.question
+        if question is None:
+            yield self._leaf(stretch, cost, filled)
+            return
+        for answer in question.options:
+            below = node.children.get(answer)
+            if below is None:
+                yield None
+                return
+            told = Filled(container=question.container, live=question.live, answer=answer)
+            yield from self._ends(below, cost, (*filled, told))
 
 
 def no_time() -> float:
     """Planning time is not charged in a replay: it would make the answer depend on the machine."""
     return 0.0
-
-
-@final
-@dataclass(slots=True)
-class _Asking:
-    """A filling that answers from a script, then by choice, and notes every question."""
-
-    tree: Unfolding
-    planned: Script
-    choose: Choose
-    given: Script = ()
-    asked: tuple[ContainerId, ...] = ()
-    questions: list[Question] = field(default_factory=list)
-    cost_so_far: Callable[[], float] = float
-
-    def __call__(self, container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
-        question = self.tree.question(self.given, self.asked, container, knowledge, self.cost_so_far())
-        depth = len(self.given)
-        answer = self.planned[depth] if depth < len(self.planned) else self.choose(question)
-        self.questions.append(question)
-        self.given = (*self.given, answer)
-        self.asked = (*self.asked, container)
-        return imputed_items(answer, container)
-
-
-@final
-class Remembered:
-    """A strategy and its estimator with their decisions remembered by the answers given before.
-
-    Within one tree the world is deterministic: the answers so far and the number of the decision say what the view
-    is, so a decision once made need not be made again.
-    """
-
-    def __init__(self, strategy: Strategy, estimator: Estimator) -> None:
-        self.asked = 0
-        self._strategy = strategy
-        self._estimator = estimator
-        self._run: _Asking | None = None
-        self._count = 0
-        self._beliefs: dict[tuple[Script, int], Belief] = {}
-        self._decisions: dict[tuple[Script, int], Decision] = {}
-
-    @property
-    def name(self) -> str:
-        return self._strategy.name
-
-    def begin(self, run: _Asking) -> None:
-        """A new run from the start."""
-        self._run, self._count = run, 0
-
-    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        return self._strategy.relevant_types(task)
-
-    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        self._count += 1
-        key = self._key()
-        if key not in self._beliefs:
-            self._beliefs[key] = self._estimator.believe(knowledge, item_types)
-        return self._beliefs[key]
-
-    def decide(self, view: View) -> Decision:
-        key = self._key()
-        if key not in self._decisions:
-            self.asked += 1
-            self._decisions[key] = self._strategy.decide(view)
-        return self._decisions[key]
-
-    def _key(self) -> tuple[Script, int]:
-        return (self._run.given if self._run else (), self._count)

@@ -79,7 +79,7 @@ def replay(
     settings = Settings(
         estimator=estimator,
         worlds=worlds,
-        budget=Budget(runs=budget),
+        budget=Budget(stretches=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique),
         with_truth=with_truth,
         timeout_s=timeout,

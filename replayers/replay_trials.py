@@ -1,0 +1,202 @@
+"""How often is replay right? Runs are recorded, their truth is hidden, and every other strategy is replayed.
+
+One counterfactual is one log and one strategy other than the one that drove it. What it truly costs is found by
+running it in the simulator; the replayer reads the log file alone. Measured: whether the truth lies within the
+bounds, how many are exact or narrow, and how often the estimate's interval covers the truth.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from recorders.trial import Trial, Wish, record_trial, trial_events, trial_for
+from replayers.replay import Settings, ground_of, replay_on
+from replayers.run import read
+from workbench.errors import LiosError
+from workbench.execution.loop import outcome_of
+from workbench.worlds.procthor import load_house
+
+NEAR = 1e-4
+"""Truth and bounds are compared with this much room: the log rounds beliefs and costs to six decimals."""
+
+NARROW = 0.1
+"""Within 10 %: (upper - lower) / lower."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """One task to run: a house, a scenario, a seed."""
+
+    house: str
+    scenario: str
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What is measured.
+
+    Attributes:
+        strategies: each records a log of every task, and is replayed over the logs of the others.
+        estimator: whose beliefs the runs use.
+    """
+
+    places: tuple[Place, ...]
+    strategies: tuple[str, ...]
+    settings: Settings
+    estimator: str = "counts"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Counterfactual:
+    """One measured replay."""
+
+    house: str
+    scenario: str
+    seed: int
+    recorded: str
+    strategy: str
+    true_cost: float
+    true_status: str
+    status: str
+    lower: float
+    upper: float
+    lower_proof: str
+    upper_proof: str
+    complete: bool
+    estimate: float | None
+    interval: tuple[float, float] | None
+    open: int
+    stretches: int
+
+    @property
+    def inside(self) -> bool:
+        return self.lower - NEAR <= self.true_cost <= self.upper + NEAR
+
+    @property
+    def exact(self) -> bool:
+        return self.upper - self.lower <= 1e-6
+
+    @property
+    def narrow(self) -> bool:
+        return self.exact or (self.lower > 0 and (self.upper - self.lower) / self.lower <= NARROW)
+
+    @property
+    def covered(self) -> bool | None:
+        if self.interval is None:
+            return None
+        return self.interval[0] - NEAR <= self.true_cost <= self.interval[1] + NEAR
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Skipped:
+    """A task that could not be set in a house."""
+
+    place: Place
+    reason: str
+
+
+def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual | Skipped]:
+    """Measures place by place, in order, whatever the number of workers."""
+    if workers <= 1:
+        for place in plan.places:
+            yield from measure(place, plan)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(max_workers=workers, mp_context=context) as pool:
+        for found in pool.map(_measured, [(place, plan) for place in plan.places]):
+            yield from found
+
+
+def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
+    """All counterfactuals of one task."""
+    try:
+        trials = [_trial(place, plan, strategy) for strategy in plan.strategies]
+        truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
+    except LiosError as error:
+        yield Skipped(place=place, reason=str(error))
+        return
+    with TemporaryDirectory(prefix="lios-replay-") as folder:
+        for trial in trials:
+            log = Path(folder) / f"{trial.strategy}.mcap"
+            record_trial(trial, log)
+            ground = ground_of(read(log), plan.settings)
+            for other in plan.strategies:
+                if other == trial.strategy:
+                    continue
+                made = replay_on(ground, other)
+                assert made.bounds is not None, "a replay without the truth has bounds"
+                yield Counterfactual(
+                    house=place.house,
+                    scenario=place.scenario,
+                    seed=place.seed,
+                    recorded=trial.strategy,
+                    strategy=other,
+                    true_cost=truth[other].cost,
+                    true_status=truth[other].status.value,
+                    status=made.status.value,
+                    lower=made.bounds.lower,
+                    upper=made.bounds.upper,
+                    lower_proof=made.bounds.lower_proof.value,
+                    upper_proof=made.bounds.upper_proof.value,
+                    complete=made.bounds.complete,
+                    estimate=made.estimate.mean if made.estimate else None,
+                    interval=made.estimate.interval90 if made.estimate else None,
+                    open=len(ground.evidence.open),
+                    stretches=made.stretches,
+                )
+
+
+def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
+    """The figures, shares in 0..1. interval_coverage is over what is not exact: an exact replay covers by itself."""
+    open_ended = [c for c in found if not c.exact]
+    covered = [c.covered for c in open_ended if c.covered is not None]
+    return {
+        "counterfactuals": len(found),
+        "inside_bounds": _share(c.inside for c in found),
+        "exact": _share(c.exact for c in found),
+        "exact_or_within_10_percent": _share(c.narrow for c in found),
+        "interval_coverage": _share(covered),
+        "interval_coverage_all": _share(c.covered for c in found if c.covered is not None),
+        "not_exact": len(open_ended),
+        "both_sides_reached": _share(c.lower_proof == c.upper_proof == "exact" for c in found),
+        "complete_trees": _share(c.complete for c in found),
+        "undetermined_alone": _share(c.status == "undetermined" for c in found),
+        "estimate_bias": _mean((c.estimate or 0.0) - c.true_cost for c in open_ended if c.estimate is not None),
+        "houses": len({c.house for c in found}),
+        "tasks": len({(c.house, c.scenario, c.seed) for c in found}),
+    }
+
+
+def outside(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
+    """Those whose truth lies outside the bounds: each is a fault."""
+    return tuple(c for c in found if not c.inside)
+
+
+def _trial(place: Place, plan: Plan, strategy: str) -> Trial:
+    return trial_for(
+        Wish(scenario=place.scenario),
+        load_house(place.house),
+        strategy=strategy,
+        estimator=plan.estimator,
+        seed=place.seed,
+    )
+
+
+def _measured(task: tuple[Place, Plan]) -> list[Counterfactual | Skipped]:
+    return list(measure(*task))
+
+
+def _share(values: Iterable[bool | None]) -> float | None:
+    counted = [bool(v) for v in values]
+    return sum(counted) / len(counted) if counted else None
+
+
+def _mean(values: Iterable[float]) -> float | None:
+    counted = list(values)
+    return sum(counted) / len(counted) if counted else None
