@@ -62,7 +62,8 @@ class WaypointMissing(Unsupported):
     def __init__(self, host: str, missing: list[str]) -> None:
         listed = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
         super().__init__(
-            f"{host}: the robot's map has no waypoint {listed}. Load the right map, or correct the waypoints of the site."
+            f"{host}: the robot's map has no waypoint {listed}. "
+            "Load the right map, or correct the waypoints of the site."
         )
 
 

@@ -7,17 +7,17 @@ that stays away) raises RunStopped, which ends the run as ABORTED (running.py).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import hypot
 from types import MappingProxyType
 from typing import Any, TypeVar, final
 
 from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
-from bosdyn.client.exceptions import Error as BosdynError
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
 from bosdyn.client.graph_nav import GraphNavClient
 from bosdyn.client.lease import Error as LeaseClientError
+from bosdyn.client.math_helpers import Quat, SE3Pose
 
 from recorders.spot.connection import Connection, reason_of
 from recorders.spot.control import Control
@@ -27,8 +27,8 @@ from recorders.spot.operator import Nobody, Operator, StopSwitch
 from recorders.spot.tags import TagSighting, read_tags, within
 from recorders.spot.walk_log import WalkLog
 from workbench.worlds.geometry import Pose
-from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
-from workbench.worlds.site import Site
+from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.site import Site, starting_at
 from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import Done, Looked, Refused, Unseen
 
@@ -46,6 +46,7 @@ class RunSettings:
         patience_s: how long a network may be away before the run ends.
         walk_factor: a walk may take this many times its usual time.
         attempts: how often a walk is tried that got stuck or lost.
+        start_within_m: a robot this near to the surveyed start stands at it.
         margin_m: a tag this far beyond a container's edge still belongs to it.
     """
 
@@ -56,6 +57,7 @@ class RunSettings:
     walk_factor: float = 4.0
     attempts: int = 2
     margin_m: float = 0.35
+    start_within_m: float = 0.25
 
 
 @final
@@ -157,6 +159,25 @@ class SpotWorld:
         if missing:
             raise WaypointMissing(str(self.connection.address), missing)
 
+    def start_here(self) -> None:
+        """Takes the robot's place as the site's start, when it is not where the survey says and a map is at hand.
+
+        Raises:
+            RunStopped: the robot is nowhere near the surveyed start, and travel costs were measured from there.
+        """
+        body = self.body_pose()
+        if body is None:
+            raise RunStopped("the robot could not be localised")
+        here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
+        start = self.site.plan.start
+        away = hypot(here.x_m - start.x_m, here.y_m - start.y_m)
+        if away <= self.settings.start_within_m:
+            return
+        if self.site.grid is None:
+            raise RunStopped(f"the robot is {away:.1f} m from the surveyed start, and the site has no map")
+        waypoints = {place: name for place, name in self.site.waypoints.items() if place != START}
+        self.site = replace(starting_at(self.site, here), waypoints=MappingProxyType(waypoints))
+
     def sightings(self) -> tuple[TagSighting, ...]:
         """The tags that the robot sees now, on the map; none while it is not localised."""
         objects = self.call(
@@ -233,6 +254,7 @@ class SpotWorld:
         pose = self.site.paths.standing_pose(location)
         if pose is None:
             return f"no way leads to {location}"
+        self._note_place(walked)
         limit_s = 20.0 + self.settings.walk_factor * self._expected_s(pose)
         try:
             number = self.call(lambda: self._send(location, pose, limit_s))
@@ -241,15 +263,13 @@ class SpotWorld:
         answer = graph_nav_pb2.NavigationFeedbackResponse
         while True:
             self.wait(self.settings.poll_s)
-            body = self.body_pose()
-            if body is not None:
-                walked.add((body.position.x, body.position.y))
             try:
                 status = self.call(
                     lambda: self._graph_nav().navigation_feedback(number, timeout=self.connection.timeout_s)
                 ).status
             except ResponseError as error:
                 return f"navigation failed ({reason_of(error)})"
+            self._note_place(walked)
             if status == answer.STATUS_REACHED_GOAL:
                 return ""
             if status == answer.STATUS_LEASE_ERROR:
@@ -258,6 +278,11 @@ class SpotWorld:
                 raise RunStopped("the robot is impaired: stopped, or its motors are off")
             if status != answer.STATUS_FOLLOWING_ROUTE:
                 return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
+
+    def _note_place(self, walked: WalkLog) -> None:
+        body = self.body_pose()
+        if body is not None:
+            walked.add((body.position.x, body.position.y))
 
     def _send(self, location: LocationId, pose: Pose, limit_s: float) -> int:
         client = self._graph_nav()
@@ -282,13 +307,8 @@ class SpotWorld:
 
 
 def _se3(pose: Pose) -> geometry_pb2.SE3Pose:
-    from bosdyn.client.math_helpers import Quat
-
     turn = Quat.from_yaw(pose.yaw_rad)
     return geometry_pb2.SE3Pose(
         position=geometry_pb2.Vec3(x=pose.x_m, y=pose.y_m),
         rotation=geometry_pb2.Quaternion(x=turn.x, y=turn.y, z=turn.z, w=turn.w),
     )
-
-
-__all__ = ["BosdynError", "RunSettings", "SpotWorld"]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin
 
 from workbench.worlds.geometry import Point, Pose
@@ -52,7 +53,7 @@ class Walk:
 
     def left_m(self, at: Point) -> float:
         points = [at, *self.corners]
-        return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, points[1:], strict=False))
+        return sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(points))
 
 
 @dataclass(slots=True)

@@ -1,8 +1,9 @@
 """Whom does a client of the simulated robot trust? A certificate made anew for every server, on no disk but a test's.
 
-bosdyn-client speaks only TLS and checks the server's name against the authorities of the robot (auth.spot.robot, ...).
-A simulated robot therefore makes its own self-signed certificate (X.509 v3, ECDSA over P-256, RFC 5280 and 5480) in the
-standard library alone. Its key lives as long as the process and protects nothing: the server listens on loopback.
+bosdyn-client speaks only TLS and checks the server's name against the authorities of the robot (auth.spot.robot and
+others). A simulated robot therefore makes its own self-signed certificate (X.509 v3, ECDSA over P-256, RFC 5280 and
+5480) in the standard library alone. Its key lives as long as the process and protects nothing: the server listens on
+loopback.
 """
 
 from __future__ import annotations

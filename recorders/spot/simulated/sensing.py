@@ -141,7 +141,7 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
                     id=tag,
                     name=f"world_obj_apriltag_{tag:03d}",
                     acquisition_time=at,
-                    transforms_snapshot=frame_tree(state.body, {name: ("body", where) for name in names}),
+                    transforms_snapshot=frame_tree(state.body, dict.fromkeys(names, ("body", where))),
                     object_lifetime=Duration(seconds=15),
                 )
                 mark = found.apriltag_properties

@@ -1,0 +1,241 @@
+"""`lios spot simulate`, `record` and `run`: a Spot that is not there, a session recorded, a task on the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Robot = Annotated[str, typer.Option("--robot", help="HOST or HOST:PORT of the robot.")]
+SiteOption = Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
+Certificate = Annotated[
+    Path | None,
+    typer.Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
+]
+
+
+def simulate(
+    site: SiteOption = "paper_home",
+    configuration: Annotated[
+        str, typer.Option("--configuration", help="Where things lie and the robot starts (configurations.yaml).")
+    ] = "A",
+    port: Annotated[int, typer.Option("--port", help="Port on loopback; 0 for a free one.")] = 50443,
+    speed_up: Annotated[float, typer.Option("--speed-up", help="The body lives this many times faster.")] = 1.0,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fault",
+            help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
+            "dropped, estop, clock-skew. May be given again.",
+        ),
+    ] = None,
+    certificate: Annotated[
+        Path, typer.Option("--certificate", help="Where to write the root certificate for clients.")
+    ] = Path("spot-simulated.pem"),
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise.")] = 0,
+    for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
+) -> None:
+    """Simulate a Spot in a site: the official client connects to it as to the robot.
+
+    User "user", password "simulated"; loopback only. Ctrl-C ends it.
+
+    Examples:
+
+        lios spot simulate --site paper_home --configuration A
+
+        lios spot simulate --fault stuck@30+10 --fault dropped@60+3
+    """
+    import time
+
+    from recorders.spot.errors import require_bosdyn
+
+    require_bosdyn()
+    from recorders.spot.simulated.clock import RunningClock
+    from recorders.spot.simulated.faults import read_faults
+    from recorders.spot.simulated.server import SimulatedSpot
+    from workbench.errors import BadValue
+    from workbench.terminal import say
+    from workbench.worlds.site import load_site
+    from workbench.worlds.site_configurations import arranged, pick_configuration
+
+    if not 0.01 <= speed_up <= 100:
+        raise BadValue("--speed-up", speed_up, "between 0.01 and 100")
+    surveyed = load_site(site)
+    place, house = arranged(surveyed, pick_configuration(surveyed, configuration))
+    faults = read_faults(fault or ())
+    with SimulatedSpot(
+        place, house, clock=RunningClock(speed_up=speed_up), port=port, faults=faults, seed=seed
+    ) as robot:
+        robot.write_certificate(certificate)
+        say(f"A simulated Spot in {place.name}, configuration {configuration}, at {robot.address}:{robot.port}")
+        say(f"Certificate: {certificate}. User: {robot.username}, password: {robot.password}. Ctrl-C ends it.")
+        say(f"Next: lios spot run --robot {robot.address}:{robot.port} --certificate {certificate} --site {site}")
+        ends = None if for_s is None else time.monotonic() + for_s
+        while ends is None or time.monotonic() < ends:
+            time.sleep(0.1)
+
+
+def record(
+    robot: Robot,
+    site: SiteOption,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
+    images_hz: Annotated[
+        float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
+    ] = 2.0,
+    cameras: Annotated[
+        str, typer.Option("--cameras", help="Image sources, comma-separated.")
+    ] = "frontleft_fisheye_image,frontright_fisheye_image",
+    state_hz: Annotated[float, typer.Option("--state-hz", help="Robot states per second.")] = 10.0,
+    raw: Annotated[bool, typer.Option("--raw/--no-raw", help="Also bosdyn's messages as they came.")] = True,
+    task: Annotated[
+        Path | None, typer.Option("--task", help="The task that is tried (YAML), for later replays.")
+    ] = None,
+    for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
+    certificate: Certificate = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
+
+    Takes no lease and never holds up the robot. Keys: n notes, d ends as done, f ends as failed, q ends.
+    Name and password come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
+
+    Examples:
+
+        lios spot record --robot 192.168.80.3 --site home/site.yaml -o trial.mcap
+
+        lios spot record --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --for 60
+    """
+    from recorders.spot.errors import require_bosdyn
+
+    require_bosdyn()
+    from recorders.spot.connection import Connection, RobotAddress, find_credentials
+    from recorders.spot.session import Rates
+    from recorders.spot.session_log import SessionPlan, record_session
+    from recorders.spot.site_tasks import site_task
+    from workbench.errors import OutputExists
+    from workbench.terminal import emit_json, say
+    from workbench.worlds.site import load_site
+
+    if output.exists() and not force:
+        raise OutputExists(output)
+    place = load_site(site)
+    wanted = SessionPlan(
+        site=place,
+        task=None if task is None else site_task(task, place),
+        rates=Rates(
+            images_hz=images_hz,
+            state_hz=state_hz,
+            raw=raw,
+            cameras=tuple(name.strip() for name in cameras.split(",") if name.strip()),
+        ),
+        for_s=for_s,
+    )
+    with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
+        say(f"Recording {connection.serial} at {robot} to {output}. Keys: n note, d done, f failed, q end.")
+        report = record_session(connection, wanted, output, force=force)
+    if json:
+        emit_json({"log": str(output), **report.as_json()})
+    else:
+        say(report.in_words(output))
+
+
+def run(
+    robot: Robot,
+    site: SiteOption,
+    task: Annotated[
+        Path | None, typer.Option("--task", help="What to do (YAML); default: deliver.yaml of the site.")
+    ] = None,
+    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
+    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
+    speed: Annotated[float | None, typer.Option("--speed", help="Speed limit in m/s.")] = None,
+    look: Annotated[float, typer.Option("--look", help="Seconds that a look takes.")] = 4.0,
+    images_hz: Annotated[
+        float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
+    ] = 2.0,
+    take_lease: Annotated[bool, typer.Option("--take-lease", help="Take the lease from whoever has it.")] = False,
+    own_estop: Annotated[bool, typer.Option("--own-estop", help="Set up an e-stop endpoint of our own.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    certificate: Certificate = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seed handed to the strategy.")] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Run a task on a Spot and record it; the lease is returned whatever happens.
+
+    Space or s stops the robot and ends the run. Without an arm, an operator confirms by key.
+
+    Examples:
+
+        lios spot run --robot 192.168.80.3 --site home/site.yaml --task deliver.yaml --strategy model-lios --dry-run
+
+        lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
+    """
+    import signal
+    from dataclasses import replace
+
+    from recorders.spot.errors import require_bosdyn
+
+    require_bosdyn()
+    from recorders.spot.connection import Connection, RobotAddress, find_credentials, talking_to
+    from recorders.spot.operator import KeyBoard, StopSwitch
+    from recorders.spot.session import Rates
+    from recorders.spot.site_tasks import delivery_of, site_task
+    from recorders.spot.spot_run import RobotRun, first_decision, run_and_record
+    from recorders.spot.telling import in_words
+    from recorders.spot.world import RunSettings
+    from workbench.errors import BadValue, OutputExists
+    from workbench.terminal import emit_json, say
+    from workbench.worlds.site import load_site
+
+    if output.exists() and not force and not dry_run:
+        raise OutputExists(output)
+    if speed is not None and not 0 < speed <= 1.6:
+        raise BadValue("--speed", speed, "more than 0 and at most 1.6 m/s, Spot's own limit")
+    place = load_site(site)
+    address = RobotAddress.read(robot)
+    wanted = RobotRun(
+        site=place,
+        task=site_task(task or delivery_of(place), place),
+        strategy=strategy,
+        estimator=estimator,
+        seed=seed,
+        settings=replace(RunSettings(), speed_mps=speed, look_s=look),
+        rates=Rates(images_hz=images_hz),
+        take_lease=take_lease,
+        own_estop=own_estop,
+    )
+    with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
+        if dry_run:
+            planned = first_decision(connection, wanted)
+            say(f"{connection.serial} is localised and all waypoints of {place.name} are on its map.")
+            say(in_words(planned) if planned is not None else "The goal is met already: nothing to do.")
+            return
+        stop = StopSwitch()
+        signal.signal(signal.SIGTERM, lambda *_: stop.press("stopped by a signal"))
+        say("Space or s stops the robot.")
+        with KeyBoard(stop) as keys:
+            signal.signal(signal.SIGINT, lambda *_: stop.press("stopped by Ctrl-C"))
+            report = run_and_record(
+                connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
+            )
+    end = report.ended
+    if json:
+        emit_json(
+            {
+                "log": str(output),
+                "status": end.status,
+                "reason": end.reason,
+                "cost": end.cost,
+                "seconds": report.seconds,
+                "searches": end.searches,
+                "travel_m": end.travel_m,
+                "lease_returned": report.lease_returned,
+                "gaps_s": list(report.gaps),
+            }
+        )
+    else:
+        say(f"{end.status}: {report.seconds:.0f} s, {end.searches} containers searched, {end.travel_m:.1f} m walked")
+        say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")

@@ -1,0 +1,200 @@
+"""What does a robot sense, and how is each sense taken down? State, place, tags, pictures, local grid, clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bosdyn.api import robot_state_pb2
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, get_a_tform_b
+from bosdyn.client.image import build_image_request
+from bosdyn.client.math_helpers import SE3Pose
+from foxglove_schemas_protobuf.Log_pb2 import Log
+
+from recorders.spot import foxglove
+from recorders.spot.clock import SyncedClock
+from recorders.spot.session_topics import (
+    CAMERA,
+    FIDUCIALS,
+    LOCAL_GRID,
+    LOCALIZATION,
+    ODOMETRY,
+    ROBOT_STATE,
+    WORLD_OBJECTS,
+    ClockSkew,
+    RobotStatus,
+)
+from recorders.spot.tags import read_tags
+from recorders.viewer import MAP_FRAME, ODOM_FRAME
+from workbench.runs.vocabulary import NANO, Stamp
+
+if TYPE_CHECKING:
+    from recorders.spot.session import Session
+
+STATUS_EVERY_NS = NANO
+
+
+@dataclass(frozen=True, slots=True)
+class Sense:
+    """Something that is asked every period_s."""
+
+    name: str
+    period_s: float
+    take: Callable[[], None]
+
+
+class _Known:
+    """What one sense learns and another needs: where the body is on the map, and what was last said of it."""
+
+    def __init__(self) -> None:
+        self.map_tform_body: Any = None
+        self.map_tform_odom: SE3Pose | None = None
+        self.told_status_ns = 0
+        self.faults: tuple[str, ...] = ()
+        self.calibrated: set[str] = set()
+
+
+def senses_of(session: Session) -> tuple[Sense, ...]:
+    """The senses that the session's rates ask for."""
+    known, rates = _Known(), session.rates
+    wanted = (
+        ("localization", rates.localization_hz, lambda: _localization(session, known)),
+        ("state", rates.state_hz, lambda: _state(session, known)),
+        ("fiducials", rates.fiducials_hz, lambda: _fiducials(session, known)),
+        ("images", rates.images_hz if rates.cameras else 0.0, lambda: _images(session, known)),
+        ("grid", rates.grid_hz, lambda: _grid(session)),
+        ("clock", rates.clock_hz, lambda: _clock(session)),
+    )
+    return tuple(Sense(name, 1.0 / hz, take) for name, hz, take in wanted if hz > 0)
+
+
+def our_ns(session: Session, stamp: Any) -> int:
+    """Our time of a robot's stamp; now, when it has none."""
+    robot_ns = stamp.seconds * NANO + stamp.nanos
+    return session.connection.clock.from_robot(robot_ns) if robot_ns else session.now_ns()
+
+
+def _ask(session: Session, service: str) -> Any:
+    return session.connection.client(service)
+
+
+def _localization(session: Session, known: _Known) -> None:
+    answer = _ask(session, "graph-nav-service").get_localization_state(timeout=session.connection.timeout_s)
+    place = answer.localization
+    if not place.waypoint_id:
+        known.map_tform_body = known.map_tform_odom = None
+        return
+    at = our_ns(session, place.timestamp)
+    known.map_tform_body = place.seed_tform_body
+    known.map_tform_odom = foxglove.map_from_odom(place.seed_tform_body, answer.robot_kinematics.transforms_snapshot)
+    session.put("/robot/pose", foxglove.in_frame(place.seed_tform_body, MAP_FRAME, at), source_ns=at)
+    if session.rates.raw:
+        session.put(LOCALIZATION, place, source_ns=at)
+    if session.watch is not None:
+        session.watch.pose(at, (place.seed_tform_body.position.x, place.seed_tform_body.position.y))
+
+
+def _state(session: Session, known: _Known) -> None:
+    state = _ask(session, "robot-state").get_robot_state(timeout=session.connection.timeout_s)
+    frames = state.kinematic_state.transforms_snapshot
+    at = our_ns(session, state.kinematic_state.acquisition_timestamp)
+    odom = get_a_tform_b(frames, ODOM_FRAME_NAME, BODY_FRAME_NAME)
+    session.put("/tf", foxglove.transforms(frames, known.map_tform_odom, at), source_ns=at)
+    if odom is not None:
+        session.put(ODOMETRY, foxglove.in_frame(odom, ODOM_FRAME, at), source_ns=at)
+    if session.rates.raw:
+        session.put(ROBOT_STATE, state, source_ns=at)
+    if session.watch is not None:
+        session.watch.holding(at, state.manipulator_state.is_gripper_holding_item)
+    faults = foxglove.faults_of(state)
+    for fault in faults:
+        if fault not in known.faults:
+            session.words(f"Fault: {fault}", level=Log.ERROR)
+    if faults != known.faults or at - known.told_status_ns >= STATUS_EVERY_NS:
+        known.faults, known.told_status_ns = faults, at
+        session.tell(_status(state, at, faults, localized=known.map_tform_body is not None))
+
+
+def _status(state: Any, at: int, faults: tuple[str, ...], *, localized: bool) -> RobotStatus:
+    power = state.power_state
+    motors = robot_state_pb2.PowerState.MotorPowerState.Name(power.motor_power_state)
+    stopped = robot_state_pb2.EStopState.STATE_ESTOPPED
+    return RobotStatus(
+        stamp=Stamp.of(at),
+        battery_percent=power.locomotion_charge_percentage.value,
+        battery_left_s=power.locomotion_estimated_runtime.seconds,
+        motors=motors.removeprefix("MOTOR_POWER_").removeprefix("STATE_").lower(),
+        estopped=any(stop.state == stopped for stop in state.estop_states),
+        localized=localized,
+        holding=state.manipulator_state.is_gripper_holding_item,
+        faults=faults,
+    )
+
+
+def _fiducials(session: Session, known: _Known) -> None:
+    from bosdyn.api import world_object_pb2
+
+    answer = _ask(session, "world-objects").list_world_objects(
+        object_type=[world_object_pb2.WORLD_OBJECT_APRILTAG], timeout=session.connection.timeout_s
+    )
+    now = session.now_ns()
+    if session.rates.raw:
+        session.put(WORLD_OBJECTS, answer, source_ns=our_ns(session, answer.header.response_timestamp))
+    if known.map_tform_body is not None:
+        seen = read_tags(answer.world_objects, known.map_tform_body, session.connection.clock)
+        fresh = [sighting for sighting in seen if now - sighting.stamp_ns < 2 * NANO]
+        if session.watch is not None:
+            for sighting in fresh:
+                session.watch.tag(sighting.stamp_ns, sighting.tag, sighting.position)
+        if fresh:
+            at = max(sighting.stamp_ns for sighting in fresh)
+            session.put(FIDUCIALS, foxglove.tag_scene(fresh, dict(session.site.tags), at), source_ns=at)
+
+
+def _images(session: Session, known: _Known) -> None:
+    rates = session.rates
+    ratio = rates.image_ratio if rates.image_ratio < 1.0 else None
+    requests = [
+        build_image_request(name, quality_percent=rates.image_quality, resize_ratio=ratio) for name in rates.cameras
+    ]
+    for answer in _ask(session, "image").get_image(requests, timeout=session.connection.timeout_s):
+        name = answer.source.name
+        at = our_ns(session, answer.shot.acquisition_time)
+        image = foxglove.picture(answer.shot, at)
+        if name not in known.calibrated:
+            known.calibrated.add(name)
+            calibrated = foxglove.calibration(answer.source, answer.shot, at)
+            session.put(f"{CAMERA}/{_short(name)}/calibration", calibrated, source_ns=at, latched=True)
+        if image is not None:
+            session.put(f"{CAMERA}/{_short(name)}", image, source_ns=at)
+        if rates.raw:
+            kept = answer if image is None else foxglove.without_pixels(answer)
+            session.put(f"/spot/image/{_short(name)}", kept, source_ns=at)
+
+
+def _short(source: str) -> str:
+    return source.removesuffix("_image")
+
+
+def _grid(session: Session) -> None:
+    answers = _ask(session, "local-grid-service").get_local_grids(
+        ["obstacle_distance"], timeout=session.connection.timeout_s
+    )
+    for answer in answers:
+        grid = answer.local_grid
+        at = our_ns(session, grid.acquisition_time)
+        if session.rates.raw:
+            session.put(f"/spot/local_grid/{answer.local_grid_type_name}", answer, source_ns=at)
+        drawn = foxglove.local_grid(grid, at)
+        if drawn is not None:
+            session.put(LOCAL_GRID, drawn, source_ns=at)
+
+
+def _clock(session: Session) -> None:
+    clock = session.connection.clock
+    trip = 0
+    if isinstance(clock, SyncedClock):
+        duration = session.connection.robot.time_sync.endpoint.round_trip_time
+        trip = 0 if duration is None else duration.seconds * NANO + duration.nanos
+    session.tell(ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip))

@@ -1,0 +1,209 @@
+"""How is a session with a robot recorded? Every sense is asked at its own rate, and what it answers goes to a sink.
+
+Each sense has a thread of its own, so a slow camera does not hold up the odometry; writing is the sink's business and
+never blocks. When the network goes away, every thread asks again until it is back, and the gap is written down.
+`log_time` is when an answer came, `publish_time` the robot's own stamp converted by time sync.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Protocol, Self
+
+import msgspec
+from bosdyn.client.exceptions import Error as BosdynError
+from bosdyn.client.exceptions import ResponseError, UnauthenticatedError
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from google.protobuf.message import Message
+
+from recorders import viewer
+from recorders.channel_spec import protobuf_channel
+from recorders.sinks import Sink
+from recorders.spot.connection import Connection, reason_of
+from recorders.spot.senses import Sense, senses_of
+from recorders.spot.session_topics import Gap, Note, SessionFact, fact_channel
+from workbench.errors import LiosError
+from workbench.runs.vocabulary import Stamp
+from workbench.worlds.geometry import Point
+from workbench.worlds.site import Site
+
+RETRY_S = 0.3
+
+log = logging.getLogger("lios.spot")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rates:
+    """How often each sense is asked, per second; 0 never."""
+
+    state_hz: float = 10.0
+    localization_hz: float = 5.0
+    fiducials_hz: float = 4.0
+    images_hz: float = 2.0
+    grid_hz: float = 1.0
+    clock_hz: float = 0.2
+    cameras: tuple[str, ...] = ("frontleft_fisheye_image", "frontright_fisheye_image")
+    image_quality: int = 75
+    image_ratio: float = 1.0
+    raw: bool = True
+    """Also bosdyn's messages as they came."""
+
+
+@dataclass(slots=True)
+class _Away:
+    """When the robot stopped answering; shared by all senses."""
+
+    since_ns: int | None = None
+    reason: str = ""
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+
+class Watch(Protocol):
+    """Hears what senses say, from several threads: derives what the robot did."""
+
+    def pose(self, stamp_ns: int, point: Point) -> None: ...
+
+    def tag(self, stamp_ns: int, number: int, position: tuple[float, float, float]) -> None: ...
+
+    def holding(self, stamp_ns: int, holds: bool) -> None: ...
+
+
+class Session:
+    """Records what a robot senses. A context manager around its threads; or stepped, by `tick`.
+
+    Args:
+        connection: the robot. site: where it is.
+        sink: where everything goes.
+        rates: how often.
+
+    Attributes:
+        taken: answers per sense. skipped: times at which a sense was still busy with the one before.
+        gaps: seconds for which the robot was away, one entry a gap.
+    """
+
+    def __init__(self, connection: Connection, site: Site, sink: Sink, *, rates: Rates | None = None) -> None:
+        self.connection, self.site, self.sink = connection, site, sink
+        self.rates = rates or Rates()
+        self.taken: dict[str, int] = {}
+        self.skipped: dict[str, int] = {}
+        self.gaps: list[float] = []
+        self.watch: Watch | None = None
+        self._away = _Away()
+        self._closing = threading.Event()
+        self._threads: list[threading.Thread] = []
+        self._senses = senses_of(self)
+        self._due: dict[str, int] = {}
+
+    def __enter__(self) -> Self:
+        for sense in self._senses:
+            thread = threading.Thread(target=self._work, args=(sense,), name=f"lios-{sense.name}", daemon=True)
+            self._threads.append(thread)
+            thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._closing.set()
+        for thread in self._threads:
+            thread.join(timeout=2 * self.connection.timeout_s)
+
+    def tick(self) -> None:
+        """Asks every sense whose time has come: for a stepped clock, without threads."""
+        now = self.now_ns()
+        for sense in self._senses:
+            if now >= self._due.get(sense.name, 0):
+                self._due[sense.name] = now + round(sense.period_s * 1e9)
+                self._ask(sense)
+
+    def now_ns(self) -> int:
+        return self.connection.clock.now_ns()
+
+    def put(self, topic: str, message: Message, *, source_ns: int, latched: bool = False) -> None:
+        """Writes a protobuf message, received now and made at source_ns of our time."""
+        channel = protobuf_channel(topic, type(message), latched=latched)
+        self.sink.write(
+            channel, message.SerializeToString(deterministic=True), log_time=self.now_ns(), publish_time=source_ns
+        )
+
+    def tell(self, fact: SessionFact) -> None:
+        """Writes a fact of our own."""
+        self.sink.write(fact_channel(type(fact)), msgspec.json.encode(fact), log_time=self.now_ns())
+
+    def note(self, text: str) -> None:
+        """What the operator noted, also as a line of /log."""
+        now = self.now_ns()
+        self.tell(Note(stamp=Stamp.of(now), text=text))
+        self.words(f"Note: {text}")
+
+    def words(self, text: str, *, level: int = Log.INFO) -> None:
+        now = self.now_ns()
+        self.put("/log", viewer.words(text, now, level=level, name="spot"), source_ns=now)
+
+    def _work(self, sense: Sense) -> None:
+        """Asks a sense at its rate until the session ends."""
+        began, turn = time.monotonic(), 0
+        while not self._closing.is_set():
+            self._ask(sense)
+            turn += 1
+            due = began + turn * sense.period_s
+            now = time.monotonic()
+            if now > due + sense.period_s:
+                missed = int((now - due) / sense.period_s)
+                self.skipped[sense.name] = self.skipped.get(sense.name, 0) + missed
+                turn += missed
+                due = began + turn * sense.period_s
+            self._closing.wait(max(0.0, due - now))
+
+    def _ask(self, sense: Sense) -> None:
+        try:
+            sense.take()
+        except UnauthenticatedError as error:
+            self._lost(error)
+            self._log_in_again()
+        except ResponseError as error:
+            log.debug("%s: %s", sense.name, reason_of(error))
+        except BosdynError as error:
+            self._lost(error)
+            self._closing.wait(RETRY_S)
+        else:
+            self.taken[sense.name] = self.taken.get(sense.name, 0) + 1
+            self._found()
+
+    def _lost(self, error: BosdynError) -> None:
+        with self._away.lock:
+            if self._away.since_ns is None:
+                self._away.since_ns, self._away.reason = self.now_ns(), reason_of(error)
+                self.words(f"The robot does not answer ({self._away.reason})", level=Log.WARNING)
+
+    def _found(self) -> None:
+        if self._away.since_ns is None:
+            return
+        with self._away.lock:
+            start_ns, self._away.since_ns = self._away.since_ns, None
+            if start_ns is None:
+                return
+            end_ns = self.now_ns()
+            seconds = (end_ns - start_ns) / 1e9
+            self.gaps.append(seconds)
+            self.tell(
+                Gap(
+                    stamp=Stamp.of(end_ns),
+                    start=Stamp.of(start_ns),
+                    end=Stamp.of(end_ns),
+                    seconds=seconds,
+                    reason=self._away.reason,
+                )
+            )
+            self.words(f"The robot answers again after {seconds:.1f} s", level=Log.WARNING)
+
+    def _log_in_again(self) -> None:
+        try:
+            self.connection.log_in_again()
+        except LiosError as error:
+            log.warning("%s", error)
+            self._closing.wait(1.0)

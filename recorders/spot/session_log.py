@@ -1,0 +1,175 @@
+"""How is a session recorded that somebody else drives? Senses into a log, what was done derived, keys for notes."""
+
+from __future__ import annotations
+
+import hashlib
+import signal
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from recorders.background import Background
+from recorders.provenance import revision
+from recorders.recorder import RunRecorder
+from recorders.spot.connection import Connection
+from recorders.spot.derived import Derivation
+from recorders.spot.operator import KeyBoard, StopSwitch
+from recorders.spot.session import Rates, Session
+from recorders.spot.site_tasks import session_task
+from recorders.spot.spot_run import place_of
+from workbench import __version__
+from workbench.execution.events import Ended, RunStatus
+from workbench.planning.tasks import Task
+from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.search.costs import ROBOT
+from workbench.terminal import say
+from workbench.worlds.site import Site
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionPlan:
+    """What to record, and for how long.
+
+    Attributes:
+        task: what the driven robot is to do; without it the session has no goal.
+        for_s: seconds; None until a key.
+    """
+
+    site: Site
+    task: Task | None = None
+    rates: Rates = field(default_factory=Rates)
+    for_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionReport:
+    """What came of it.
+
+    Attributes:
+        taken, skipped: per sense, answers recorded, and times when it was still busy.
+        dropped: messages that the writer had to refuse, by topic.
+        gaps_s: how long the robot was away, each time.
+    """
+
+    ended: Ended
+    seconds: float
+    taken: dict[str, int]
+    skipped: dict[str, int]
+    dropped: dict[str, int]
+    gaps_s: tuple[float, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "seconds": self.seconds,
+            "status": self.ended.status,
+            "searches": self.ended.searches,
+            "taken": self.taken,
+            "skipped": self.skipped,
+            "dropped": self.dropped,
+            "gaps_s": list(self.gaps_s),
+        }
+
+    def in_words(self, output: Path) -> str:
+        lost = sum(self.dropped.values())
+        gaps = f", {len(self.gaps_s)} gaps of {sum(self.gaps_s):.1f} s" if self.gaps_s else ""
+        return (
+            f"{self.seconds:.0f} s recorded to {output}: {sum(self.taken.values())} answers, {lost} messages lost"
+            f"{gaps}, {self.ended.searches} containers looked into. Next: lios info {output}"
+        )
+
+
+class Ending:
+    """Set by a key: how the session ends."""
+
+    def __init__(self) -> None:
+        self.status: RunStatus | None = None
+        self.reason = ""
+        self.over = False
+
+    def by_key(self, key: str) -> None:
+        if key in "dDfFqQ":
+            self.over = True
+        if key in "dD":
+            self.status, self.reason = RunStatus.DONE, "the operator says that it is done"
+        if key in "fF":
+            self.status, self.reason = RunStatus.ABORTED, "the operator says that it failed"
+
+
+def record_session(
+    connection: Connection, plan: SessionPlan, output: Path, *, force: bool = False, ending: Ending | None = None
+) -> SessionReport:
+    """Records until a key, a signal or the time says stop; the log is closed properly in each case."""
+    ending, stop = ending or Ending(), StopSwitch()
+    task = plan.task or session_task()
+    with RunRecorder(
+        output,
+        info=_info(connection, plan, task),
+        place=place_of(plan.site),
+        task=task,
+        costs=ROBOT,
+        force=force,
+        background=True,
+        receipt_ns=connection.clock.now_ns,
+    ) as recorder:
+        sink = recorder.sink
+        session = Session(connection, plan.site, sink, rates=plan.rates)
+        derived = Derivation(site=plan.site, task=task, costs=ROBOT, tell=recorder.record)
+        session.watch = derived
+        notes = 0
+
+        def key_pressed(key: str) -> None:
+            nonlocal notes
+            if key in "nN":
+                notes += 1
+                session.note(f"mark {notes}")
+                say(f"Noted: mark {notes}")
+            ending.by_key(key)
+
+        began = time.monotonic()
+        with KeyBoard(stop, key_pressed), session:
+            _until_over(ending, stop, None if plan.for_s is None else began + plan.for_s)
+        ended = derived.end(status=ending.status, reason=ending.reason)
+        dropped = sink.dropped if isinstance(sink, Background) else {}
+    return SessionReport(
+        ended=ended,
+        seconds=time.monotonic() - began,
+        taken=dict(sorted(session.taken.items())),
+        skipped=dict(sorted(session.skipped.items())),
+        dropped=dropped,
+        gaps_s=tuple(session.gaps),
+    )
+
+
+def _until_over(ending: Ending, stop: StopSwitch, until: float | None) -> None:
+    """Waits for a key, Ctrl-C, SIGTERM or the time."""
+    import threading
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda *_: stop.press("stopped by a signal"))
+    try:
+        while not ending.over and not stop.is_pressed and (until is None or time.monotonic() < until):
+            time.sleep(0.05)
+    except KeyboardInterrupt:
+        ending.reason = ""
+
+
+def _info(connection: Connection, plan: SessionPlan, task: Task) -> RunInfo:
+    code, started_ns = revision(), connection.clock.now_ns()
+    name = f"{connection.serial}|{started_ns}|session"
+    return RunInfo(
+        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
+        schema_version=SCHEMA_VERSION,
+        place=plan.site.name,
+        scenario=task.scenario,
+        strategy="operator",
+        estimator="",
+        seed=0,
+        started=Stamp.of(started_ns),
+        title=task.title,
+        source="spot",
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+        inertial_frame="odom",
+    )

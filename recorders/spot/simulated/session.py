@@ -1,0 +1,35 @@
+"""How is a simulated robot brought up and connected to, in one go? For experiments and tests in one process."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from recorders.spot.connection import Connection, Credentials, RobotAddress
+from recorders.spot.simulated.clock import RobotClock, SteppedClock
+from recorders.spot.simulated.faults import Fault
+from recorders.spot.simulated.server import SimulatedSpot
+from workbench.worlds.house import House
+from workbench.worlds.site import Site
+
+
+@contextmanager
+def simulated_robot(
+    site: Site, house: House, *, clock: RobotClock | None = None, faults: tuple[Fault, ...] = (), seed: int = 0
+) -> Iterator[tuple[SimulatedSpot, Connection]]:
+    """A simulated robot and a connection to it by the official client; both end with the block."""
+    with (
+        tempfile.TemporaryDirectory(prefix="lios-spot-") as folder,
+        SimulatedSpot(site, house, clock=clock, faults=faults, seed=seed) as robot,
+    ):
+        certificate = robot.write_certificate(Path(folder) / "robot.pem")
+        stepped = robot.clock if isinstance(robot.clock, SteppedClock) else None
+        with Connection(
+            RobotAddress(host=robot.address, port=robot.port),
+            Credentials(username=robot.username, password=robot.password),
+            certificate=certificate,
+            stepped=stepped,
+        ) as connection:
+            yield robot, connection

@@ -1,0 +1,227 @@
+"""How is a task run on a robot and recorded? Localisation, lease, the closed loop, a log; and the lease given back."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from recorders.provenance import revision
+from recorders.recorder import RunRecorder
+from recorders.spot.clock import Stepped
+from recorders.spot.connection import Connection
+from recorders.spot.control import Control
+from recorders.spot.operator import Nobody, Operator, StopSwitch
+from recorders.spot.running import guarded
+from recorders.spot.session import Rates, Session
+from recorders.spot.world import RunSettings, SpotWorld
+from workbench import __version__
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.execution.events import Ended, Event, Planned
+from workbench.execution.loop import outcome_of, run_task
+from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.strategy import Strategy
+from workbench.planning.tasks import Task
+from workbench.runs.place import Place
+from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.search.costs import ROBOT, ActionCosts
+from workbench.worlds.house import Contents, House
+from workbench.worlds.site import Site
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotRun:
+    """One run to be made on a robot.
+
+    Attributes:
+        truth: what a simulated robot's containers hold, for the log; None on a real one.
+        take_lease, own_estop: as for Control.
+    """
+
+    site: Site
+    task: Task
+    strategy: str
+    estimator: str = "best"
+    seed: int = 0
+    costs: ActionCosts = ROBOT
+    settings: RunSettings = field(default_factory=RunSettings)
+    rates: Rates = field(default_factory=Rates)
+    truth: Contents | None = None
+    take_lease: bool = False
+    own_estop: bool = False
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunReport:
+    """How a run ended.
+
+    Attributes:
+        seconds: from the first decision to the end, by the session's clock.
+        lease_returned: whether the lease is free of us.
+    """
+
+    ended: Ended
+    seconds: float
+    lease_returned: bool
+    gaps: tuple[float, ...]
+    skipped: int
+
+
+def run_and_record(
+    connection: Connection,
+    run: RobotRun,
+    output: Path,
+    *,
+    stop: StopSwitch | None = None,
+    operator: Operator | None = None,
+    force: bool = False,
+    hear: Callable[[Event], None] | None = None,
+) -> RunReport:
+    """Runs a task on a robot and records it; the lease is given back whatever happens.
+
+    Args:
+        hear: told every event, for those who watch.
+
+    Raises:
+        what Connection and Control raise before the run; a run that began ends with a status.
+    """
+    strategy, estimator = strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
+    stepped = isinstance(connection.clock, Stepped)
+    control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
+    world = _world(connection, control, run, operator=operator, stop=stop)
+    run = replace(run, site=world.site)
+    with RunRecorder(
+        output,
+        info=_info(connection, run, strategy, estimator),
+        place=place_of(run.site),
+        task=run.task,
+        costs=run.costs,
+        truth=run.truth,
+        force=force,
+        background=not stepped,
+        receipt_ns=None if stepped else connection.clock.now_ns,
+        settings={"spot": _settings(run)},
+    ) as recorder:
+        session = Session(connection, run.site, recorder.sink, rates=run.rates)
+        with control:
+            start_ns = world.now_ns()
+            events = guarded(
+                run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed),
+                world,
+                control,
+                run.task,
+            )
+            seen = _follow(events, recorder, session, hear)
+    ended = outcome_of(seen)
+    return RunReport(
+        ended=ended,
+        seconds=(ended.stamp_ns - start_ns) / 1e9,
+        lease_returned=control.returned,
+        gaps=tuple(session.gaps),
+        skipped=sum(session.skipped.values()),
+    )
+
+
+def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
+    """What the robot would do first; nothing moves, no lease is taken, nothing is recorded."""
+    world = _world(connection, Control(connection), run)
+    strategy, estimator = strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
+    for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
+        if isinstance(event, Planned):
+            return event
+    return None
+
+
+def _world(
+    connection: Connection,
+    control: Control,
+    run: RobotRun,
+    *,
+    operator: Operator | None = None,
+    stop: StopSwitch | None = None,
+) -> SpotWorld:
+    """The robot on its map, the site starting where it stands."""
+    world = SpotWorld(
+        connection=connection,
+        control=control,
+        site=run.site,
+        settings=run.settings,
+        operator=operator or Nobody(),
+        stop=stop or StopSwitch(),
+    )
+    world.localize()
+    world.start_here()
+    return world
+
+
+def place_of(site: Site) -> Place:
+    """The site as a log carries it."""
+    return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
+
+
+def _follow(
+    events: object, recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
+) -> list[Event]:
+    """Takes the events one by one into the log while the session goes on."""
+    seen: list[Event] = []
+    clock = session.connection.clock
+
+    def take() -> None:
+        for event in events:  # type: ignore[attr-defined]
+            recorder.record(event)
+            seen.append(event)
+            if hear is not None:
+                hear(event)
+
+    if isinstance(clock, Stepped):
+        clock.on_step = session.tick
+        try:
+            take()
+        finally:
+            clock.on_step = None
+    else:
+        with session:
+            take()
+    return seen
+
+
+def _house(run: RobotRun) -> House | None:
+    """The truth, for the oracle on a simulated robot."""
+    return None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
+
+
+def _settings(run: RobotRun) -> dict[str, object]:
+    driven, rates = run.settings, run.rates
+    return {
+        "site": run.site.path.name,
+        "travel": run.site.travel_source,
+        "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
+        "look_s": driven.look_s,
+        "images_hz": rates.images_hz,
+        "cameras": list(rates.cameras),
+    }
+
+
+def _info(connection: Connection, run: RobotRun, strategy: Strategy, estimator: Estimator) -> RunInfo:
+    code, started_ns = revision(), connection.clock.now_ns()
+    name = f"{connection.serial}|{started_ns}|{strategy.name}|{run.seed}|{run.title}"
+    return RunInfo(
+        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
+        schema_version=SCHEMA_VERSION,
+        place=run.site.name,
+        scenario=run.task.scenario,
+        strategy=strategy.name,
+        estimator=estimator.name,
+        seed=run.seed,
+        started=Stamp.of(started_ns),
+        title=run.title or run.task.title,
+        source="spot",
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+        weights_sha256=estimator.name.partition("@")[2],
+        inertial_frame="odom",
+    )

@@ -1,0 +1,60 @@
+"""`lios site check`: what is missing in the survey of a real place."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def check(
+    site: Annotated[str, typer.Argument(help="Survey file (site.yaml) or a shipped site: paper_home.")],
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Check the survey of a real place: reach, poses, map, waypoints, tags.
+
+    Exits with 1 when something would stop a robot.
+
+    Examples:
+
+        lios site check paper_home
+
+        lios site check home/site.yaml --json
+    """
+    from dataclasses import asdict
+
+    from workbench.errors import Failed
+    from workbench.terminal import emit_json, emit_table, emit_text, say
+    from workbench.worlds.site import load_site
+    from workbench.worlds.site_check import check_site
+
+    place = load_site(site)
+    findings = check_site(place)
+    errors = sum(finding.level == "error" for finding in findings)
+    if json:
+        emit_json(
+            {
+                "site": str(place.path),
+                "name": place.name,
+                "rooms": len(place.plan.rooms),
+                "containers": len(place.plan.containers),
+                "reachable": len(place.travel.locations) - 1,
+                "tags": len(place.tags),
+                "travel": place.travel_source,
+                "errors": errors,
+                "findings": [asdict(finding) for finding in findings],
+            }
+        )
+    else:
+        metres = place.travel.metres
+        emit_text(
+            f"{place.name}: {len(place.plan.rooms)} rooms, {len(place.plan.containers)} containers, "
+            f"{len(place.tags)} tags; {len(place.travel.locations) - 1} containers reachable, "
+            f"at most {metres.max() if metres.size else 0:.1f} m apart ({place.travel_source})"
+        )
+        if findings:
+            emit_table([asdict(finding) for finding in findings], columns=("level", "where", "what", "fix"))
+        else:
+            say("Nothing is missing.")
+    if errors:
+        raise Failed(f"{place.path}: {errors} findings would stop a robot. Correct them and check again.")
