@@ -9,13 +9,16 @@ from types import MappingProxyType
 
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.counts import counts_from
+from workbench.beliefs.fcnn import fcnn_from
 from workbench.beliefs.weights import Weights, read_weights
 from workbench.errors import UnknownName
 
 EstimatorFactory = Callable[[Weights], Estimator]
 """Makes an estimator of its weights."""
 
-ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType({"counts": counts_from})
+ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
+    {"counts": counts_from, "fcnn": fcnn_from, "best": fcnn_from}
+)
 """The estimators by name: smoothed counts, the paper's network, and the best one here."""
 
 

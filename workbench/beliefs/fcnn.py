@@ -1,0 +1,117 @@
+"""The paper's estimator (Sec. IV-D): a fully connected network over the embeddings of room, container and item.
+
+The input is the three sentence vectors, each followed by a one-hot vector that says which of the three it is. The
+first layer is linear in the three, so each name passes it once; the rest runs once for each triple of names and is
+remembered. Forward only and in numpy: torch is needed for training, not for believing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.belief import Belief
+from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
+from workbench.beliefs.weights import Weights
+from workbench.errors import MalformedFile
+from workbench.worlds.house import ItemType
+from workbench.worlds.knowledge import Knowledge
+
+Floats = npt.NDArray[np.float64]
+
+ROLES = ("room", "container", "item")
+"""The order of the three in the input, and their one-hot kinds."""
+
+MOST_REMEMBERED = 200_000
+"""Triples whose probability is kept; beyond it the memory starts anew."""
+
+DIGITS = 9
+"""Decimals kept of a probability: what a matrix product rounds differently in another batch is below them."""
+
+Layer = tuple[Floats, Floats]
+"""Weights, shape (out, in), and bias, shape (out,)."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FcnnEstimator:
+    """The network with its encoder.
+
+    Attributes:
+        name: "fcnn@" and a hash.
+        encoder: of names it has not met.
+        layers: first to last; all but the last are followed by a rectifier.
+    """
+
+    name: str
+    encoder: TextEncoder
+    layers: tuple[Layer, ...]
+    _first: dict[tuple[str, str], Floats] = field(default_factory=dict[tuple[str, str], Floats], repr=False)
+    _known: dict[tuple[str, str, str], float] = field(default_factory=dict[tuple[str, str, str], float], repr=False)
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        """Raises NameNotShipped for a name that nothing here can encode."""
+        unsearched = knowledge.unsearched
+        kind = {room.id: room.kind for room in knowledge.plan.rooms}
+        container = {c.id: c for c in knowledge.plan.containers}
+        places = [(kind[container[c].room], container[c].type) for c in unsearched]
+        probability = self.probabilities(places, item_types)
+        return Belief(item_types=item_types, containers=unsearched, probability=probability, estimator=self.name)
+
+    def probabilities(self, places: Sequence[tuple[str, str]], items: Sequence[str]) -> Floats:
+        """P(held), shape (items, places), of (room kind, container type) places."""
+        distinct = sorted(set(places))
+        wanted = [(r, c, i) for r, c in distinct for i in sorted(set(items)) if (r, c, i) not in self._known]
+        if wanted:
+            self._learn(wanted)
+        at = {place: k for k, place in enumerate(distinct)}
+        table = np.array([[self._known[r, c, i] for r, c in distinct] for i in items], dtype=np.float64)
+        return table.reshape(len(items), len(distinct))[:, [at[place] for place in places]]
+
+    def _learn(self, triples: Sequence[tuple[str, str, str]]) -> None:
+        """Run the network on triples and remember what it says."""
+        if len(self._known) + len(triples) > MOST_REMEMBERED:
+            self._known.clear()
+        columns = [self._pass_first(role, [t[k] for t in triples]) for k, role in enumerate(ROLES)]
+        hidden = columns[0] + columns[1] + columns[2] + self.layers[0][1]
+        for weight, bias in self.layers[1:]:
+            hidden = np.maximum(hidden, 0.0) @ weight.T + bias
+        probability = np.round(1.0 / (1.0 + np.exp(-np.clip(hidden[:, 0], -30.0, 30.0))), DIGITS)
+        self._known.update(zip(triples, probability.tolist(), strict=True))
+
+    def _pass_first(self, role: str, names: Sequence[str]) -> Floats:
+        """The share of the first layer that a name has in a role, shape (names, hidden)."""
+        strange = sorted({n for n in names if (role, n) not in self._first})
+        if strange:
+            width = self.layers[0][0].shape[1] // len(ROLES)
+            k = ROLES.index(role)
+            block = self.layers[0][0][:, k * width : (k + 1) * width]
+            one_hot = np.tile(np.eye(len(ROLES))[k], (len(strange), 1))
+            inputs = np.concatenate([vectors_of(self.encoder, strange).astype(np.float64), one_hot], axis=1)
+            self._first.update({(role, n): row for n, row in zip(strange, inputs @ block.T, strict=True)})
+        return np.array([self._first[role, n] for n in names])
+
+
+def fcnn_from(weights: Weights) -> FcnnEstimator:
+    """The estimator of a weights file. Raises MalformedFile."""
+    encoder = text_encoder(weights.header.encoder)
+    width = len(ROLES) * (vectors_of(encoder, ["Mug"]).shape[1] + len(ROLES))
+    layers: list[Layer] = []
+    for k in range(_layers(weights)):
+        weight = weights.tensor(f"{k}.weight", None, width).astype(np.float64)
+        layers.append((weight, weights.tensor(f"{k}.bias", len(weight)).astype(np.float64)))
+        width = len(weight)
+    if width != 1:
+        raise MalformedFile(weights.path, f"its last layer has {width} outputs and not 1", "Train it again")
+    return FcnnEstimator(name=weights.name, encoder=encoder, layers=tuple(layers))
+
+
+def _layers(weights: Weights) -> int:
+    count = sum(name.endswith(".weight") for name in weights.tensors)
+    if not 1 <= count <= 16:
+        raise MalformedFile(weights.path, f"holds {count} layers", "Train it again with lios train")
+    return count
