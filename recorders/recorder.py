@@ -20,7 +20,7 @@ from recorders.channel_spec import json_channel, protobuf_channel
 from recorders.narrator import LATCHED, Narrator, ViewerMessage
 from recorders.sinks import LogFiles, Sink, Split
 from recorders.writer import DiskFull
-from workbench.execution.events import Ended, Event, Planned
+from workbench.execution.events import Acted, Ended, Event, Planned
 from workbench.planning.tasks import Task
 from workbench.runs.codec import encode, ground_truth, to_wire
 from workbench.runs.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_to_json, task_to_json
@@ -146,12 +146,16 @@ class RunRecorder:
         self.close()
 
     def _write(self, event: Event) -> None:
+        """Writes an event and its views, in the order of their stamps: an action's poses come before its end."""
+        told = () if self._narrator is None else tuple(self._narrator.tell(event))
+        if isinstance(event, Acted):
+            self._write_viewer(self._files, told)
         for wire in to_wire(event):
             self._write_domain(self._files, wire)
             if isinstance(wire, Outcome):
                 self._files.describe(OUTCOME_METADATA, outcome_to_metadata(wire, event.decision))
-        if self._narrator is not None:
-            self._write_viewer(self._files, self._narrator.tell(event))
+        if not isinstance(event, Acted):
+            self._write_viewer(self._files, told)
 
     def _write_domain(self, sink: Sink, event: DomainEvent) -> None:
         channel = json_channel(type(event), latched=isinstance(event, GroundTruth))
