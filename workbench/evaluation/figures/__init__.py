@@ -1,0 +1,1 @@
+"""Figures of evaluations, one drawing a file: draw_x(ax, ...) -> None."""

@@ -1,0 +1,48 @@
+"""Where does a policy beat Greedy? A point a trial, as in the paper's Fig. 5 (left)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from workbench.evaluation.figures.style import BLUE, ORANGE
+
+KIND_COLOURS = {"ai2-thor": BLUE, "objaverse": ORANGE}
+
+
+def draw_cost_scatter(
+    ax: Axes,
+    greedy: npt.NDArray[np.float64],
+    other: npt.NDArray[np.float64],
+    *,
+    kinds: Sequence[str],
+    name: str,
+) -> None:
+    """Costs of the same trials against one another; below the line the policy costs less than Greedy.
+
+    Args:
+        greedy, other: shape (trials,).
+        kinds: of the trials' items.
+    """
+    most = float(max(greedy.max(), other.max())) * 1.03
+    ax.plot([0, most], [0, most], color="#888888", linewidth=0.8, zorder=1)
+    for kind in dict.fromkeys(kinds):
+        these = np.array([k == kind for k in kinds])
+        ax.scatter(
+            greedy[these],
+            other[these],
+            s=9,
+            alpha=0.45,
+            linewidths=0,
+            color=KIND_COLOURS.get(kind),
+            label=f"{kind} ({these.sum()})",
+            zorder=2,
+        )
+    ax.set(xlim=(0, most), ylim=(0, most), aspect="equal", xlabel="cost of Greedy", ylabel=f"cost of {name}")
+    saved = 1 - other.sum() / greedy.sum()
+    worse = np.mean(other > greedy + 1e-9)
+    ax.set_title(f"{name}: {100 * saved:.1f} % below Greedy, worse in {100 * worse:.0f} %", fontsize=9)
+    ax.legend(fontsize=7, frameon=False, loc="upper left")

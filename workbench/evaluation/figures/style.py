@@ -1,0 +1,52 @@
+"""How do the figures of evaluations look? Colours for colour-blind eyes (Okabe and Ito, 2008), one size of type."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+BLUE, VERMILION, GREEN, PINK, ORANGE, SKY, GREY = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#5A5A5A",
+)
+
+POLICY_COLOURS: Mapping[str, str] = MappingProxyType(
+    {
+        "greedy": GREY,
+        "most-probable": PINK,
+        "lios": ORANGE,
+        "conditioned-lios": BLUE,
+        "full-lios": GREEN,
+        "oracle": "#000000",
+    }
+)
+
+DOTS_PER_INCH = 150
+
+
+def colour_of(policy: str) -> str:
+    return POLICY_COLOURS.get(policy, VERMILION)
+
+
+def new_figure(width_in: float, height_in: float, *, columns: int = 1) -> tuple[Figure, list[Axes]]:
+    """A figure and its axes, side by side, without a window."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    axes = [figure.add_subplot(1, columns, i + 1) for i in range(columns)]
+    for ax in axes:
+        ax.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Writes a PNG whose bytes depend on nothing but the drawing."""
+    figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return path
