@@ -16,6 +16,8 @@ Cell = tuple[int, int]
 
 def corner_cells(free: npt.NDArray[np.bool_], cells: Sequence[Cell]) -> list[Cell]:
     """The corners of a way of adjacent cells, both ends included; as long as the way, over free cells only."""
+    if len(cells) < 2:
+        return list(cells)
     corners = [cells[0]]
     start = 0
     while start < len(cells) - 1:

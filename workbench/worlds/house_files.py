@@ -43,14 +43,14 @@ def split_address(address: str) -> tuple[Path, int | None]:
         FileMissing: no such file.
         BadValue: an index that is no whole number.
     """
-    if Path(address).is_file():
+    if _is_file(address):
         return Path(address), None
     name, colon, index = address.rpartition(":")
     if not colon or not name.lower().endswith(SUFFIXES):
-        if colon and Path(name).is_file():
+        if colon and _is_file(name):
             raise BadValue("house file", name, "a file that ends in " + ", ".join(SUFFIXES))
         raise FileMissing(address)
-    if not Path(name).is_file():
+    if not _is_file(name):
         raise FileMissing(name)
     if not index.isascii() or not index.isdigit() or len(index) > 9:
         raise BadValue(f"house index of {address}", index, "a whole number from 0")
@@ -140,6 +140,14 @@ def _opened(path: Path) -> Generator[IO[bytes]]:
         raise MalformedFile(path, f"no valid gzip ({error})", "Download or copy the file again") from None
     except OSError as error:
         raise MalformedFile(path, f"it cannot be read ({error.strerror or error})", "Check the file") from None
+
+
+def _is_file(name: str) -> bool:
+    """Whether a name is that of a file; a name that no file can have is not."""
+    try:
+        return Path(name).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def _bounded(data: bytes, path: Path, index: int) -> bytes:

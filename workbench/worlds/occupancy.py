@@ -91,13 +91,13 @@ def room_labels(plan: FloorPlan, grid: OccupancyGrid) -> npt.NDArray[np.int32]:
     labels = np.full(grid.occupied.shape, -1, dtype=np.int32)
     for index, room in enumerate(plan.rooms):
         corners = np.array(room.floor)
-        first = np.roll(corners, 1, axis=0)
-        rise = corners[:, 1] - first[:, 1]
-        slope = (corners[:, 0] - first[:, 0]) / np.where(rise == 0, 1.0, rise)
-        crosses = (first[:, 1, None] > y) != (corners[:, 1, None] > y)
-        at_x = np.where(crosses, first[:, 0, None] + slope[:, None] * (y - first[:, 1, None]), -np.inf)
         low, high = np.searchsorted(x, [corners[:, 0].min(), corners[:, 0].max()])
-        within = (at_x[:, :, None] > x[None, None, low:high]).sum(axis=0) % 2 == 1
+        within = np.zeros((len(y), high - low), dtype=np.bool_)
+        for (x0, y0), (x1, y1) in zip(np.roll(corners, 1, axis=0), corners, strict=True):
+            first, last = np.searchsorted(y, sorted((y0, y1)))
+            if first < last:
+                at_x = x0 + (x1 - x0) / (y1 - y0) * (y[first:last] - y0)
+                within[first:last] ^= at_x[:, None] > x[None, low:high]
         part = labels[:, low:high]
         part[within & (part < 0)] = index
     return labels

@@ -46,6 +46,8 @@ from workbench.worlds.names import is_container, size_of_asset_m, type_of_asset,
 from workbench.worlds.procthor_json import AgentJson, HoleJson, HouseJson, ObjectJson, RoomJson, Vector, WallJson
 from workbench.worlds.room_fit import fitted
 
+MAX_ROOMS, MAX_CORNERS = 500, 1000
+"""More rooms, or corners of one room, are no house."""
 STANDS_BELOW_M = 1.2
 """A thing whose middle is lower stands on the floor, so that its height is twice its middle's."""
 
@@ -99,7 +101,11 @@ def house_of(record: HouseJson, *, name: str, assets: Mapping[str, Asset]) -> Ho
     """A house from its typed record. Raises as house_from_json does."""
     if not record.rooms:
         raise BadValue(f"rooms of {name}", [], "at least one room")
+    if len(record.rooms) > MAX_ROOMS:
+        raise BadValue(f"number of rooms of {name}", len(record.rooms), f"at most {MAX_ROOMS}")
     rooms = tuple(_room(room, name) for room in record.rooms)
+    if len({room.id for room in rooms}) < len(rooms):
+        raise BadValue(f"room ids of {name}", [room.id for room in rooms], "different from one another")
     walls, by_id = _walls(record.walls, {room.id for room in rooms}, name)
     doors = tuple(_opening(door, by_id, rooms, name) for door in record.doors)
     windows = tuple(_opening(window, by_id, rooms, name) for window in record.windows)
@@ -134,6 +140,8 @@ def _decoded(path: Path, index: int, line: bytes, assets: Mapping[str, Asset]) -
 
 
 def _room(room: RoomJson, name: str) -> Room:
+    if len(room.floorPolygon) > MAX_CORNERS:
+        raise BadValue(f"corners of room {room.id} in {name}", len(room.floorPolygon), f"at most {MAX_CORNERS}")
     floor = tuple(_point(corner, f"floor of room {room.id} in {name}") for corner in room.floorPolygon)
     return Room(id=RoomId(room.id), kind=room.roomType, floor=floor)
 

@@ -40,7 +40,7 @@ def recall(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Na
     if path is None or not path.is_file():
         return None
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
             return _unpacked(plan, resolution_m, {name: kept[name] for name in kept.files})
     except (OSError, ValueError, KeyError, IndexError, EOFError, BadZipFile):
         return None
