@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,11 +21,17 @@ from workbench.planning.strategy import Alternative
 from workbench.worlds.house import LocationId
 
 SOLVER = "built-in"
-MOST_NODES = 400_000
-"""States of one recipe; beyond, the plan is no longer proven optimal and says within which bound it is."""
-
-MOST_SLOTS_STAGED = 7
-"""With more slots nothing is put down on the way to where it is wanted."""
+MOST_NODES = 100_000
+"""States of all recipes together; beyond, the plan is not proven optimal and says within which bound it is."""
+LEAST_NODES = 2_000
+"""States that every recipe gets even when the others have used up theirs."""
+POLISH_NODES = 10_000
+GREEDY, GREEDY_NODES = 3.0, 1_000_000
+"""When no recipe is solved in time: the weight of the heuristic with which a first plan is sought."""
+MOST_EXPLAINED = 5_000
+MOST_CENTRES = 3
+"""Places whose distances serve the search as potentials."""
+MOST_CODE = 2**62
 
 Clock = Callable[[], float]
 
@@ -62,6 +68,7 @@ class _Arrays:
     d: rs.FloatArray
     fetch: rs.FloatArray
     least: rs.FloatArray
+    potential: rs.FloatArray
     standing: rs.IntArray
     end: rs.IntArray
     in_hand: rs.IntArray
@@ -75,16 +82,19 @@ def solve(
     problem: Problem,
     *,
     budget_s: float = float("inf"),
-    alternatives: bool = False,
     most_nodes: int = MOST_NODES,
+    polish_nodes: int = POLISH_NODES,
     clock: Clock = time.perf_counter,
 ) -> Solved:
     """The cheapest plan over the problem's locations.
 
+    Two passes: first plans that carry everything straight to where it is wanted or used; then, below that cost,
+    plans that may also put things down on the way. A pass that runs out of states leaves a bound, not a proof.
+
     Args:
         budget_s: gives up after this time with the best plan so far and a bound, or TIMED_OUT without one.
-        alternatives: also solve the recipes that cannot win, for people.
-        most_nodes: states of one recipe.
+        most_nodes: states of all recipes together in the first pass.
+        polish_nodes: the same in the second pass.
         clock: seconds; only the budget reads it.
     """
     if holds(problem.goal, initial_state(problem), problem):
@@ -92,33 +102,78 @@ def solve(
     unreachable = goal_is_out_of_reach(problem)
     if unreachable:
         return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
-    began = clock()
+    run = _Passes(problem=problem, deadline=clock() + budget_s, clock=clock)
     attempts = _attempts(problem)
+    run.straight(attempts, most_nodes)
+    run.on_the_way(attempts, polish_nodes)
+    if run.best is None:
+        return Solved(plan=_no_plan(attempts, run.unproven), expanded=run.expanded)
+    cost, attempt, moves = run.best
+    plan = _plan_of(_steps(problem, attempt, moves), lower_bound=min(cost, run.unproven))
+    return Solved(plan=plan, alternatives=_not_taken(run.others, attempt.recipe.title), expanded=run.expanded)
+
+
+@dataclass(slots=True, kw_only=True)
+class _Passes:
+    """The best plan so far, what is not excluded below it, and what was seen on the way."""
+
+    problem: Problem
+    deadline: float
+    clock: Clock
     best: tuple[float, _Attempt, rs.IntArray] | None = None
-    unproven = float("inf")
-    expanded = 0
-    others: list[Alternative] = []
-    for attempt in attempts:
-        limit = best[0] if best is not None else float("inf")
-        if attempt.bound >= limit and not alternatives:
-            break
-        if clock() - began > budget_s:
-            unproven = min(unproven, attempt.bound)
-            continue
-        status, cost, bound, moves, nodes = _search(
-            problem, attempt, float("inf") if alternatives else limit, most_nodes
-        )
-        expanded += nodes
+    unproven: float = float("inf")
+    expanded: int = 0
+    others: list[Alternative] = field(default_factory=list[Alternative])
+
+    @property
+    def limit(self) -> float:
+        return self.best[0] if self.best is not None else float("inf")
+
+    def straight(self, attempts: list[_Attempt], most_nodes: int) -> None:
+        left = most_nodes
+        for attempt in attempts:
+            if attempt.bound >= self.limit:
+                break
+            if self.clock() > self.deadline:
+                self.unproven = min(self.unproven, attempt.bound)
+                break
+            left -= self.try_one(attempt, max(left, LEAST_NODES), staging=False)
+
+    def on_the_way(self, attempts: list[_Attempt], most_nodes: int) -> None:
+        left = most_nodes
+        for attempt in attempts:
+            if attempt.bound >= self.limit:
+                break
+            if left <= 0 or self.clock() > self.deadline:
+                self.unproven = min(self.unproven, attempt.bound)
+                break
+            left -= self.try_one(attempt, left, staging=True)
+
+    def try_one(self, attempt: _Attempt, most_nodes: int, *, staging: bool) -> int:
+        if not fits(attempt, staging=staging):
+            self.unproven = min(self.unproven, attempt.bound)
+            return 0
+        status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
         if status == rs.LIMIT:
-            unproven = min(unproven, bound)
+            self.unproven = min(self.unproven, bound)
+            if self.best is None:
+                status, cost, _, moves, more = _search(self.problem, attempt, self.limit, GREEDY_NODES, weight=GREEDY)
+                nodes += more
         if status == rs.SOLVED:
-            others.append(Alternative(title=attempt.recipe.title, cost=cost, why_not="costs more"))
-            if cost < limit:
-                best = (cost, attempt, moves)
-    if best is None:
-        return Solved(plan=_no_plan(attempts, unproven, problem), expanded=expanded)
-    plan = _plan_of(_steps(problem, best[1], best[2]), lower_bound=min(best[0], unproven))
-    return Solved(plan=plan, alternatives=_not_taken(others, best[1].recipe.title), expanded=expanded)
+            self.others.append(Alternative(title=attempt.recipe.title, cost=cost, why_not="costs more"))
+            self.best = (cost, attempt, moves)
+        self.expanded += nodes
+        return nodes
+
+
+def fits(attempt: _Attempt, *, staging: bool) -> bool:
+    """Whether the search's states can be numbered in 62 bits."""
+    n, slots = len(attempt.arrays.d), len(attempt.recipe.slots)
+    used = {slot for operation in attempt.recipe.operations for slot in operation.slots}
+    states = n * (slots + 1) << attempt.arrays.n_ops
+    for slot in range(slots):
+        states *= n + 1 if staging or slot in used else 2
+    return states < MOST_CODE
 
 
 def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
@@ -128,7 +183,7 @@ def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, .
         if attempt.hand >= 0:
             continue
         for slot in range(len(attempt.recipe.slots)):
-            status, cost, _, moves, _ = _search(problem, attempt, float("inf"), MOST_NODES, first=slot)
+            status, cost, _, moves, _ = _search(problem, attempt, float("inf"), MOST_EXPLAINED, first=slot)
             if status == rs.SOLVED:
                 first = next((s for s in _steps(problem, attempt, moves) if s.action in ("find", "pick")), None)
                 if first is not None:
@@ -158,20 +213,22 @@ def _attempts(problem: Problem) -> list[_Attempt]:
 
 
 def _search(
-    problem: Problem, attempt: _Attempt, bound: float, most_nodes: int, *, first: int = -1
+    problem: Problem,
+    attempt: _Attempt,
+    bound: float,
+    most_nodes: int,
+    *,
+    first: int = -1,
+    staging: bool = False,
+    weight: float = 1.0,
 ) -> tuple[int, float, float, rs.IntArray, int]:
     a = attempt.arrays
     c = problem.costs.manipulation
     robot = problem.locations.index(problem.robot_at)
     return rs.search(
-        robot, attempt.hand, c if attempt.put_down else 0.0, first, a.d, a.fetch, a.least, a.standing, a.end,
-        a.in_hand, a.op_slot, a.op_where, a.op_after, a.n_ops, c, staged(attempt.recipe), bound, most_nodes,
+        robot, attempt.hand, c if attempt.put_down else 0.0, first, a.d, a.fetch, a.least, a.potential, a.standing,
+        a.end, a.in_hand, a.op_slot, a.op_where, a.op_after, a.n_ops, c, staging, weight, bound, most_nodes,
     )  # fmt: skip
-
-
-def staged(recipe: Recipe) -> bool:
-    """Whether things may be put down on the way; with many slots that would be too many states."""
-    return len(recipe.slots) <= MOST_SLOTS_STAGED
 
 
 def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
@@ -197,10 +254,14 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
         for j, slot in enumerate(operation.slots):
             op_slot[o, j] = slot
             op_where[o, j] = operation.preparation.parts[j].where == "hand"
+    centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
+    potential = np.stack([np.zeros(n), *(d[:, centre] for centre in centres)])
+    reduced = fetch[None] + potential[:, None, :, None] - potential[:, None, None, :]
     return _Arrays(
         d=d,
         fetch=fetch,
-        least=np.ascontiguousarray(fetch.min(axis=1)) if slots else np.zeros((0, n)),
+        least=np.ascontiguousarray(reduced.min(axis=2)),
+        potential=np.ascontiguousarray(potential),
         standing=standing,
         end=np.array([where[slot.end] if slot.end else -1 for slot in recipe.slots], dtype=np.int64),
         in_hand=np.array([slot.in_hand for slot in recipe.slots], dtype=np.int64),
@@ -337,7 +398,7 @@ def _plan_of(steps: tuple[PlanStep, ...], *, lower_bound: float) -> Plan:
     )
 
 
-def _no_plan(attempts: list[_Attempt], unproven: float, problem: Problem) -> Plan:
+def _no_plan(attempts: list[_Attempt], unproven: float) -> Plan:
     if unproven < float("inf"):
         return Plan(status=PlanStatus.TIMED_OUT, solver=SOLVER, note="no plan was found within the planning budget")
     missing = "no way of meeting the goal has all its things" if not attempts else "no sequence of actions meets it"

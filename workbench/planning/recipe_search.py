@@ -5,7 +5,11 @@ which operations are done. One move of the search is a whole errand: fetch a slo
 down, carry on, walk somewhere and prepare. With one hand and metric travel every optimal plan is a chain of these.
 
 The heuristic never overestimates: what is carried is carried apart (one hand), so the least carries of all slots
-add up, and the slots of a pending operation must meet at one place, the best of which is charged.
+add up, and the slots of a pending operation must meet at one place, the best of which is charged. Walking with
+empty hands is charged by potentials: an errand starts where the one before ended, so adding pot(start) - pot(end) to
+the cost of each changes the sum by pot(robot) - pot(last end) only. With pot = the distance to a place where much
+must go, the least reduced cost of an errand that ends there is its whole round trip. The greatest bound over several
+potentials is taken; zero is one of them.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownParameterType=false, reportUnknownLambdaType=false
@@ -27,6 +31,8 @@ FETCH, PLACE, CARRY, PREPARE, CHOOSE, DROP = range(6)
 SOLVED, NO_PLAN, LIMIT = range(3)
 
 _EPS = 1e-9
+_ROUND = 1e6
+"""Sums that differ by less are ties; the younger state goes first."""
 _INF = np.inf
 
 
@@ -36,81 +42,97 @@ def _compiled(function: Any) -> Any:
 
 @_compiled
 def _heuristic(
-    robot, hand, pos, done, d, least, standing, end, in_hand, op_slot, op_where, n_ops, c
+    robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
 ):  # fmt: skip
-    n_slots = len(pos)
-    n_loc = d.shape[0]
+    """The greatest of one lower bound for each potential."""
+    best = 0.0
+    for k in range(potential.shape[0]):
+        bound = _bound(
+            robot, hand, pos, done, d, least[k], potential[k], standing, end, in_hand, op_slot, op_where, n_ops, c
+        )
+        best = max(best, bound)
+    return best
+
+
+@_compiled
+def _leg(s, m, robot, hand, pos, d, least, potential, c):
+    """The least reduced cost of getting slot s to place m, the pick included."""
+    if hand == s:
+        return d[robot, m] + potential[robot] - potential[m]
+    if pos[s] >= 0:
+        return potential[pos[s]] + c + d[pos[s], m] - potential[m]
+    return least[s, m]
+
+
+@_compiled
+def _bound(
+    robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
+):  # fmt: skip
     total = 0.0
-    pending_any = False
+    all_done = done == (1 << n_ops) - 1
     for o in range(n_ops):
         if not (done >> o) & 1:
             total += c
-            pending_any = True
-    for s in range(n_slots):
+    for s in range(len(pos)):
+        t = end[s]
+        if t < 0:
+            continue
         busy = False
-        if pending_any:
+        if not all_done:
             for o in range(n_ops):
                 if not (done >> o) & 1:
                     for j in range(op_slot.shape[1]):
                         if op_slot[o, j] == s:
                             busy = True
-        if busy or end[s] < 0:
+        if busy or (hand != s and not in_hand[s] and (pos[s] == t or (pos[s] < 0 and standing[s, t]))):
             continue
-        t = end[s]
-        put = 0.0 if in_hand[s] else c
-        if hand == s:
-            total += d[robot, t] + put
-        elif pos[s] >= 0:
-            if pos[s] != t or in_hand[s]:
-                total += c + d[pos[s], t] + put
-        elif in_hand[s] or not standing[s, t]:
-            total += least[s, t] + put
-    if not pending_any:
-        return total
-    for o in range(n_ops):
-        if (done >> o) & 1:
-            continue
-        best = _INF
-        for m in range(n_loc):
-            here = 0.0
+        total += _leg(s, t, robot, hand, pos, d, least, potential, c) + (0.0 if in_hand[s] else c)
+    if not all_done:
+        for o in range(n_ops):
+            if not (done >> o) & 1:
+                total += _meeting(
+                    o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, c
+                )
+    return total - potential[robot]
+
+
+@_compiled
+def _meeting(
+    o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, c
+):  # fmt: skip
+    """The least cost of bringing an operation's slots together and onward, less those of earlier operations."""
+    best = _INF
+    for m in range(d.shape[0]):
+        here = 0.0
+        for j in range(op_slot.shape[1]):
+            s = op_slot[o, j]
+            if s < 0 or _counted_before(o, s, done, op_slot):
+                continue
+            put = 0.0 if in_hand[s] else c
+            t = end[s]
+            if op_where[o, j] == 1:
+                here += _leg(s, m, robot, hand, pos, d, least, potential, c)
+                if t >= 0:
+                    here += potential[m] + d[m, t] - potential[t] + put
+                continue
+            if hand == s or (pos[s] >= 0 and pos[s] != m) or (pos[s] < 0 and not standing[s, m]):
+                here += _leg(s, m, robot, hand, pos, d, least, potential, c) + c
+            if t >= 0 and (t != m or in_hand[s]):
+                here += potential[m] + c + d[m, t] - potential[t] + put
+            if here >= best:
+                break
+        best = min(best, here)
+    return best
+
+
+@_compiled
+def _counted_before(o, s, done, op_slot):
+    for earlier in range(o):
+        if not (done >> earlier) & 1:
             for j in range(op_slot.shape[1]):
-                s = op_slot[o, j]
-                if s < 0:
-                    continue
-                owned = True
-                for o2 in range(o):
-                    if not (done >> o2) & 1:
-                        for j2 in range(op_slot.shape[1]):
-                            if op_slot[o2, j2] == s:
-                                owned = False
-                if not owned:
-                    continue
-                t = end[s]
-                if op_where[o, j] == 1:
-                    if hand == s:
-                        here += d[robot, m]
-                    elif pos[s] >= 0:
-                        here += c + d[pos[s], m]
-                    else:
-                        here += least[s, m]
-                    if t >= 0:
-                        here += d[m, t] + (0.0 if in_hand[s] else c)
-                    continue
-                if hand == s:
-                    here += d[robot, m] + c
-                elif pos[s] >= 0:
-                    if pos[s] != m:
-                        here += 2 * c + d[pos[s], m]
-                elif not standing[s, m]:
-                    here += least[s, m] + c
-                if t >= 0 and (t != m or in_hand[s]):
-                    here += c + d[m, t] + (0.0 if in_hand[s] else c)
-                if here >= best:
-                    break
-            if here < best:
-                best = here
-        total += best
-    return total
+                if op_slot[earlier, j] == s:
+                    return True
+    return False
 
 
 @_compiled
@@ -157,7 +179,7 @@ def _push(heap_f, heap_n, count, f, n):
     i = count
     while i > 0:
         p = (i - 1) >> 1
-        if heap_f[p] < f or (heap_f[p] == f and heap_n[p] < n):
+        if heap_f[p] < f or (heap_f[p] == f and heap_n[p] > n):
             break
         heap_f[i] = heap_f[p]
         heap_n[i] = heap_n[p]
@@ -179,7 +201,7 @@ def _pop(heap_f, heap_n, count):
             break
         if k + 1 < last and (heap_f[k + 1] < heap_f[k] or (heap_f[k + 1] == heap_f[k] and heap_n[k + 1] < heap_n[k])):
             k += 1
-        if f < heap_f[k] or (f == heap_f[k] and n < heap_n[k]):
+        if f < heap_f[k] or (f == heap_f[k] and n > heap_n[k]):
             break
         heap_f[i] = heap_f[k]
         heap_n[i] = heap_n[k]
@@ -190,8 +212,8 @@ def _pop(heap_f, heap_n, count):
 
 @_compiled
 def search(
-    robot0, hand0, g0, first, d, fetch, least, standing, end, in_hand, op_slot, op_where, op_after, n_ops, c,
-    staging, bound, most_nodes,
+    robot0, hand0, g0, first, d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, n_ops,
+    c, staging, weight, bound, most_nodes,
 ):  # fmt: skip
     """A* from one state.
 
@@ -202,13 +224,15 @@ def search(
         d: metres, shape (places, places).
         fetch: cost of walking to a slot's nearest instance, picking it and carrying it on; shape
             (slots, places, places); infinite where no instance is.
-        least: minimum of fetch over its origins, shape (slots, places).
+        least: reduced minimum of fetch over its origins, shape (potentials, slots, places).
+        potential: shape (potentials, places); see the module's text.
         standing: an instance stands there already, shape (slots, places).
         end, in_hand: where each slot must be at the end, -1 for anywhere; held or standing.
         op_slot, op_where: slots of each operation, -1 for none, and 1 for those in hand; shape (operations, parts).
         op_after: bit mask of operations that come before.
         c: cost of a manipulation.
         staging: whether things may be put down on the way, where nothing else is done with them.
+        weight: of the heuristic in the order of the search; 1 gives the optimum, more a plan sooner.
         bound: only plans that cost less are of interest.
         most_nodes: gives up beyond.
 
@@ -249,7 +273,9 @@ def search(
     node[0, 0] = robot0
     node[0, 1] = hand0
     node_g[0] = g0
-    h0 = _heuristic(robot0, hand0, node_pos[0], 0, d, least, standing, end, in_hand, op_slot, op_where, n_ops, c)
+    h0 = _heuristic(
+        robot0, hand0, node_pos[0], 0, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
+    )
     empty = np.zeros((0, 3), dtype=np.int64)
     if g0 + h0 >= bound - _EPS:
         return NO_PLAN, _INF, g0 + h0, empty, 0
@@ -292,10 +318,10 @@ def search(
             for q in range(length):
                 moves[q] = action[k]
                 k = parent[k]
-            return SOLVED, g, g, moves, expanded
+            return SOLVED, g, g if weight == 1.0 else g0 + h0, moves, expanded
         expanded += 1
         if count > most_nodes:
-            return LIMIT, _INF, f, empty, expanded
+            return LIMIT, _INF, f if weight == 1.0 else g0 + h0, empty, expanded
         n = 0
         forced = first >= 0 and i == 0
         # Choosing an instance where it stands costs nothing.
@@ -419,7 +445,9 @@ def search(
             old = table[at, 1] if table[at, 0] != -1 else -1
             if old >= 0 and node_g[old] <= g2 + _EPS:
                 continue
-            h = _heuristic(robot2, hand2, pos2, done2, d, least, standing, end, in_hand, op_slot, op_where, n_ops, c)
+            h = _heuristic(
+                robot2, hand2, pos2, done2, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
+            )
             if g2 + h >= bound - _EPS:
                 pruned = min(pruned, g2 + h)
                 continue
@@ -454,6 +482,6 @@ def search(
                 at = _slot_of_code(code, table, table.shape[0])
             table[at, 0] = code
             table[at, 1] = j
-            _push(heap_f, heap_n, heap, g2 + h, j)
+            _push(heap_f, heap_n, heap, np.round((g2 + weight * h) * _ROUND) / _ROUND, j)
             heap += 1
     return NO_PLAN, _INF, min(bound, pruned), empty, expanded
