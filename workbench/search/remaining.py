@@ -74,7 +74,7 @@ def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:
             return np.exp(inside)
         if model == "exclusive":
             return outside / (inside + outside)
-        return np.exp(inside) * np.expm1(outside) / np.expm1(inside + outside)
+        return np.exp(inside) * np.abs(np.expm1(outside) / np.expm1(inside + outside))
 
 
 def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:

@@ -86,7 +86,7 @@ def _predicted(costs: Costs, names: list[str], folder: Path) -> Path:
 
 
 def _worked(folder: Path) -> Path:
-    figure, axes = new_figure(9.0, 4.8, columns=2)
+    figure, axes = new_figure(9.0, 4.0, columns=2)
     draw_worked_example(axes[0], model="independent")
     draw_worked_example(axes[1], model="exists")
     return save(figure, folder / "worked_example.png")

@@ -59,7 +59,7 @@ def draw_worked_example(ax: Axes, *, model: BeliefModel) -> None:
         ax.text((x0 + x1) / 2, (y0 + y1) / 2 - 0.22, f"{stop.leg_m:.1f} m", fontsize=7, color=BLUE, ha="center")
         at = stop.container
     ax.text(-1.6, -0.75, "\n".join(steps_in_words(query, search)), fontsize=6.8, va="top", family="monospace")
-    ax.set(xlim=(-1.9, 5.2), ylim=(-3.9, 3.3), aspect="equal")
+    ax.set(xlim=(-1.9, 5.2), ylim=(-2.7, 3.3), aspect="equal")
     ax.set_axis_off()
     ax.set_title(f"{model}: expected cost {search.cost:.2f}", fontsize=9)
 
