@@ -68,6 +68,18 @@ def test_door_hole_is_measured_along_its_wall_and_front_doors_are_shut() -> None
     assert (front.start, front.end, front.passable) == ((1, 0), (2, 0), False)
 
 
+def test_a_hole_may_be_a_bounding_box() -> None:
+    """As the first release of ProcTHOR-10K has it, with walls whose corners go round."""
+    data = two_rooms()
+    for door in data["doors"]:
+        low, high = door.pop("holePolygon")
+        door["boundingBox"] = {"min": low, "max": high}
+    for record in data["walls"]:
+        a, b, above_a, above_b = record["polygon"]
+        record["polygon"] = [a, above_a, above_b, b]
+    assert house_from_json(data, name="hand").plan.doors == house_from_json(two_rooms(), name="hand").plan.doors
+
+
 def test_walls_lose_their_twins() -> None:
     plan = house_from_json(two_rooms(), name="hand").plan
     assert len(plan.walls) == 7
@@ -138,6 +150,7 @@ def bad_coordinate(value: float) -> list[dict[str, Any]]:
         ({"objects": bad_coordinate(1e9)}, "Bed.3.0"),
         ({"objects": [thing("Bed|3|0", "Bed", (7, float("inf"), 3))]}, "Bed.3.0"),
         ({"walls": []}, "wall0 of door"),
+        ({"doors": [{"id": "door|2|3", "wall0": "wall|2|middle"}]}, "holePolygon of door"),
         ({"rooms": [{"id": "a", "roomType": "Kitchen", "floorPolygon": [point(0, 0, 0)]}]}, "floor of room a"),
         ({"metadata": {"agent": {"position": point(float("nan"), 0, 0)}}}, "metadata.agent"),
         ({"rooms": two_rooms()["rooms"] * 2}, "room ids"),

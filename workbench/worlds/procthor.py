@@ -189,14 +189,14 @@ def _opening(record: HoleJson, walls: Mapping[str, tuple[Point, Point]], rooms: 
     """A hole in its wall, measured from the wall's first corner; a door with one room twice leads outside."""
     if record.wall0 not in walls:
         raise BadValue(f"wall0 of {record.id} in {name}", record.wall0, "the id of a wall of this house")
-    if len(record.holePolygon) < 2:
-        raise BadValue(f"holePolygon of {record.id} in {name}", record.holePolygon, "two corners")
-    for corner in record.holePolygon:
+    if len(record.corners) < 2:
+        raise BadValue(f"holePolygon of {record.id} in {name}", record.corners, "two corners")
+    for corner in record.corners:
         _point(corner, f"holePolygon of {record.id} in {name}")
     (x0, y0), (x1, y1) = walls[record.wall0]
     length = ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
-    along = [min(max(corner.x, 0.0), length) for corner in record.holePolygon]
-    heights = [corner.y for corner in record.holePolygon]
+    along = [min(max(corner.x, 0.0), length) for corner in record.corners]
+    heights = [corner.y for corner in record.corners]
 
     def at(distance: float) -> Point:
         return (x0 + (x1 - x0) * distance / length, y0 + (y1 - y0) * distance / length)

@@ -35,15 +35,31 @@ class WallJson(msgspec.Struct, frozen=True, kw_only=True):
     material: Any = None
 
 
+class BoxJson(msgspec.Struct, frozen=True, kw_only=True):
+    min: Vector
+    max: Vector
+
+
 class HoleJson(msgspec.Struct, frozen=True, kw_only=True):
-    """A door or a window. holePolygon lies in the plane of wall0, measured from its polygon[0]."""
+    """A door or a window. Its hole lies in the plane of wall0, measured from that wall's polygon[0].
+
+    The first release of ProcTHOR-10K (schema 0.0.1) gives the hole as a boundingBox instead of a polygon.
+    """
 
     id: str
     wall0: str
-    holePolygon: tuple[Vector, ...]
+    holePolygon: tuple[Vector, ...] = ()
+    boundingBox: BoxJson | None = None
     room0: str | None = None
     room1: str | None = None
     wall1: str | None = None
+
+    @property
+    def corners(self) -> tuple[Vector, ...]:
+        """The hole's corners, x along the wall and y up; fewer than two when the file does not say."""
+        if not self.holePolygon and self.boundingBox:
+            return (self.boundingBox.min, self.boundingBox.max)
+        return self.holePolygon
 
 
 class ObjectJson(msgspec.Struct, frozen=True, kw_only=True):
