@@ -109,7 +109,7 @@ class UnknownName(NotFound):
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
         names = sorted(known)
         near = get_close_matches(name.lower(), [n.lower() for n in names], n=3, cutoff=0.5)
-        nearest = [n for n in names if n.lower() in near]
+        nearest = [n for lower in near for n in names if n.lower() == lower]
         listed = ", ".join(nearest or names[:12]) + (", ..." if not nearest and len(names) > 12 else "")
         place = f" in {where}" if where else ""
         hint = "Did you mean" if nearest else "Known are"

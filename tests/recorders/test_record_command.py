@@ -33,8 +33,7 @@ def lios(capsys: pytest.CaptureFixture[str]) -> Run:
 
 
 def _repeatable(path: Path) -> list[tuple[str, bytes]]:
-    with path.open("rb") as stream:
-        return [(m.topic, m.data) for m in messages(stream) if m.topic in REPEATABLE]
+    return [(m.topic, m.data) for m in messages(path) if m.topic in REPEATABLE]
 
 
 def test_a_shipped_house_is_recorded_and_read_back(lios: Run, tmp_path: Path) -> None:
