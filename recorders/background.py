@@ -123,7 +123,10 @@ class Background:
         done = threading.Event()
         self.submit(lambda: (self._inner.flush(), done.set())[0])
         self._urgent.set()
-        return self.trouble is None and done.wait(timeout_s)
+        deadline = time.monotonic() + timeout_s
+        while not done.wait(GATHER_S) and self.trouble is None and time.monotonic() < deadline:
+            pass
+        return done.is_set()
 
     def close(self) -> None:
         """Writes what waits, closes the inner sink and ends the thread. Safe to call twice."""

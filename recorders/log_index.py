@@ -62,6 +62,13 @@ class LogIndex:
         self.counts[channel_id] = before + 1
         return before
 
+    def learn(self, record: object) -> None:
+        """Takes note of a schema or channel; of anything else nothing."""
+        if isinstance(record, Schema):
+            self.schemas[record.id] = record
+        elif isinstance(record, Channel):
+            self.channels[record.id] = record
+
     def topic_counts(self) -> dict[str, int]:
         """Messages per topic, sorted by topic; channels of one topic added up."""
         totals: dict[str, int] = {}

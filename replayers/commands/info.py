@@ -1,0 +1,108 @@
+"""`lios info`: what is in a log, at a glance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.terminal import emit_json, emit_table, emit_text
+
+if TYPE_CHECKING:
+    from replayers.describe import Description
+
+
+def info(
+    log: Annotated[Path, typer.Argument(help="A log.")],
+    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+) -> None:
+    """Show what is in a log: run, duration, channels, attachments.
+
+    Examples:
+
+        lios info run.mcap
+
+        lios info run.mcap --json | jq .run.strategy
+    """
+    from replayers.describe import describe
+
+    found = describe(log)
+    if as_json:
+        emit_json(_answer(found))
+        return
+    for name, value in _lines(found):
+        emit_text(f"{name + ':':13}{value}")
+    emit_table(found.channels(), columns=["topic", "schema", "encoding", "messages", "hz"])
+
+
+def _answer(found: Description) -> dict[str, Any]:
+    index = found.index
+    return {
+        "file": str(found.path),
+        "size_bytes": found.size_bytes,
+        "library": index.header.library if index.header else "",
+        "profile": index.header.profile if index.header else "",
+        "closed": found.indexed,
+        "damages": found.loss.count,
+        "messages": index.messages,
+        "start_ns": index.first_ns,
+        "end_ns": index.last_ns,
+        "duration_s": found.duration_s,
+        "chunks": len(index.chunks),
+        "compression_ratio": found.compression_ratio,
+        "run": _run(found),
+        "outcome": found.outcome,
+        "channels": found.channels(),
+        "attachments": [
+            {"name": a.name, "media_type": a.media_type, "size_bytes": a.data_size} for a in index.attachments
+        ],
+        "metadata": found.metadata,
+    }
+
+
+def _run(found: Description) -> dict[str, Any] | None:
+    if found.info is None:
+        return None
+    names = ("run_id", "place", "scenario", "strategy", "estimator", "seed", "title", "source", "origin_run")
+    return {name: getattr(found.info, name) for name in names} | {"schema_version": found.info.schema_version}
+
+
+def _lines(found: Description) -> list[tuple[str, str]]:
+    index, run, outcome = found.index, found.info, found.outcome
+    lines: list[tuple[str, str]] = []
+    if run is not None:
+        lines += [
+            ("run", f"{run.run_id}, {run.title or run.scenario}"),
+            ("place", run.place),
+            ("strategy", f"{run.strategy}, belief of {run.estimator}, seed {run.seed}"),
+            ("source", run.source + (f" of run {run.origin_run}" if run.origin_run else "")),
+        ]
+        end = "none recorded"
+        if outcome:
+            end = f"{outcome.get('status')}, cost {float(outcome.get('cost', 0)):.1f}, {outcome.get('reason')}"
+        lines.append(("outcome", end))
+    state = "closed" if found.indexed else "not closed; lios recover makes its index anew"
+    if found.loss.count and found.indexed:
+        state += f"; {found.loss.count} damages, see lios doctor"
+    ratio = "" if found.compression_ratio is None else f", packed {found.compression_ratio:.1f} times"
+    lines += [
+        ("file", f"{found.size_bytes:,} bytes, {state}"),
+        ("library", index.header.library if index.header else "unknown"),
+        ("messages", f"{index.messages:,} in {len(index.chunks)} chunks{ratio}"),
+        ("start", _when(index.first_ns)),
+        ("duration", f"{found.duration_s:.3f} s"),
+        ("attachments", ", ".join(f"{a.name} ({a.data_size:,} bytes)" for a in index.attachments) or "none"),
+        ("metadata", ", ".join(sorted(found.metadata)) or "none"),
+    ]
+    return lines
+
+
+def _when(stamp_ns: int) -> str:
+    from datetime import UTC, datetime
+
+    try:
+        text = datetime.fromtimestamp(stamp_ns // 10**9, tz=UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    except (OverflowError, ValueError, OSError):
+        return f"{stamp_ns} ns"
+    return f"{text}.{stamp_ns % 10**9:09d}Z"

@@ -1,0 +1,70 @@
+"""`lios list`: the runs of a folder as a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.errors import BadValue
+from workbench.terminal import emit_json, emit_table, progress, say
+
+if TYPE_CHECKING:
+    from replayers.listing import Row
+
+SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s", "started_ns", "size_bytes")
+
+
+def list_logs(
+    where: Annotated[
+        list[str] | None, typer.Argument(help="Folders, patterns or logs; this folder by default.")
+    ] = None,
+    scenario: Annotated[str, typer.Option(help="Only runs of this scenario.")] = "",
+    strategy: Annotated[str, typer.Option(help="Only runs of this strategy.")] = "",
+    place: Annotated[str, typer.Option(help="Only runs whose house or site contains this text.")] = "",
+    status: Annotated[str, typer.Option(help="Only runs that ended so: done, no-plan, ...")] = "",
+    sort: Annotated[str, typer.Option(help=f"By one of: {', '.join(SORTS)}.")] = "file",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Read every log again.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+) -> None:
+    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and remembered.
+
+    Examples:
+
+        lios list logs/
+
+        lios list 'logs/**/*.mcap' --strategy model-lios --sort cost --json
+    """
+    from replayers.frames import find_logs
+    from replayers.listing import memory_for, rows_of
+
+    if sort not in SORTS:
+        raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
+    places = where or ["."]
+    memory = memory_for(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
+    paths = find_logs(places)
+    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"))
+    wanted = [
+        row
+        for row in rows
+        if (not scenario or row.scenario == scenario)
+        and (not strategy or row.strategy == strategy)
+        and (not status or row.status == status)
+        and place in row.place
+    ]
+    wanted.sort(key=lambda row: ((value := getattr(row, sort)) is None, value if value is not None else 0))
+    answers = [_answer(row) for row in wanted]
+    if as_json:
+        emit_json({"rows": answers})
+        return
+    columns = ["file", "place", "scenario", "strategy", "status", "cost", "searches", "duration_s", "problem"]
+    if not any(row.problem for row in wanted):
+        columns.remove("problem")
+    emit_table(answers, columns=columns)
+    problems = sum(bool(row.problem) for row in wanted)
+    say(f"{len(wanted)} of {len(rows)} logs" + (f", {problems} with a problem" if problems else ""))
+
+
+def _answer(row: Row) -> dict[str, Any]:
+    return {name: getattr(row, name) for name in row.__struct_fields__}
