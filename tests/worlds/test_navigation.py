@@ -236,3 +236,24 @@ def test_settings_and_houses_that_cannot_be() -> None:
         navigate(toy_plan(), robot_radius_m=-1)
     with pytest.raises(NowhereToStand, match="no floor is free"):
         navigate(toy_plan(), robot_radius_m=3)
+
+
+def test_where_compiled_code_cannot_be_kept_it_is_compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    import numba
+
+    from workbench.worlds import shortest_paths
+
+    real = numba.njit
+
+    def no_folder(*args: object, cache: bool = False) -> object:
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return real(*args)
+
+    monkeypatch.setattr(numba, "njit", no_folder)
+
+    @shortest_paths._compiled(numba.int64(numba.int64))
+    def twice(n: int) -> int:
+        return 2 * n
+
+    assert twice(21) == 42

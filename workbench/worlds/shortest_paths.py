@@ -7,7 +7,9 @@ Compiled once by numba and kept beside this file (or in numba's cache folder whe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
+from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
@@ -20,9 +22,22 @@ SQRT2 = sqrt(2.0)
 DIRECTIONS = np.array([(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)], dtype=np.int64)
 _FREE = numba.types.Array(numba.boolean, 2, "C", readonly=True)
 _CELLS = numba.types.Array(numba.int64, 1, "C", readonly=True)
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-@numba.njit(numba.float64[::1](_FREE, numba.int64, _CELLS), cache=True)
+def _compiled(signature: Any) -> Callable[[Function], Function]:
+    """Compile for one signature and keep the result; where nothing can be kept, compile in every process."""
+
+    def decorate(function: Function) -> Function:
+        try:
+            return cast(Function, numba.njit(signature, cache=True)(function))
+        except RuntimeError:
+            return cast(Function, numba.njit(signature)(function))
+
+    return decorate
+
+
+@_compiled(numba.float64[::1](_FREE, numba.int64, _CELLS))
 def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> Floats:
     """Steps from a source cell to every cell, inf where unreached; stops once all targets are final.
 
@@ -86,7 +101,7 @@ def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> 
     return distance
 
 
-@numba.njit(numba.float64[:, ::1](_FREE, _CELLS), cache=True)
+@_compiled(numba.float64[:, ::1](_FREE, _CELLS))
 def pairwise_steps(free: npt.NDArray[np.bool_], cells: Cells) -> Floats:
     """Steps between all pairs of cells, shape (cells, cells), inf where there is no way."""
     count = len(cells)
