@@ -40,7 +40,7 @@ TABS = (
 )
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
-PARTS = ("panels/panels.js", "capsule_page/renderer.js", "capsule_page/player.js")
+PARTS = ("panels/panels.js", "capsule_page/renderer.js", "capsule_page/player.js", "capsule_page/film.js")
 SHEETS = ("panels/panels.css", "capsule_page/page.css")
 
 
@@ -92,6 +92,7 @@ def _data(timelines: tuple[Timeline, ...]) -> dict[str, Any]:
     runs = [run_data(t, names[i], run_colour(i), texts, panels=i == 0) for i, t in enumerate(timelines)]
     return {
         "title": title(timelines[0]),
+        "plainTitle": timelines[0].run.task.title or timelines[0].run.info.scenario,
         "tabs": TABS if len(timelines) > 1 else TABS[:-1],
         "labelled": LABELLED,
         "house": _house(timelines[0].plan),

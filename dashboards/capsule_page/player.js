@@ -104,7 +104,7 @@
         bar.centre.push(x, y, z + h / 2); bar.size.push(0.13, 0.13, h); bar.yaw.push(0); bar.colour.push(...of.slice(3 * o, 3 * o + 3), 255);
       });
       bars.set(bar);
-      for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [0, 158, 115]], ["question", [20, 20, 20]]]) {
+      for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [255, 255, 255]], ["question", [20, 20, 20]]]) {
         const mark = { centre: [], size: [], yaw: [], colour: [] };
         for (const o of focus.marks[frame.marks][name]) { const [x, y, z] = data.house.tops[o]; mark.centre.push(x, y, z + 0.05); mark.size.push(1, 1, 1); mark.yaw.push(0); mark.colour.push(...colour, 255); }
         marks[name].set(mark);
@@ -261,7 +261,43 @@
   requestAnimationFrame(tick);
 
   // --- for pictures and tests -------------------------------------------------------------------------------------
+  const paint = (context, w, h, caption) => {
+    const sky = context.createLinearGradient(0, 0, 0, h);
+    sky.addColorStop(0, "#eef3f8"); sky.addColorStop(1, "#fbfbfa");
+    context.fillStyle = sky;
+    context.fillRect(0, 0, w, h);
+    context.drawImage(canvas, 0, 0, w, h);
+    const scale = w / Math.max(1, canvas.clientWidth), box = $("stage").getBoundingClientRect();
+    context.textBaseline = "middle";
+    for (const made of labels) {
+      if (made.div.style.display === "none") continue;
+      const place = made.div.getBoundingClientRect(), plain = made.kind === "room";
+      const [x, y, wide, high] = [place.left - box.left, place.top - box.top, place.width, place.height].map((v) => v * scale);
+      if (!plain) { context.fillStyle = "rgba(255,255,255,0.85)"; context.beginPath(); context.roundRect(x, y, wide, high, 4); context.fill(); }
+      const number = made.div.firstElementChild ? made.div.firstElementChild.textContent + ". " : "";
+      const words = number + (number ? made.div.lastChild.textContent : made.div.textContent);
+      context.font = `${made.kind === "robot" ? 650 : 400} ${12 * scale}px system-ui, sans-serif`;
+      context.fillStyle = made.kind === "robot" ? made.div.style.color : plain ? "#4a4f57" : "#23262b";
+      context.textAlign = "center";
+      context.fillText(words, x + wide / 2, y + high / 2);
+    }
+    if (!caption) return;
+    const seconds = runs.map((run) => secondOf(run, state.at)), doing = [...($("p-now").querySelector("p")?.childNodes || [])].map((n) => n.textContent.trim()).filter(Boolean).join(": ");
+    const lines = [[data.plainTitle, 600], [`${seconds[0].toFixed(1)} s   ${doing}`, 400]];
+    runs.forEach((run, i) => lines.push([`${run.name}: cost ${interpolate(seconds[i], run.costS, run.cost).toFixed(1)}`, 600, `rgb(${run.colour})`]));
+    const step = 19 * scale;
+    context.textAlign = "left";
+    lines.forEach(([words, weight, colour], i) => {
+      context.font = `${weight} ${13.5 * scale}px system-ui, sans-serif`;
+      const y = h - step * (lines.length - i) - 2 * scale;
+      context.fillStyle = "rgba(255,255,255,0.8)";
+      context.fillRect(10 * scale, y - step / 2, context.measureText(words).width + 12 * scale, step);
+      context.fillStyle = colour || "#23262b";
+      context.fillText(words, 16 * scale, y);
+    });
+  };
   window.lios = {
+    paint,
     state, end: endOf, start: 0,
     seek: (at) => { change({ at, playing: false }); dirty = false; show(); },
     bare: ({ caption = true, above = false, rooms = true } = {}) => {

@@ -18,7 +18,7 @@ from dashboards.geometry.house import HouseShape
 from dashboards.geometry.marks import ROBOT_DARK, cross, dashes, question, robot_body, robot_legs, segments, tick
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.looks import bar_heights_m, container_colours
-from dashboards.palette import FOUND, UNSEEN, Colour
+from dashboards.palette import UNSEEN, Colour
 from dashboards.scene import STATUSES, Scene
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -186,7 +186,7 @@ class Stage:
         )
         for name, mesh, colour in (
             ("cross", cross(), (84, 92, 104)),
-            ("tick", tick(), FOUND),
+            ("tick", tick(), (255, 255, 255)),
             ("question", question(), UNSEEN),
         ):
             self._marks[name] = self._keep(

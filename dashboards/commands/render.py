@@ -1,0 +1,63 @@
+"""`lios render`: a picture or a film of runs, without a browser window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def render(
+    logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The .png or .mp4 to write.")] = Path("frame.png"),
+    at: Annotated[float, typer.Option(help="Seconds after the start; for a film, where it begins.")] = 0.0,
+    video: Annotated[bool, typer.Option("--video", help="A film (MP4) instead of a picture.")] = False,
+    until: Annotated[float | None, typer.Option(help="Where a film ends, in seconds after the start.")] = None,
+    speed: Annotated[float, typer.Option(help="Seconds of the run in one second of the film.")] = 4.0,
+    fps: Annotated[int, typer.Option(help="Frames a second of a film.")] = 24,
+    width: Annotated[int, typer.Option(help="Width in pixels.")] = 1280,
+    height: Annotated[int, typer.Option(help="Height in pixels.")] = 720,
+    from_above: Annotated[bool, typer.Option("--from-above", help="Look straight down.")] = False,
+    follow_robot: Annotated[bool, typer.Option("--follow-robot", help="Look from behind the robot.")] = False,
+    walls: Annotated[str, typer.Option(help="cut, whole or none.")] = "cut",
+    caption: Annotated[bool, typer.Option("--caption/--no-caption", help="Say what is shown.")] = True,
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Draw a moment of runs as PNG, or the runs as MP4.
+
+    Examples:
+
+        lios render run.mcap --at 12.5 -o frame.png
+
+        lios render run.mcap greedy.mcap --video --speed 8 -o both.mp4
+    """
+    from dashboards.library import Library
+    from dashboards.rendering.picture import Framing, draw_picture
+    from dashboards.rendering.video import draw_video
+    from workbench.terminal import emit_json, say
+
+    framing = Framing(
+        width=width, height=height, from_above=from_above, follow=follow_robot, walls=walls, caption=caption
+    )
+    library = Library(logs)
+    timelines = [library.timeline(i) for i in range(len(library.paths))]
+    frames = 1
+    if video or output.suffix.lower() == ".mp4":
+        frames = draw_video(
+            timelines,
+            output,
+            framing=framing,
+            from_s=at,
+            until_s=until,
+            speed=speed,
+            frames_a_second=fps,
+            force=force,
+        )
+    else:
+        draw_picture(timelines, output, at_s=at, framing=framing, force=force)
+    if as_json:
+        emit_json({"output": str(output), "frames": frames, "width": width, "height": height})
+    else:
+        say(f"Wrote {output}" + (f" ({frames} frames)." if frames > 1 else "."))

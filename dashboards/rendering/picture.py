@@ -1,0 +1,68 @@
+"""One moment of runs as a PNG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dashboards.rendering.chromium import page_of
+from dashboards.timeline import Timeline
+from workbench.errors import BadValue, OutputExists
+
+LARGEST_PX = 4096
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Framing:
+    """How the picture is taken.
+
+    Raises:
+        BadValue: a size that is not between 64 and LARGEST_PX, or walls of another kind.
+    """
+
+    width: int = 1280
+    height: int = 720
+    from_above: bool = False
+    follow: bool = False
+    walls: str = "cut"
+    caption: bool = True
+
+    def __post_init__(self) -> None:
+        for name, value in (("width", self.width), ("height", self.height)):
+            if not 64 <= value <= LARGEST_PX:
+                raise BadValue(f"--{name}", value, f"from 64 to {LARGEST_PX} pixels")
+        if self.walls not in ("cut", "whole", "none"):
+            raise BadValue("--walls", self.walls, "cut, whole or none")
+
+    @property
+    def options(self) -> dict[str, bool]:
+        """For the page's `lios.bare`."""
+        return {"caption": self.caption, "above": self.from_above}
+
+
+def draw_picture(
+    timelines: Sequence[Timeline], path: Path, *, at_s: float, framing: Framing, force: bool = False
+) -> None:
+    """Writes the picture of a moment.
+
+    Args:
+        at_s: seconds after the start.
+
+    Raises:
+        OutputExists: the file is there and force is not given.
+        BadValue: a moment before the start.
+        MissingExtra, NoChromium, PageFailed: there is nothing to draw with.
+    """
+    if path.exists() and not force:
+        raise OutputExists(path)
+    if not at_s >= 0:
+        raise BadValue("--at", at_s, "seconds after the start, at least 0")
+    with page_of(timelines, width=framing.width, height=framing.height) as page:
+        page.evaluate("(o) => window.lios.bare(o)", framing.options)
+        page.evaluate("(w) => window.lios.walls(w)", framing.walls)
+        page.evaluate("(f) => window.lios.follow(f)", framing.follow)
+        page.evaluate("(t) => window.lios.seek(t)", at_s)
+        page.wait_for_timeout(150)
+        picture = page.screenshot(type="png")
+    path.write_bytes(picture)

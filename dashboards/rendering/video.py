@@ -1,0 +1,80 @@
+"""Runs as an MP4: the page draws each moment, Chromium's own encoder makes H.264 of it, and mp4.py wraps it.
+
+No other program is needed. Films always run by the common clock of time.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from dashboards.rendering.chromium import PageFailed, page_of
+from dashboards.rendering.mp4 import Sample, mp4
+from dashboards.rendering.picture import Framing
+from dashboards.timeline import Timeline
+from workbench.errors import BadValue, OutputExists
+from workbench.terminal import progress
+
+AT_ONCE = 12
+"""Frames that the page draws between two answers."""
+
+
+def draw_video(
+    timelines: Sequence[Timeline],
+    path: Path,
+    *,
+    framing: Framing,
+    from_s: float = 0.0,
+    until_s: float | None = None,
+    speed: float = 4.0,
+    frames_a_second: int = 24,
+    force: bool = False,
+) -> int:
+    """Writes the film; returns how many frames it has.
+
+    Args:
+        from_s, until_s: which part of the runs, in seconds after the start; None is the end of the longest.
+        speed: how many of the runs' seconds pass in one of the film's.
+
+    Raises:
+        OutputExists: the file is there and force is not given.
+        BadValue: an empty part, a speed or frame rate out of range.
+        MissingExtra, NoChromium, PageFailed: there is nothing to draw with.
+    """
+    if path.exists() and not force:
+        raise OutputExists(path)
+    end_s = max(t.duration_s for t in timelines) if until_s is None else until_s
+    if not 0 <= from_s < end_s:
+        raise BadValue("part of the run", (from_s, end_s), "from a moment to a later one, in seconds")
+    if not 0.01 <= speed <= 10_000:
+        raise BadValue("--speed", speed, "from 0.01 to 10000")
+    if not 1 <= frames_a_second <= 60:
+        raise BadValue("--fps", frames_a_second, "from 1 to 60")
+    width, height = framing.width // 2 * 2, framing.height // 2 * 2
+    count = max(2, round((end_s - from_s) / speed * frames_a_second) + 1)
+    moments = [from_s + (end_s - from_s) * i / (count - 1) for i in range(count)]
+    with page_of(timelines, width=width, height=height) as page:
+        page.evaluate("(o) => window.lios.bare(o)", framing.options | {"caption": False})
+        page.evaluate("([w, f]) => { window.lios.walls(w); window.lios.follow(f); }", [framing.walls, framing.follow])
+        page.evaluate("(o) => window.liosFilm.begin(o)", _film(width, height, frames_a_second, framing))
+        samples: list[Sample] = []
+        blocks = [moments[i : i + AT_ONCE] for i in range(0, count, AT_ONCE)]
+        for block in progress(blocks, title="drawing", total=len(blocks)):
+            samples += _samples(page.evaluate("(m) => window.liosFilm.draw(m)", block))
+        last = page.evaluate("() => window.liosFilm.end()")
+        samples += _samples(last["chunks"])
+        description = base64.b64decode(last["description"])
+    if len(samples) != count or not description:
+        raise PageFailed(f"{len(samples)} of {count} frames were encoded")
+    path.write_bytes(mp4(samples, description, width=width, height=height, frames_a_second=frames_a_second))
+    return count
+
+
+def _film(width: int, height: int, frames_a_second: int, framing: Framing) -> dict[str, Any]:
+    return {"width": width, "height": height, "fps": frames_a_second, "caption": framing.caption}
+
+
+def _samples(chunks: list[dict[str, Any]]) -> list[Sample]:
+    return [Sample(base64.b64decode(chunk["data"]), chunk["key"]) for chunk in chunks]
