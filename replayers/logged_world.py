@@ -159,7 +159,9 @@ class LoggedWorld:
         return LOGGED if (action, self.knowledge.robot_at, items) in self.evidence.done else IMPLIED
 
     def _now_there(self, container: ContainerId, inside: tuple[Item, ...]) -> tuple[Item, ...]:
-        """What the container holds now: what it held at the start, and what was put there since."""
+        """What the container holds now: what it held at the start, less what was taken, and what was put there."""
+        if container in self.knowledge.first_seen:
+            return self.knowledge.items_at.get(LocationId(container), ())
         put = self.knowledge.items_at.get(LocationId(container), ())
         ids = {item.id for item in inside}
         return (*inside, *(item for item in put if item.id not in ids))

@@ -1,0 +1,112 @@
+"""What a log makes certain: each odd case of docs/replay.md has its one meaning."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from sample_logs import killed_toy_log
+from toy import BED, COUNTER, DESK, FRIDGE, TABLE
+from toy_logs import acted, seen, toy_run
+
+from replayers.evidence import evidence_of
+from replayers.reading_evidence import contents_at_start
+from replayers.run import read
+from workbench.runs.vocabulary import BeliefUpdate, Stamp
+from workbench.worlds.house import ContainerId
+
+PLACES = (FRIDGE, COUNTER, TABLE, BED, DESK)
+
+
+def ids(contents: dict[ContainerId, tuple], container: ContainerId) -> list[str]:
+    return [item.id for item in contents[container]]
+
+
+def test_searched_and_known_containers_are_certain_and_the_others_open(tmp_path: Path) -> None:
+    evidence = evidence_of(toy_run(tmp_path))
+    assert set(evidence.known) == {FRIDGE}
+    assert set(evidence.contents) == {FRIDGE, TABLE, COUNTER}
+    assert evidence.open == (BED, DESK)
+    assert evidence.instances("Mug") == 1
+    assert evidence.notes == ()
+
+
+def test_what_the_robot_put_down_is_not_counted_where_it_put_it() -> None:
+    """The mug was taken from the counter to the bed; looking into the bed afterwards shows it there."""
+    looks = [seen(COUNTER, "Mug|1", s=1), seen(BED, "Book|1", "Mug|1", s=9)]
+    contents, notes = contents_at_start(looks, [acted("pick", COUNTER, "Mug|1", s=3)], PLACES)
+    assert ids(contents, COUNTER) == ["Mug|1"]
+    assert ids(contents, BED) == ["Book|1"]
+    assert notes == ()
+
+
+def test_an_item_seen_in_two_places_stands_where_it_was_seen_first() -> None:
+    contents, notes = contents_at_start([seen(COUNTER, "Mug|1", s=1), seen(BED, "Mug|1", s=2)], [], PLACES)
+    assert ids(contents, COUNTER) == ["Mug|1"]
+    assert ids(contents, BED) == []
+    assert len(notes) == 1
+    assert "Mug|1 was seen in CounterTop|1 and in Bed|2" in notes[0]
+
+
+def test_two_instances_of_a_type_are_two_items_and_one_listed_twice_is_one() -> None:
+    contents, _ = contents_at_start([seen(COUNTER, "Mug|1", "Mug|2", "Mug|1", s=1)], [], PLACES)
+    assert ids(contents, COUNTER) == ["Mug|1", "Mug|2"]
+
+
+def test_of_two_looks_the_first_counts() -> None:
+    contents, notes = contents_at_start([seen(BED, "Book|1", s=1), seen(BED, "Book|1", "Pen|1", s=2)], [], PLACES)
+    assert ids(contents, BED) == ["Book|1"]
+    assert "looked into twice" in notes[0]
+
+
+def test_a_container_that_the_place_does_not_have_is_left_out_with_a_note() -> None:
+    contents, notes = contents_at_start([seen("Sofa|9", "Mug|1", s=1)], [], PLACES)
+    assert contents == {}
+    assert "Sofa|9" in notes[0]
+
+
+def test_a_belief_over_a_container_that_is_not_there_is_left_out_with_a_note(tmp_path: Path) -> None:
+    strange = BeliefUpdate(
+        stamp=Stamp(1, 0), decision=1, item_types=("Mug",), containers=("Sofa|9", BED), probability=((0.5, 0.25),),
+        estimator="x",
+    )  # fmt: skip
+    evidence = evidence_of(replace(toy_run(tmp_path), beliefs=(strange,)))
+    assert dict(evidence.first_belief) == {("Mug", BED): 0.25}
+    assert any("Sofa|9" in note for note in evidence.notes)
+
+
+def test_beliefs_that_change_about_a_pair_are_not_steady(tmp_path: Path) -> None:
+    def update(p: float) -> BeliefUpdate:
+        return BeliefUpdate(
+            stamp=Stamp(1, 0), decision=1, item_types=("Mug",), containers=(BED,), probability=((p,),), estimator="x"
+        )
+
+    run = toy_run(tmp_path)
+    assert evidence_of(replace(run, beliefs=(update(0.5), update(0.5)))).steady
+    assert not evidence_of(replace(run, beliefs=(update(0.5), update(0.6)))).steady
+
+
+def test_what_was_refused_is_refused_again_unless_it_worked_later(tmp_path: Path) -> None:
+    run = toy_run(tmp_path)
+    more = (
+        acted("search", BED, success=False, reason="stuck door"),
+        acted("search", TABLE, success=False, reason="occluded"),
+        acted("move", DESK, success=False, reason="blocked"),
+        acted("pick", COUNTER, "Knife|1", success=False, reason="slipped"),
+        acted("pick", COUNTER, "Mug|1", success=False, reason="slipped"),
+    )
+    evidence = evidence_of(replace(run, actions=run.actions + more))
+    assert dict(evidence.shut) == {BED: "stuck door"}
+    assert dict(evidence.barred) == {DESK: "blocked"}
+    assert dict(evidence.stuck) == {"Knife|1": "slipped"}
+    assert evidence.open == ()
+
+
+@pytest.mark.parametrize("events", [9, 12])
+def test_a_log_that_is_cut_off_says_so_and_gives_what_it_holds(tmp_path: Path, events: int) -> None:
+    run = read(killed_toy_log(tmp_path / "killed.mcap", events=events))
+    evidence = evidence_of(run)
+    assert not evidence.complete
+    assert any("cut off" in note for note in evidence.notes)
+    assert FRIDGE in evidence.contents
