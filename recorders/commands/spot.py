@@ -151,7 +151,7 @@ def run(
     estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
     output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     speed: Annotated[float | None, typer.Option("--speed", help="Speed limit in m/s.")] = None,
-    look: Annotated[float, typer.Option("--look", help="Seconds that a look takes.")] = 4.0,
+    look: Annotated[float, typer.Option("--look", help="Seconds that a look takes.")] = 6.0,
     images_hz: Annotated[
         float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
     ] = 2.0,

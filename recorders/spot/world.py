@@ -51,7 +51,7 @@ class RunSettings:
     """
 
     speed_mps: float | None = None
-    look_s: float = 4.0
+    look_s: float = 6.0
     poll_s: float = 0.25
     patience_s: float = 20.0
     walk_factor: float = 4.0

@@ -47,7 +47,7 @@ class RobotProfile:
     name: str = "spot"
     arm: bool = True
     radius_m: float = 0.3
-    speed_mps: float = 0.6
+    speed_mps: float = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,7 +26,7 @@ from workbench.worlds.house import ContainerId, House, LocationId
 from workbench.worlds.site import Site
 from workbench.worlds.site_ways import SiteWays
 
-PICK_S, PLACE_S = 12.0, 4.0
+PICK_S, PLACE_S = 20.0, 4.0
 """How long the arm takes to grasp what it was shown, and to move to a pose."""
 FORGET_S = 15.0
 """For this long the robot lists a tag that it no longer sees, with the time when it did."""

@@ -1,0 +1,212 @@
+"""How do strategies fare on the robot? The paper's configurations A to D, run on a simulated Spot and recorded.
+
+The robot's time is stepped: it passes only while the robot walks, looks and handles things, so a run takes a few
+seconds, planning takes no robot time, and the same seed gives the same run. Each log is then replayed for the other
+strategies, whose real runs are known: do their costs lie within the bounds?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from workbench.execution.events import Ended
+from workbench.planning.tasks import Task
+from workbench.search.costs import ROBOT
+from workbench.worlds.house import LocationId
+from workbench.worlds.site import Site
+from workbench.worlds.site_configurations import Configuration, arranged, configurations_of
+
+if TYPE_CHECKING:
+    from recorders.spot.session import Rates
+    from replayers.run import Run
+
+STRATEGIES = ("pes-greedy", "pes-lios", "model-lios", "conditioned-lios")
+"""The paper's three and ours."""
+TOLERANCE = 1e-6
+"""Sums of the same numbers in another order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpotExperiment:
+    """What to run.
+
+    Attributes:
+        folder: where the logs go, "spot_A_model-lios.mcap" and so on.
+        images_hz: pictures per second; the shipped logs have few.
+    """
+
+    site: Site
+    task: Task
+    folder: Path
+    configurations: tuple[str, ...] = ("A", "B", "C", "D")
+    strategies: tuple[str, ...] = STRATEGIES
+    estimator: str = "best"
+    seed: int = 0
+    images_hz: float = 0.03
+    force: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpotRow:
+    """One run.
+
+    Attributes:
+        paper_seconds, paper_searches: what the paper reports for this cell, where it does.
+    """
+
+    configuration: str
+    strategy: str
+    status: str
+    seconds: float
+    searches: int
+    cost: float
+    travel_m: float
+    log: Path
+    paper_seconds: float | None = None
+    paper_searches: int | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CrossRow:
+    """One strategy replayed over another's log: its bounds, and what its own run cost (cost_by_the_matrix)."""
+
+    configuration: str
+    log_strategy: str
+    strategy: str
+    lower: float
+    upper: float
+    exact: bool
+    estimate: float | None
+    ran: float
+    inside: bool = field(default=False)
+
+
+def run_experiment(experiment: SpotExperiment) -> Iterator[SpotRow]:
+    """Runs every configuration with every strategy; yields the rows as they come.
+
+    Raises:
+        MissingExtra: bosdyn-client is not installed. UnknownName: a configuration that is not there.
+        OutputExists: a log is there and force is not set.
+    """
+    known = configurations_of(experiment.site)
+    chosen = [_named(known, name, experiment.site) for name in experiment.configurations]
+    experiment.folder.mkdir(parents=True, exist_ok=True)
+    for configuration in chosen:
+        for strategy in experiment.strategies:
+            yield _run_one(experiment, configuration, strategy)
+
+
+def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossRow]:
+    """Replays each run's strategy over the logs of the others in its configuration."""
+    from replayers.replay import Settings, ground_of, replay_on
+    from replayers.run import read
+
+    settings = Settings(worlds=worlds)
+    priced = {(row.configuration, row.strategy): cost_by_the_matrix(read(row.log)) for row in rows}
+    for row in rows:
+        others = [o for o in rows if o.configuration == row.configuration and o.strategy != row.strategy]
+        if not others:
+            continue
+        ground = ground_of(read(row.log), settings)
+        for other in others:
+            replayed = replay_on(ground, other.strategy)
+            if replayed.bounds is None:
+                continue
+            lower, upper = replayed.bounds.lower, replayed.bounds.upper
+            yield CrossRow(
+                configuration=row.configuration,
+                log_strategy=row.strategy,
+                strategy=other.strategy,
+                lower=lower,
+                upper=upper,
+                exact=replayed.exact,
+                estimate=None if replayed.estimate is None else replayed.estimate.mean,
+                ran=priced[other.configuration, other.strategy],
+                inside=lower - TOLERANCE <= priced[other.configuration, other.strategy] <= upper + TOLERANCE,
+            )
+
+
+def cost_by_the_matrix(run: Run) -> float:
+    """What a recorded run cost, its moves at the site's travel costs, as a replay counts them.
+
+    The robot itself walks a little less: it cuts the corners of the grid.
+    """
+    outcome = run.outcome
+    if outcome is None or outcome.status != "done":
+        return outcome.cost if outcome is not None else 0.0
+    total = 0.0
+    for action in run.actions:
+        if action.action == "move" and action.success:
+            total += run.place.travel.between(LocationId(action.origin), LocationId(action.target)) or 0.0
+        else:
+            total += action.cost
+    return total
+
+
+def _named(known: Mapping[str, Configuration], name: str, site: Site) -> Configuration:
+    from workbench.errors import UnknownName
+
+    if name not in known:
+        raise UnknownName("configuration", name, known, str(site.path))
+    return known[name]
+
+
+def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy: str) -> SpotRow:
+    from recorders.spot.simulated.clock import SteppedClock
+    from recorders.spot.simulated.session import simulated_robot
+    from recorders.spot.spot_run import RobotRun, run_and_record
+    from workbench.errors import OutputExists
+
+    site, house = arranged(experiment.site, configuration)
+    log = experiment.folder / f"spot_{configuration.name}_{strategy}.mcap"
+    if log.exists() and not experiment.force:
+        raise OutputExists(log)
+    run = RobotRun(
+        site=site,
+        task=experiment.task,
+        strategy=strategy,
+        estimator=experiment.estimator,
+        seed=experiment.seed,
+        costs=ROBOT,
+        rates=thin_rates(experiment.images_hz),
+        truth=house.contents,
+        own_estop=True,
+        title=f"configuration {configuration.name}: {experiment.task.title}",
+    )
+    with simulated_robot(site, house, clock=SteppedClock(), seed=experiment.seed) as (_robot, connection):
+        report = run_and_record(connection, run, log, force=experiment.force)
+    paper = configuration.paper.get(strategy)
+    ended: Ended = report.ended
+    return SpotRow(
+        configuration=configuration.name,
+        strategy=strategy,
+        status=ended.status.value,
+        seconds=report.seconds,
+        searches=ended.searches,
+        cost=ended.cost,
+        travel_m=ended.travel_m,
+        log=log,
+        paper_seconds=None if paper is None else paper.seconds,
+        paper_searches=None if paper is None else paper.searches,
+        reason=ended.reason,
+    )
+
+
+def thin_rates(images_hz: float) -> Rates:
+    """Rates for small logs: a pose twice a second, few pictures, small ones."""
+    from recorders.spot.session import Rates
+
+    return Rates(
+        state_hz=1.0,
+        localization_hz=2.0,
+        fiducials_hz=0.5,
+        images_hz=images_hz,
+        grid_hz=0.02,
+        clock_hz=0.05,
+        cameras=("frontleft_fisheye_image",),
+        image_ratio=0.5,
+    )
