@@ -1,0 +1,38 @@
+"""How do runs of one task compare? What each one's cost was made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from dashboards.palette import PHASES
+from dashboards.timeline import PHASE_OF, Timeline
+
+KINDS = ("moving", "searching", "manipulating")
+
+
+def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
+    """A bar a run: cost by kind of action, and a mark at what was charged when that differs."""
+    names = [t.run.info.strategy for t in timelines]
+    left = np.zeros(len(timelines))
+    for kind in KINDS:
+        parts = np.array(
+            [sum(a.cost for a in t.run.actions if PHASE_OF.get(a.action, "manipulating") == kind) for t in timelines]
+        )
+        if parts.any():
+            ax.barh(range(len(names)), parts, left=left, height=0.62, color=PHASES[kind], label=kind)
+        left += parts
+    for i, timeline in enumerate(timelines):
+        outcome = timeline.run.outcome
+        status = outcome.status if outcome is not None else "cut off"
+        words = f"{left[i]:.1f}" if status == "done" else f"{left[i]:.1f}, {status}"
+        ax.text(left[i], i, f" {words}", va="center", fontsize=7)
+    ax.set_yticks(range(len(names)), names)
+    ax.invert_yaxis()
+    ax.set_xlabel("cost")
+    ax.set_xlim(0, max(left.max() if len(left) else 0.0, 1e-6) * 1.2)
+    ax.tick_params(axis="y", length=0)
+    ax.spines["left"].set_visible(False)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)

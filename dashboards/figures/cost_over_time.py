@@ -1,0 +1,56 @@
+"""How did cost grow, and what did the plan expect? One line a run, dashed what the first expected in all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from dashboards.palette import run_colour, unit
+from dashboards.timeline import Timeline
+
+
+def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
+    """Cost so far against seconds; a dot at each search, a ring at the end."""
+    for i, timeline in enumerate(timelines):
+        colour = unit(run_colour(i))
+        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=timeline.run.info.strategy, zorder=3 - i / 10)
+        searched = [timeline.seconds(a.stamp.ns) for a in timeline.run.actions if a.action == "search"]
+        ax.plot(
+            searched,
+            np.interp(searched, timeline.cost_s, timeline.cost),
+            linestyle="none",
+            marker="o",
+            markersize=2.2,
+            color=colour,
+            zorder=4,
+        )
+        ax.plot(
+            timeline.cost_s[-1],
+            timeline.cost[-1],
+            marker="o",
+            markersize=5,
+            markerfacecolor="white",
+            color=colour,
+            zorder=5,
+        )
+    first = timelines[0]
+    plans = [d.plan for d in first.decisions if d.plan is not None and d.plan.steps]
+    if plans:
+        at = [first.seconds(p.stamp.ns) for p in plans]
+        total = np.interp(at, first.cost_s, first.cost) + [p.expected_cost for p in plans]
+        ax.step(
+            at,
+            total,
+            where="post",
+            color=unit(run_colour(0)),
+            linewidth=0.9,
+            linestyle=(0, (4, 2)),
+            label="expected in all",
+        )
+    ax.set_xlabel("time (s)")
+    ax.set_ylabel("cost")
+    ax.set_xlim(left=0)
+    ax.set_ylim(bottom=0)
+    ax.legend()

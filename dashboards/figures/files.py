@@ -1,0 +1,91 @@
+"""Writes all figures of some runs into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from dashboards.figures.belief_map import draw_belief_map
+from dashboards.figures.beliefs_over_time import draw_beliefs_over_time
+from dashboards.figures.comparison import draw_comparison
+from dashboards.figures.cost_over_time import draw_cost_over_time
+from dashboards.figures.gantt import draw_gantt
+from dashboards.figures.style import COLUMN_IN, PAGE_IN, figure_style
+from dashboards.figures.trajectory import draw_trajectory
+from dashboards.scene import scene_at
+from dashboards.timeline import Timeline
+from workbench.errors import BadValue, OutputExists
+
+FORMATS = ("pdf", "svg", "png")
+MAPS = 3
+"""Moments of which a belief map is drawn, from the first decision to the last."""
+
+
+def write_figures(
+    timelines: Sequence[Timeline], folder: Path, *, formats: Sequence[str] = ("pdf", "png"), force: bool = False
+) -> list[Path]:
+    """Draws every figure that the runs have the data for; returns the files written.
+
+    Raises:
+        BadValue: a format that is not one of FORMATS.
+        OutputExists: a file is there and force is not given.
+    """
+    for name in formats:
+        if name not in FORMATS:
+            raise BadValue("--format", name, "one of " + ", ".join(FORMATS))
+    drawings = _drawings(timelines)
+    paths = [folder / f"{name}.{ext}" for name in drawings for ext in formats]
+    for path in paths:
+        if path.exists() and not force:
+            raise OutputExists(path)
+    folder.mkdir(parents=True, exist_ok=True)
+    with mpl.rc_context({"backend": "agg"}), figure_style():
+        for name, draw in drawings.items():
+            figure = draw()
+            for ext in formats:
+                figure.savefig(folder / f"{name}.{ext}", dpi=300, metadata=_metadata(ext))
+    return paths
+
+
+def _drawings(timelines: Sequence[Timeline]) -> dict[str, Callable[[], Figure]]:
+    first = timelines[0]
+    focus = scene_at(first, first.start_ns).focus
+    made: dict[str, Callable[[], Figure]] = {
+        "trajectory": lambda: _one(PAGE_IN * 0.7, PAGE_IN * 0.6, lambda ax: draw_trajectory(ax, timelines)),
+        "cost_over_time": lambda: _one(COLUMN_IN, 2.4, lambda ax: draw_cost_over_time(ax, timelines)),
+    }
+    if first.run.actions:
+        made["plan"] = lambda: _one(PAGE_IN, 2.2, lambda ax: draw_gantt(ax, first))
+    if focus:
+        made["belief_maps"] = lambda: _belief_maps(first)
+        made["belief_over_time"] = lambda: _one(COLUMN_IN, 2.2, lambda ax: draw_beliefs_over_time(ax, first, focus))
+    if len(timelines) > 1:
+        made["comparison"] = lambda: _one(
+            COLUMN_IN, 0.8 + 0.3 * len(timelines), lambda ax: draw_comparison(ax, timelines)
+        )
+    return made
+
+
+def _one(width_in: float, height_in: float, draw: Callable[..., None]) -> Figure:
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    draw(figure.subplots())
+    return figure
+
+
+def _belief_maps(timeline: Timeline) -> Figure:
+    """Maps side by side on one colour scale."""
+    stamps = timeline.decision_ns
+    chosen = sorted({stamps[round(i * (len(stamps) - 1) / max(1, MAPS - 1))] for i in range(MAPS)})
+    figure = Figure(figsize=(PAGE_IN, PAGE_IN / len(chosen) * 0.95), layout="constrained")
+    axes = figure.subplots(1, len(chosen), squeeze=False)[0]
+    for i, stamp in enumerate(chosen):
+        draw_belief_map(axes[i], timeline, scene_at(timeline, stamp), scale=i == len(chosen) - 1)
+    return figure
+
+
+def _metadata(ext: str) -> dict[str, str | None]:
+    """Without dates, so that the same runs give the same bytes."""
+    return {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(ext, {"Software": None})

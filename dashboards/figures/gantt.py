@@ -1,0 +1,57 @@
+"""What was the plan, and what came of it? Actions as bars over time, one row a kind, decisions as lines."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from dashboards.palette import PHASES
+from dashboards.timeline import Timeline
+
+MOST_NAMED = 40
+"""Bars that carry their target's name; of more actions none does."""
+
+
+def draw_gantt(ax: Axes, timeline: Timeline) -> None:
+    """The run's actions as they happened."""
+    actions = timeline.run.actions
+    rows = sorted({a.action for a in actions}, key=lambda name: min(a.start.ns for a in actions if a.action == name))
+    for action in actions:
+        start, end = timeline.seconds(action.start.ns), timeline.seconds(action.stamp.ns)
+        kind = {"move": "moving", "search": "searching"}.get(action.action, "manipulating")
+        ax.barh(
+            rows.index(action.action),
+            max(end - start, 0.05),
+            left=start,
+            height=0.62,
+            color=PHASES[kind],
+            edgecolor="white" if action.success else "#D55E00",
+            linewidth=0.5,
+            hatch="" if action.support != "imputed" else "////",
+        )
+        if len(actions) <= MOST_NAMED:
+            ax.text(
+                (start + end) / 2,
+                rows.index(action.action) - 0.4,
+                action.target.partition("|")[0],
+                ha="center",
+                va="bottom",
+                fontsize=4.8,
+                rotation=32,
+                color="#4a4f57",
+            )
+    for frame in timeline.decisions:
+        ax.axvline(timeline.seconds(frame.stamp_ns), color="#23262b", linewidth=0.4, alpha=0.5, zorder=0)
+    ax.set_yticks(range(len(rows)), rows)
+    ax.invert_yaxis()
+    ax.set_xlim(0, max(timeline.duration_s, 1e-3))
+    ax.set_xlabel("time (s)")
+    ax.spines["left"].set_visible(False)
+    ax.tick_params(axis="y", length=0)
+    kinds = ("moving", "searching", "manipulating")
+    ax.legend(
+        handles=[Patch(color=PHASES[k], label=k) for k in kinds],
+        loc="upper right",
+        bbox_to_anchor=(1.0, -0.16),
+        ncols=3,
+    )

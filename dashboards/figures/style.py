@@ -1,0 +1,62 @@
+"""One look for all figures: a serif-free face with room between lines, thin axes, no box, fonts that stay text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+
+COLUMN_IN = 3.5
+"""Width of one column of a two-column paper, in inches."""
+PAGE_IN = 7.16
+SETTINGS = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
+    "font.size": 8,
+    "axes.titlesize": 8.5,
+    "axes.titleweight": "bold",
+    "axes.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": False,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "figure.dpi": 150,
+    "savefig.bbox": "tight",
+    "savefig.pad_inches": 0.03,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "lios",
+    "pdf.fonttype": 42,
+    "text.parse_math": False,
+}
+"""Names from logs are shown as they are: math in them is not parsed."""
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """The look, for the time of a drawing."""
+    with mpl.rc_context(SETTINGS):
+        yield
+
+
+def as_map(ax: Axes) -> None:
+    """An axes that shows a floor: equal scales, nothing around it."""
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
+    """A bar of some metres in the lower left corner of a map."""
+    x, y = ax.get_xlim()[0], ax.get_ylim()[0]
+    ax.plot([x, x + metres], [y, y], color="#23262b", linewidth=1.6, solid_capstyle="butt", clip_on=False)
+    ax.text(x + metres / 2, y, f"{metres:g} m", ha="center", va="bottom", fontsize=6.5)
