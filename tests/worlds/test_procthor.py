@@ -9,6 +9,7 @@ from math import cos, pi, sin
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from procthor_house import point, thing, two_rooms
 
@@ -216,15 +217,23 @@ def test_types_agree_with_the_asset_table(procthor: Path) -> None:
 
 
 def test_with_the_asset_table_only_sizes_change(all_houses: dict[str, list[House]], procthor: Path) -> None:
-    exact = load_houses(procthor / "single_room_train.jsonl.gz", assets=procthor / "asset_sizes.csv")
-    usual = all_houses["single_room_train"]
+    """Usual sizes, cut to the room, are 5 cm off in the median, heights not at all; travel is 1 % longer."""
+    exact = load_houses(procthor / "multi_room_train.jsonl.gz", assets=procthor / "asset_sizes.csv")
+    usual = all_houses["multi_room_train"]
     assert [h.contents for h in exact] == [h.contents for h in usual]
-    gaps = [
-        abs(a.size_m[2] - b.size_m[2])
+    pairs = [
+        (a.size_m, b.size_m)
         for h, g in zip(exact, usual, strict=True)
         for a, b in zip(h.plan.containers, g.plan.containers, strict=True)
     ]
-    assert sorted(gaps)[len(gaps) // 2] < 0.01
+    gaps = np.abs(np.array([a for a, _ in pairs]) - np.array([b for _, b in pairs]))
+    assert (np.median(gaps, axis=0) < (0.06, 0.06, 0.001)).all()
+    ratios = []
+    for h, g in zip(exact[:60], usual[:60], strict=True):
+        a, b = navigate(h.plan).travel, navigate(g.plan).travel
+        if a.locations == b.locations and len(a.locations) > 3:
+            ratios.append(b.metres.mean() / a.metres.mean())
+    assert 0.98 < np.mean(ratios) < 1.03
 
 
 def test_rooms_by_place_agree_with_rooms_by_id(all_houses: dict[str, list[House]]) -> None:
