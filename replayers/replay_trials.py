@@ -17,9 +17,11 @@ from tempfile import TemporaryDirectory
 from recorders.trial import Trial, Wish, record_trial, trial_events, trial_for
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
-from workbench.errors import LiosError
+from workbench.errors import BadValue, LiosError
+from workbench.evaluation.splits import split_indices
 from workbench.execution.loop import outcome_of
-from workbench.worlds.procthor import load_house
+from workbench.worlds.procthor import load_house, load_houses
+from workbench.worlds.shipped import shipped_houses
 
 NEAR = 1e-4
 """Truth and bounds are compared with this much room: the log rounds beliefs and costs to six decimals."""
@@ -99,6 +101,29 @@ class Skipped:
 
     place: Place
     reason: str
+
+
+def places_for(
+    houses: Path | None, part: str, scenarios: Sequence[str], *, count: int, per_place: int, seed: int
+) -> tuple[Place, ...]:
+    """As many tasks as give `count` counterfactuals: houses in turn, scenarios in turn, then the next seed.
+
+    Raises:
+        BadValue: no scenarios, or fewer than two strategies.
+        FileMissing, Malformed, UnknownName: houses that cannot be had.
+    """
+    if not scenarios or per_place < 1:
+        raise BadValue(
+            "scenarios and strategies", (list(scenarios), per_place), "a scenario and two strategies or more"
+        )
+    path = houses or shipped_houses()
+    indices = split_indices(path, part, houses=len(load_houses(path)))
+    places: list[Place] = []
+    for k in range(-(-count // per_place)):
+        turn, index = divmod(k, len(indices))
+        scenario = scenarios[(k + turn) % len(scenarios)]
+        places.append(Place(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn))
+    return tuple(places)
 
 
 def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual | Skipped]:

@@ -1,0 +1,115 @@
+"""`lios evaluate replay`: how often the replayer is right, measured against a hidden truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from replayers.replay_trials import Counterfactual
+
+
+def replay(
+    houses: Annotated[
+        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+    ] = None,
+    part: Annotated[
+        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+    ] = "test",
+    scenarios: Annotated[
+        str, typer.Option("--scenarios", help="Scenarios by comma, taken in turn.")
+    ] = "find,deliver-3,any-of-three",
+    strategies: Annotated[
+        str, typer.Option("--strategies", "-s", help="Each records a log and is replayed over the others' logs.")
+    ] = "all",
+    count: Annotated[
+        int, typer.Option("--counterfactuals", "-n", min=1, help="At least so many; whole tasks are measured.")
+    ] = 2000,
+    estimator: Annotated[str, typer.Option("--estimator", help="What the runs believe.")] = "counts",
+    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
+    budget: Annotated[
+        int, typer.Option("--budget", min=1, help="Decisions that the bounds of one replay may take.")
+    ] = 600,
+    workers: Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A CSV file with every counterfactual.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Measure replay: bounds and estimates against a truth that the replayer does not see.
+
+    Every strategy records a log of every task; every other strategy is replayed over it and also run in the
+    simulator. inside_bounds should be 1. interval_coverage is over the replays that are not exact.
+
+    Examples:
+
+        lios evaluate replay -n 200
+
+        lios evaluate replay --houses houses.jsonl.gz --scenarios deliver-3 -n 2000 -j 2 -o replay.csv
+    """
+    from dataclasses import asdict
+
+    from replayers.batch import strategies_named
+    from replayers.bounds import Budget
+    from replayers.replay import Settings
+    from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for, summary
+    from workbench.errors import Failed, OutputExists
+    from workbench.terminal import emit_json, emit_table, progress, say
+
+    if output is not None and output.exists() and not force:
+        raise OutputExists(output)
+    names = strategies_named(strategies, with_truth=False)
+    wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
+    places = places_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
+    settings = Settings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
+    plan = Plan(places=places, strategies=names, settings=settings, estimator=estimator)
+    total = len(places) * len(names) * (len(names) - 1)
+    if dry_run:
+        say(f"{len(places)} tasks, {len(names)} strategies: {total} counterfactuals")
+        return
+    found: list[Counterfactual] = []
+    skipped: list[Skipped] = []
+    for one in progress(counterfactuals(plan, workers=workers), title="replaying", total=total):
+        skipped.append(one) if isinstance(one, Skipped) else found.append(one)
+    if not found:
+        raise Failed(f"no counterfactual could be measured: {skipped[0].reason if skipped else 'no tasks'}")
+    if output is not None:
+        _write(output, [asdict(c) | {"inside": c.inside, "exact": c.exact, "covered": c.covered} for c in found])
+    answer: dict[str, Any] = dict(summary(found))
+    by_scenario = [{"scenario": s, **summary([c for c in found if c.scenario == s])} for s in wanted]
+    faults = outside(found)
+    if json:
+        emit_json(answer | {"by_scenario": by_scenario, "skipped": len(skipped), "seed": seed,
+                            "outside": [asdict(c) for c in faults]})  # fmt: skip
+    else:
+        emit_table(
+            [
+                _shown("all", answer),
+                *(_shown(str(row["scenario"]), row) for row in by_scenario if row["counterfactuals"]),
+            ]
+        )
+    for one in skipped:
+        say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
+    if faults:
+        raise Failed(f"the truth lies outside the bounds {len(faults)} times in {len(found)}: {faults[0]}")
+
+
+def _shown(title: str, row: dict[str, Any]) -> dict[str, Any]:
+    names = ("counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent", "interval_coverage",
+             "not_exact", "both_sides_reached", "undetermined_alone")  # fmt: skip
+    return {"scenario": title, **{name: row[name] for name in names}}
+
+
+def _write(path: Path, rows: list[dict[str, Any]]) -> None:
+    import csv
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, fieldnames=list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
