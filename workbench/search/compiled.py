@@ -107,25 +107,28 @@ def _cost_table(
                             count += 1
                     for i in range(k):
                         if subset >> i & 1:
-                            leg = r * between_m[item, i, left[0]]
-                            for g in range(width):
-                                best[g] = leg + onward[0, g]
-                            for j in range(1, count):
-                                leg = r * between_m[item, i, left[j]]
-                                for g in range(width):
-                                    best[g] = min(best[g], leg + onward[j, g])
+                            _least(best, r, between_m[item, i], left, count, onward)
                             for g in range(width):
                                 layer[here, place - start[size], i, g] = best[g]
             for o in range(origins):
-                leg = missing[item, 0] * from_m[item, o, 0]
-                for g in range(width):
-                    best[g] = leg + onward[0, g]
-                for j in range(1, k):
-                    leg = missing[item, 0] * from_m[item, o, j]
-                    for g in range(width):
-                        best[g] = min(best[g], leg + onward[j, g])
+                _least(best, missing[item, 0], from_m[item, o], left, k, onward)
                 for g in range(tile):
                     answer[item, o, first + g] = best[g]
+
+
+@njit(cache=True, nogil=True, fastmath=MATH, inline="always")
+def _least(best: Array, r: float, metres: Array, left: Indices, count: int, onward: Array) -> None:
+    """best[g] = min over the candidates left of r d + onward; two at a time, so that best is written less often."""
+    width = len(best)
+    j = 2 - (count & 1)
+    leg, leg_2 = r * metres[left[0]], r * metres[left[j - 1]]
+    for g in range(width):
+        best[g] = min(leg + onward[0, g], leg_2 + onward[j - 1, g])
+    while j < count:
+        leg, leg_2 = r * metres[left[j]], r * metres[left[j + 1]]
+        for g in range(width):
+            best[g] = min(best[g], min(leg + onward[j, g], leg_2 + onward[j + 1, g]))
+        j += 2
 
 
 @njit(cache=True, nogil=True, fastmath=MATH)
