@@ -1,0 +1,66 @@
+"""`lios doctor`: can this log be trusted?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.terminal import emit_json, emit_text, say
+
+if TYPE_CHECKING:
+    from replayers.doctor import Examination
+
+
+def doctor(
+    logs: Annotated[list[Path], typer.Argument(help="Logs.")],
+    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+) -> None:
+    """Check a log: the file, and the run in it. Exits with 0 fine, 1 faulty, 2 no log, 3 something is missing.
+
+    With --json: one object for one log, {"rows": [...]} for several.
+
+    Examples:
+
+        lios doctor run.mcap
+
+        lios doctor logs/*.mcap --json
+    """
+    from replayers.doctor import examine
+
+    examined = [examine(log) for log in logs]
+    if as_json:
+        answers = [_answer(one) for one in examined]
+        emit_json(answers[0] if len(answers) == 1 else {"rows": answers})
+    else:
+        for one in examined:
+            _tell(one)
+    raise typer.Exit(worst([one.verdict.exit_code for one in examined]))
+
+
+def worst(codes: list[int]) -> int:
+    """Of several exit codes: faulty before lossy before fine."""
+    return 1 if 1 in codes else max(codes, default=0)
+
+
+def _answer(one: Examination) -> dict[str, Any]:
+    return {
+        "file": str(one.file),
+        "verdict": one.verdict.value,
+        "findings": [{"level": f.level.value, "where": f.where, "what": f.what, "fix": f.fix} for f in one.findings],
+        "loss_window_s": round(one.loss_window_s, 6),
+        "longest_chunk_s": round(one.longest_chunk_s, 6),
+        "messages": one.messages,
+        "holds_run": one.holds_run,
+    }
+
+
+def _tell(one: Examination) -> None:
+    emit_text(f"{one.file}: {one.verdict.value}, {one.messages:,} messages")
+    for finding in one.findings:
+        fix = f" {finding.fix}." if finding.fix else ""
+        emit_text(f"  {finding.level.value:8}{finding.where + ': ' if finding.where else ''}{finding.what}.{fix}")
+    emit_text(f"  A crash at the worst moment would have cost {one.loss_window_s:.3f} s of this recording.")
+    if one.verdict.exit_code:
+        say(f"{one.file} is {one.verdict.value}.")

@@ -1,0 +1,66 @@
+"""`lios recover`: everything that is intact in a damaged log, in a clean one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.terminal import emit_json, say
+
+if TYPE_CHECKING:
+    from replayers.recover import Recovery
+
+
+def recover(
+    log: Annotated[Path, typer.Argument(help="A cut-off or damaged log.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="By default LOG.recovered.mcap.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an output that exists.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+) -> None:
+    """Save every intact message of a damaged log to a clean one. Exits with 3 when something had to be dropped.
+
+    Examples:
+
+        lios recover run.mcap -o saved.mcap
+    """
+    from replayers.recover import recover as save
+
+    done = save(log, output or log.with_name(f"{log.stem}.recovered.mcap"), force=force)
+    if as_json:
+        emit_json(_answer(done))
+    say(
+        f"Saved {done.messages:,} messages, {done.attachments} attachments, {done.metadata} metadata to {done.output}."
+    )
+    for damage in done.damages[:20]:
+        say(f"  byte {damage.offset}: {damage.what}")
+    if done.damage_count > 20:
+        say(f"  and {done.damage_count - 20} more places")
+    if done.expected_messages is not None and done.expected_messages > done.messages:
+        say(f"The index spoke of {done.expected_messages:,} messages: {_lost(done):,} are lost.")
+    elif not done.was_closed and not done.lossy:
+        say("The recording was cut off; nothing that had been flushed is lost.")
+    raise typer.Exit(3 if done.lossy else 0)
+
+
+def _lost(done: Recovery) -> int | None:
+    return None if done.expected_messages is None else max(done.expected_messages - done.messages, 0)
+
+
+def _answer(done: Recovery) -> dict[str, Any]:
+    return {
+        "file": str(done.source),
+        "output": str(done.output),
+        "messages": done.messages,
+        "attachments": done.attachments,
+        "metadata": done.metadata,
+        "lossy": done.lossy,
+        "was_closed": done.was_closed,
+        "messages_expected": done.expected_messages,
+        "messages_lost": _lost(done),
+        "damages": [{"offset": damage.offset, "what": damage.what} for damage in done.damages],
+        "damage_count": done.damage_count,
+        "source_bytes": done.source_bytes,
+        "output_bytes": done.output_bytes,
+    }

@@ -1,0 +1,62 @@
+"""Can this log be trusted? Every check of the file and of the run in it, with a verdict and what to do.
+
+fine    nothing is wrong that matters
+lossy   sound as far as it goes, but something is missing: it was cut off, or messages were dropped
+faulty  something in it is not what it should be
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from replayers.doctor_container import Walk, walk_container
+from replayers.doctor_run import RunChecks
+from replayers.findings import Finding, Findings, Verdict
+from replayers.reader import Message, open_log
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Examination:
+    """What the doctor says.
+
+    Attributes:
+        loss_window_s: what a crash at the worst moment would have cost while this was recorded: in real time the
+            longest stretch of log time that one chunk held in memory; in simulation, whose log times are not the
+            computer's, the recorder's longest wait before it syncs.
+        longest_chunk_s: the longest stretch of log time in one chunk.
+        messages: intact ones.
+    """
+
+    file: Path
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    loss_window_s: float
+    longest_chunk_s: float
+    messages: int
+    holds_run: bool
+
+
+def examine(path: Path | str) -> Examination:
+    """Examines a log, streaming.
+
+    Raises:
+        FileMissing, NoMcap: there is nothing to examine.
+    """
+    path, findings = Path(path), Findings()
+    walk, checks, count = Walk(findings), RunChecks(findings), 0
+    with open_log(path) as stream:
+        for part in walk_container(path, stream, walk):
+            count += isinstance(part, Message)
+            checks.take(part)
+    checks.finish(cut_off=walk.cut_off, damaged=walk.damaged)
+    longest_s = walk.chunk_span_ns / 1e9
+    return Examination(
+        file=path,
+        verdict=findings.verdict,
+        findings=tuple(findings.all()),
+        loss_window_s=longest_s if checks.real_time or checks.promised_s is None else checks.promised_s,
+        longest_chunk_s=longest_s,
+        messages=count,
+        holds_run=checks.holds_run,
+    )

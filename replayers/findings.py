@@ -1,0 +1,88 @@
+"""What is wrong with a log? One finding a fact: how bad, where, what, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class Level(StrEnum):
+    ERROR = "error"
+    """Something in the log is not what it should be."""
+    LOSS = "loss"
+    """Something is missing that had been recorded, or should have been."""
+    WARNING = "warning"
+    """Worth a look."""
+    INFO = "info"
+
+
+class Verdict(StrEnum):
+    FINE = "fine"
+    FAULTY = "faulty"
+    LOSSY = "lossy"
+
+    @property
+    def exit_code(self) -> int:
+        return {Verdict.FINE: 0, Verdict.FAULTY: 1, Verdict.LOSSY: 3}[self]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One fact.
+
+    Attributes:
+        where: a byte, a topic with its decision, an attachment.
+        fix: what to do; "" when nothing needs to be done.
+    """
+
+    level: Level
+    where: str
+    what: str
+    fix: str = ""
+
+
+MOST_A_KIND = 20
+"""More findings of one kind are counted, not listed: a file of zeros must not fill the memory."""
+
+
+@dataclass(slots=True)
+class Findings:
+    """Gathers findings; of each kind the first ones are kept and the rest counted."""
+
+    kept: list[Finding] = field(default_factory=list)
+    counts: dict[tuple[Level, str], int] = field(default_factory=dict)
+
+    def add(self, level: Level, where: str, what: str, fix: str = "", *, kind: str = "") -> None:
+        """Adds a finding.
+
+        Args:
+            kind: what findings have in common; by default their first words.
+        """
+        key = (level, kind or what[:24])
+        count = self.counts.get(key, 0) + 1
+        self.counts[key] = count
+        if count <= MOST_A_KIND:
+            self.kept.append(Finding(level=level, where=where, what=what, fix=fix))
+
+    def error(self, where: str, what: str, fix: str = "", *, kind: str = "") -> None:
+        self.add(Level.ERROR, where, what, fix, kind=kind)
+
+    def warning(self, where: str, what: str, fix: str = "", *, kind: str = "") -> None:
+        self.add(Level.WARNING, where, what, fix, kind=kind)
+
+    def all(self) -> list[Finding]:
+        """Those kept, worst first, and one line for each kind of which there are more."""
+        more = [
+            Finding(level=level, where="", what=f"{count - MOST_A_KIND} more like: {kind}")
+            for (level, kind), count in self.counts.items()
+            if count > MOST_A_KIND
+        ]
+        order = list(Level)
+        return sorted([*self.kept, *more], key=lambda finding: order.index(finding.level))
+
+    @property
+    def verdict(self) -> Verdict:
+        levels = {level for level, _ in self.counts}
+        if Level.ERROR in levels:
+            return Verdict.FAULTY
+        return Verdict.LOSSY if Level.LOSS in levels else Verdict.FINE
