@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.worlds.generated_plan import Hole, PlannedHouse, PlannedRoom, Rectangle
+from workbench.worlds.generated_plan import Hole, PlannedHouse
+from workbench.worlds.generated_rooms import PlannedRoom, Rectangle
 from workbench.worlds.house_statistics import HouseStatistics, RoomShares
 from workbench.worlds.names import size_of_asset_m, usual_size_m, vocabulary
 

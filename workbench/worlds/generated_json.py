@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from workbench.worlds.generated_furniture import Piece
-from workbench.worlds.generated_plan import Hole, PlannedHouse, PlannedRoom, Side
+from workbench.worlds.generated_plan import Hole, PlannedHouse, Side
+from workbench.worlds.generated_rooms import PlannedRoom
 from workbench.worlds.names import usual_size_m, vocabulary
 
 WALL_HEIGHT_M = 2.7

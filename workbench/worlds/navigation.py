@@ -114,7 +114,7 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
     room_index = {room.id: index for index, room in enumerate(plan.rooms)}
     unreachable: list[ContainerId] = []
     for container in plan.containers:
-        pose = _approach(grid, free & (rooms == room_index[container.room]), container)
+        pose = _approach(grid, free, rooms, room_index[container.room], container)
         if pose is None:
             unreachable.append(container.id)
         else:
@@ -152,10 +152,16 @@ def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point
     return grid.point_at(int(rows[best]), int(columns[best]))
 
 
-def _approach(grid: OccupancyGrid, free: npt.NDArray[np.bool_], container: Container) -> Pose | None:
-    """Where to stand for a container: the free cell nearest to its edge, then nearest to its middle."""
+def _approach(
+    grid: OccupancyGrid,
+    free: npt.NDArray[np.bool_],
+    rooms: npt.NDArray[np.int32],
+    room: int,
+    container: Container,
+) -> Pose | None:
+    """Where to stand for a container: the free cell of its room nearest to its edge, then nearest to its middle."""
     distance, window = distance_to_box(grid, container, reach_m=REACH_M)
-    allowed = free[window] & (distance <= REACH_M)
+    allowed = free[window] & (rooms[window] == room) & (distance <= REACH_M)
     if not allowed.any():
         return None
     x, y = grid.axes()
