@@ -190,6 +190,15 @@ def test_corners_keep_the_length_and_stay_on_free_cells(free: npt.NDArray[np.boo
             assert free[a[0] + (b[0] - a[0]) // n * k, a[1] + (b[1] - a[1]) // n * k]
 
 
+def test_travel_costs_are_equal_by_value() -> None:
+    travel = navigate(toy_plan()).travel
+    again = replace(travel, metres=travel.metres.copy())
+    assert travel == again
+    assert hash(travel) == hash(again)
+    assert travel != replace(travel, metres=travel.metres * 2)
+    assert travel != "another thing"
+
+
 def test_the_cache_gives_the_same_again_and_survives_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LIOS_CACHE", str(tmp_path))
     first = navigate(toy_plan())

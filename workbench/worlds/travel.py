@@ -49,6 +49,15 @@ class TravelCosts:
         if len(self._index) != n:
             raise BadValue("locations of the travel costs", self.locations, "different from one another")
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, TravelCosts):
+            return NotImplemented
+        names = (self.locations, self.unreachable) == (other.locations, other.unreachable)
+        return names and np.array_equal(self.metres, other.metres)
+
+    def __hash__(self) -> int:
+        return hash((self.locations, self.metres.tobytes(), self.unreachable))
+
     def index(self, location: LocationId) -> int:
         """The row and column of a location. Raises KeyError when it cannot be reached."""
         return self._index[location]
