@@ -1,7 +1,8 @@
 """How are many logs replayed by many strategies? A log at a time in a process each, kept as files, resumable.
 
-What is kept already under the same key (log, strategy, settings, version) is read and not made again. A log that
-cannot be replayed is a row that says so; it does not stop the others.
+What is kept already under the same key (log, strategy, settings, version) is read and not made again; a planner from
+outside always runs again, since its code may have changed. A log that cannot be replayed is a row that says so; it
+does not stop the others.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 from replayers.origin import write_replay_log
 from replayers.replay import Ground, Settings, ground_of, replay_on
 from replayers.run import read
+from replayers.sandbox import is_foreign
 from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
@@ -109,7 +111,7 @@ def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
             continue
         key = key_of(sha256, name, wanted.settings)
         path = path_of(wanted.output, sha256, run_id, name) if wanted.output else None
-        kept = _kept(path, key, wanted) if path else None
+        kept = _kept(path, key, wanted) if path and not is_foreign(name) else None
         if kept is not None:
             yield kept
             continue

@@ -92,6 +92,7 @@ class Replay:
         events: of the run over the log alone.
         leaves: every end over all consistent worlds, if the bounds are complete; otherwise none.
         stretches: how many stretches of the loop were run for bounds and estimate.
+        asked: open containers that it looks into in some world, as far as it was followed.
     """
 
     strategy: str
@@ -109,6 +110,7 @@ class Replay:
     events: tuple[Event, ...]
     leaves: tuple[Leaf, ...] = ()
     stretches: int = 0
+    asked: tuple[ContainerId, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -235,6 +237,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         events=alone,
         leaves=tree.leaves(most=MOST_LEAVES) or () if bounds.complete else (),
         stretches=tree.stretches,
+        asked=tuple(tree.asked),
         notes=ground.notes,
     )
 

@@ -33,8 +33,12 @@ MOST_RESTARTS = 3
 """A planner that had to be stopped this often gets no further chance."""
 
 
+def _read_only(entries: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    return MappingProxyType(entries)
+
+
 def _read_only_mapping(mapping: MappingProxyType[Any, Any]) -> tuple[Any, ...]:
-    return MappingProxyType, (dict(mapping),)
+    return _read_only, (dict(mapping),)
 
 
 ForkingPickler.register(MappingProxyType, _read_only_mapping)

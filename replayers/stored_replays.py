@@ -114,6 +114,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     leaves: tuple[StoredLeaf, ...]
     drawn: tuple[float, ...]
     draws: str
+    asked: tuple[str, ...]
     steps: tuple[StepRow, ...]
     notes: tuple[str, ...]
 
@@ -153,6 +154,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         ),
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
         draws=ground.draws,
+        asked=made.asked,
         steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),
         notes=made.notes,
     )

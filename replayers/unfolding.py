@@ -111,6 +111,7 @@ class Unfolding:
         root: the start.
         stretches: how many stretches were run.
         largest_picks: the most picks of any way followed.
+        asked: open containers that the strategy was seen to look into, in some world.
     """
 
     def __init__(
@@ -129,6 +130,7 @@ class Unfolding:
         self.strategy = strategy
         self.stretches = 0
         self.largest_picks = 0
+        self.asked: dict[ContainerId, None] = {}
         self.max_steps = max_steps
         self._estimator = estimator
         self._seed = seed
@@ -221,6 +223,7 @@ class Unfolding:
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
             return Stretch(cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended)
         question = self._question(ended.unseen, world.knowledge)
+        self.asked[ended.unseen] = None
         cost = ended.own_cost + self.evidence.costs.search
         return Stretch(cost=cost, steps=steps + 1, picks=picks, question=question, ended=None)
 

@@ -1,0 +1,129 @@
+"""Which unopened container should somebody look into next? The one whose content would settle most.
+
+For every open container the drawn worlds are sorted by what it holds; within each group the strategies' costs vary
+less than over all. What is reported: how many of the undecided comparisons a look is expected to settle (a
+comparison is as open as the chance that the other one wins), and by how much it narrows the costs. Drawn worlds
+decide the ranking, so it is an estimate; what a look really settles is for the bounds to say afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.drawn_worlds import DrawnWorlds
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from replayers.replay import Settings
+
+Floats = npt.NDArray[np.float64]
+NEAR = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """What looking into one container is expected to tell.
+
+    Attributes:
+        settles: how much of the doubt about who wins it takes away, summed over pairs of strategies; the doubt of a
+            pair is 1 - max(P(a wins), P(b wins), P(equal)), at most 2/3.
+        doubt: that doubt before the look.
+        narrows: expected fall of the standard deviation of a strategy's cost, mean over strategies, in cost units.
+        chance_found: chance that it holds something that the task cares about.
+    """
+
+    container: str
+    settles: float
+    doubt: float
+    narrows: float
+    chance_found: float
+
+
+def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collection[str]) -> tuple[Look, ...]:
+    """Open containers, the most telling first.
+
+    Args:
+        costs: per strategy, its cost in each drawn world, shape (worlds,).
+        asked: containers that some strategy looks into; the others can tell nothing about these strategies.
+    """
+    table = np.array([costs[name] for name in sorted(costs)])
+    if not len(worlds) or not len(table):
+        return ()
+    doubt, spread = _doubt(table), _spread(table)
+    looks: list[Look] = []
+    for j, container in enumerate(worlds.containers):
+        if container not in asked:
+            continue
+        inside = worlds.inside[:, :, j]
+        groups = _groups(inside)
+        shares = [len(g) / len(worlds) for g in groups]
+        looks.append(
+            Look(
+                container=container,
+                settles=doubt - sum(s * _doubt(table[:, g]) for s, g in zip(shares, groups, strict=True)),
+                doubt=doubt,
+                narrows=spread - sum(s * _spread(table[:, g]) for s, g in zip(shares, groups, strict=True)),
+                chance_found=float(inside.any(axis=1).mean()),
+            )
+        )
+    return tuple(sorted(looks, key=lambda look: (-round(look.settles, 9), -round(look.narrows, 9), look.container)))
+
+
+def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
+    """The most telling look of each log that was replayed, from the costs kept with its replays."""
+    from replayers.replay import ground_of
+    from replayers.run import read
+    from replayers.stored_replays import StoredReplay
+
+    by_log: dict[str, list[StoredReplay]] = {}
+    for outcome in outcomes:
+        if isinstance(outcome, StoredReplay) and outcome.drawn:
+            by_log.setdefault(outcome.sha256, []).append(outcome)
+    found: list[dict[str, Any]] = []
+    for path in files:
+        run = read(path, with_truth=settings.with_truth)
+        replays = by_log.get(run.sha256, [])
+        worlds = ground_of(run, settings).worlds if replays else None
+        if worlds is None:
+            continue
+        costs = {r.strategy: np.array(r.drawn) for r in replays}
+        looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
+        if looks:
+            found.append({"log": str(path), **asdict(looks[0]), "words": _words(looks[0])})
+    return found
+
+
+def _words(look: Look) -> str:
+    if look.doubt <= NEAR and look.narrows <= NEAR:
+        return "no look would change what is known of these strategies"
+    return (
+        f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow the costs "
+        f"by {look.narrows:.1f} (drawn worlds)"
+    )
+
+
+def _doubt(table: Floats) -> float:
+    """How open it is who wins, summed over pairs; table has shape (strategies, worlds)."""
+    total = 0.0
+    for a, b in combinations(range(len(table)), 2):
+        apart = table[a] - table[b]
+        wins, loses = float(np.mean(apart < -NEAR)), float(np.mean(apart > NEAR))
+        total += 1 - max(wins, loses, 1 - wins - loses)
+    return total
+
+
+def _spread(table: Floats) -> float:
+    return float(table.std(axis=1).mean())
+
+
+def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
+    """Worlds that agree on what a container holds; inside has shape (worlds, types)."""
+    codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
+    return [np.flatnonzero(codes == code) for code in np.unique(codes)]

@@ -1,0 +1,68 @@
+"""Planners from outside: whatever they do is a status with a reason, and the truth is out of their reach."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from toy_logs import toy_run
+
+from replayers.replay import Settings, ground_of, replay_on
+from replayers.sandbox import AskedForTruth, HiddenTruth, Sandboxed, is_foreign, load_foreign
+from workbench.errors import UnknownName
+from workbench.execution.events import RunStatus
+
+
+def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=20))
+    made = replay_on(ground, "misbehaving:Behaves")
+    assert made.strategy == "behaves"
+    assert made.status is RunStatus.DONE
+    assert made.cost == 11.0
+    assert made.exact
+
+
+@pytest.mark.parametrize(
+    ("planner", "reason"),
+    [
+        ("misbehaving:Raises", "it raised ValueError: no idea"),
+        ("misbehaving:Hangs", "it made no decision within 0.3 s"),
+        ("misbehaving:Dies", "its process died"),
+        ("misbehaving:AnswersNonsense", "it returned str instead of a Decision"),
+        ("misbehaving:Teleports", "illegal step"),
+        ("misbehaving:peeking", "it asks for the truth (house.contents)"),
+        ("misbehaving:NOT_A_STRATEGY", "it raised TypeError"),
+        ("misbehaving:Missing", "it raised AttributeError"),
+        ("no_such_module:Planner", "it raised ModuleNotFoundError"),
+    ],
+)
+def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, reason: str) -> None:
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 20.0))
+    made = replay_on(ground, planner)
+    assert made.status is RunStatus.PLANNER_FAILED
+    assert reason in made.reason
+    assert made.bounds is not None
+    assert made.bounds.can_fail
+
+
+def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -> None:
+    with Sandboxed("misbehaving:Dies") as planner:
+        view = None
+        for _ in range(5):
+            assert planner.decide(view).plan.note.startswith("its process died")  # type: ignore[arg-type]
+        assert "not tried again" in planner.why_broken
+
+
+def test_loading_tells_asking_for_the_truth_from_other_mistakes() -> None:
+    with pytest.raises(AskedForTruth, match=r"house\.contents"):
+        load_foreign("misbehaving:peeking")
+    assert not HiddenTruth()
+    with pytest.raises(TypeError):
+        load_foreign("misbehaving:NOT_A_STRATEGY")
+
+
+def test_which_names_come_from_outside() -> None:
+    assert is_foreign("some_module:Planner")
+    assert not is_foreign("ModelLIOS")
+    with pytest.raises(UnknownName, match="model-lios"):
+        is_foreign("model-lio")
