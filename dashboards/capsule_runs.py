@@ -73,6 +73,7 @@ def run_data(timeline: Timeline, name: str, colour: Colour, texts: Texts, *, pan
         "wayY": _list(timeline.way_xy[:, 1]),
         "wayM": _list(timeline.way_m, 4),
         "facing": _list(timeline.facing_rad),
+        "imputed": np.flatnonzero(timeline.imputed).tolist(),
         "costS": _list(timeline.cost_s, 4),
         "cost": _list(timeline.cost),
         "decisions": [round(timeline.seconds(s), 6) for s in timeline.decision_ns],

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
 
+from dashboards.counterfactual import kept_beside
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.panels.runs import RunRow
 from dashboards.timeline import Timeline, timeline_of
@@ -51,7 +52,9 @@ class Library:
 
         with self._lock:
             if index not in self._timelines:
-                self._timelines[index] = timeline_of(read(self.paths[index]))
+                self._timelines[index] = timeline_of(
+                    read(self.paths[index]), counterfactual=kept_beside(self.paths[index])
+                )
             self._timelines.move_to_end(index)
             while len(self._timelines) > MOST_OPEN:
                 self._timelines.popitem(last=False)
@@ -72,6 +75,7 @@ class Library:
             place=run.info.place,
             scenario=run.task.title or run.info.scenario,
             strategy=run.info.strategy,
+            seed=run.info.seed,
             source=run.info.source,
             outcome=run.outcome.status if run.outcome is not None else "cut off",
             cost=run.outcome.cost if run.outcome is not None else None,

@@ -52,7 +52,8 @@ class Scene:
         unseen: per container, nobody opened it though this run wanted to (a replay's end). bool (n,).
         order: per container its place in the intended order of search, 1 first; 0 for none. int32 (n,).
         search_order: the same, as the policy gave it.
-        trail: corners of the way walked so far, float64 (m, 2). ahead: of the way planned, float64 (k, 2).
+        trail: corners of the way walked so far, float64 (m, 2); imputed: per corner, the stretch that ends there was
+            only assumed, bool (m,). ahead: of the way planned, float64 (k, 2).
         steps: the plan with what is done, current and next.
         expected_cost: of the plan from its decision on; cost: so far.
     """
@@ -74,6 +75,7 @@ class Scene:
     order: npt.NDArray[np.int32]
     search_order: tuple[Stop, ...]
     trail: npt.NDArray[np.float64]
+    imputed: npt.NDArray[np.bool_]
     ahead: npt.NDArray[np.float64]
     steps: tuple[PlannedStep, ...]
     expected_cost: float | None
@@ -101,7 +103,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
     frame = timeline.decisions[at] if at >= 0 else None
     plan = frame.plan if frame is not None else None
     shown = focus if focus in timeline.item_types else _automatic_focus(timeline, at)
-    robot, trail, travel_m = _robot(timeline, stamp, second)
+    robot, trail, imputed, travel_m = _robot(timeline, stamp, second)
     phase, doing = _phase(timeline, stamp)
     searched = timeline.searched_ns <= stamp
     steps = progress(frame, stamp) if frame is not None else ()
@@ -123,6 +125,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         order=_order(timeline, frame),
         search_order=plan.search_order if plan is not None else (),
         trail=trail,
+        imputed=imputed,
         ahead=_ahead(timeline, frame, steps, robot, stamp),
         steps=steps,
         expected_cost=plan.expected_cost if plan is not None and plan.steps else None,
@@ -147,7 +150,9 @@ def _automatic_focus(timeline: Timeline, at: int) -> str:
     return timeline.item_types[0] if timeline.item_types else ""
 
 
-def _robot(timeline: Timeline, stamp: int, second: float) -> tuple[RobotLook, npt.NDArray[np.float64], float]:
+def _robot(
+    timeline: Timeline, stamp: int, second: float
+) -> tuple[RobotLook, npt.NDArray[np.float64], npt.NDArray[np.bool_], float]:
     i = max(0, int(np.searchsorted(timeline.way_s, second, side="right")) - 1)
     here = timeline.way_xy[i]
     if i + 1 < len(timeline.way_s):
@@ -155,10 +160,12 @@ def _robot(timeline: Timeline, stamp: int, second: float) -> tuple[RobotLook, np
         share = (second - timeline.way_s[i]) / span if span > 0 else 0.0
         here = here + share * (timeline.way_xy[i + 1] - here)
     trail = np.concatenate([timeline.way_xy[: i + 1], here[None]])
+    last = min(i + 1, len(timeline.imputed) - 1)
+    imputed = np.concatenate([timeline.imputed[: i + 1], timeline.imputed[last : last + 1]])
     held = timeline.held[max(0, bisect_right(timeline.held, stamp, key=lambda h: h[0]) - 1)][1]
     walked = float(timeline.way_m[i] + np.hypot(*(here - timeline.way_xy[i])))
     look = RobotLook(x_m=float(here[0]), y_m=float(here[1]), yaw_rad=float(timeline.facing_rad[i]), holding=held)
-    return look, trail, walked
+    return look, trail, imputed, walked
 
 
 def _phase(timeline: Timeline, stamp: int) -> tuple[str, str]:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from dashboards.counterfactual import Counterfactual
 from dashboards.ways_ahead import WaysAhead
 from workbench.runs.vocabulary import (
     NANO,
@@ -74,6 +75,7 @@ class Timeline:
         way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
         way_xy: the corners, float64 (M, 2); way_m: metres walked at each, float64 (M,).
         facing_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
+        imputed: the stretch that ends at corner i was not walked in any log but assumed by a replay, bool (M,).
         cost_s, cost: cost so far, piecewise linear, float64 (K,) each.
         searched_ns: per container of the plan, when it was looked into in this run, or NEVER.
         known: per container, known before the run began.
@@ -92,6 +94,7 @@ class Timeline:
     way_xy: npt.NDArray[np.float64]
     way_m: npt.NDArray[np.float64]
     facing_rad: npt.NDArray[np.float64]
+    imputed: npt.NDArray[np.bool_]
     cost_s: npt.NDArray[np.float64]
     cost: npt.NDArray[np.float64]
     searched_ns: npt.NDArray[np.int64]
@@ -101,6 +104,7 @@ class Timeline:
     phases: tuple[Phase, ...]
     item_types: tuple[str, ...]
     top_belief: Mapping[str, float]
+    counterfactual: Counterfactual | None
     ways: WaysAhead | None = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
@@ -122,13 +126,17 @@ class Timeline:
         return bisect_right(self.decision_ns, stamp_ns) - 1
 
 
-def timeline_of(run: Run) -> Timeline:
-    """Turns a run into a timeline; what the log lacks is left empty."""
+def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Timeline:
+    """Turns a run into a timeline; what the log lacks is left empty.
+
+    Args:
+        counterfactual: for a replay, how far its cost is known.
+    """
     plan = run.place.plan if run.place is not None else None
     actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))
     start_ns, end_ns = _span(run, actions)
     decisions = _decisions(run, actions)
-    way_s, way_xy, facing = _way(run, actions, start_ns)
+    way_s, way_xy, facing, imputed = _way(run, actions, start_ns)
     steps = np.hypot(*np.diff(way_xy, axis=0).T) if len(way_xy) > 1 else np.zeros(0)
     cost_s, cost = _costs(actions, start_ns)
     searched, known, contents = _searches(run.observations, plan)
@@ -143,6 +151,7 @@ def timeline_of(run: Run) -> Timeline:
         way_xy=way_xy,
         way_m=np.concatenate([[0.0], np.cumsum(steps)]),
         facing_rad=facing,
+        imputed=imputed,
         cost_s=cost_s,
         cost=cost,
         searched_ns=searched,
@@ -152,6 +161,7 @@ def timeline_of(run: Run) -> Timeline:
         phases=_phases(actions, decisions, start_ns, end_ns),
         item_types=tuple(types),
         top_belief=_top_belief(run.beliefs),
+        counterfactual=counterfactual,
         ways=WaysAhead(run.place) if run.place is not None else None,
         decision_ns=tuple(d.stamp_ns for d in decisions),
         action_ns=tuple(a.start.ns for a in actions),
@@ -193,12 +203,13 @@ def _decisions(run: Run, actions: Sequence[ActionFinished]) -> tuple[DecisionFra
 
 def _way(
     run: Run, actions: Sequence[ActionFinished], start_ns: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Corners of the way walked, each with its second and the heading from there on."""
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Corners of the way walked, each with its second, the heading from there on, and whether it was assumed."""
     at = _first_place(run, actions)
     seconds: list[float] = [0.0]
     corners: list[Point] = [at]
     facing: list[float] = [run.place.plan.start.yaw_rad if run.place is not None else 0.0]
+    imputed: list[bool] = [False]
     for action in actions:
         path = [(float(x), float(y)) for x, y in action.path]
         began, ended = (action.start.ns - start_ns) / NANO, (action.stamp.ns - start_ns) / NANO
@@ -210,13 +221,16 @@ def _way(
                 seconds.append(began + (ended - began) * gone / total)
                 corners.append(point)
                 facing.append(heading)
+                imputed.append(action.support == "imputed")
                 gone += lengths[i] if i < len(lengths) else 0.0
         standing = run.place.standing.get(LocationId(action.target)) if run.place is not None else None
         if standing is not None and action.success:
             seconds.append(max(ended, seconds[-1]))
             corners.append(standing.point if len(path) < 2 and action.action == "move" else corners[-1])
             facing.append(standing.yaw_rad)
-    return np.maximum.accumulate(np.array(seconds)), np.array(corners, dtype=np.float64), np.array(facing)
+            imputed.append(False)
+    corner_array = np.array(corners, dtype=np.float64)
+    return np.maximum.accumulate(np.array(seconds)), corner_array, np.array(facing), np.array(imputed)
 
 
 def _first_place(run: Run, actions: Sequence[ActionFinished]) -> Point:

@@ -4,6 +4,7 @@
   const bytes = Uint8Array.from(atob($("data").textContent.trim()), (c) => c.charCodeAt(0));
   const data = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).json();
   const runs = data.runs, focus = runs[0];
+  for (const run of runs) run.imputedSet = new Set(run.imputed);
   const state = { at: 0, playing: false, speed: 1, loop: false, clock: "time", follow: false, walls: "cut", tab: data.tabs[0][0] };
 
   // --- the clock ------------------------------------------------------------------------------------------------
@@ -137,10 +138,16 @@
       if (!renderer) return;
       const actor = actors[i];
       for (const part of [actor.body, actor.legs]) part.set({ centre: [robot.x, robot.y, 0], yaw: [robot.yaw] });
-      const trail = [];
-      for (let j = 0; j <= robot.i; j++) trail.push([run.wayX[j], run.wayY[j]]);
-      trail.push([robot.x, robot.y]);
-      actor.trail.set(ribbon(trail, actor.z, actor.wide, run.colour));
+      const trail = { centre: [], size: [], yaw: [], colour: [] };
+      let stretch = [[run.wayX[0], run.wayY[0]]], assumed = false;
+      const close = () => { const made = ribbon(stretch, actor.z, actor.wide, run.colour, assumed ? [0.16, 0.14] : null); for (const key in trail) trail[key].push(...made[key]); };
+      for (let j = 1; j <= robot.i + 1; j++) {
+        const point = j <= robot.i ? [run.wayX[j], run.wayY[j]] : [robot.x, robot.y], kind = run.imputedSet.has(Math.min(j, run.wayX.length - 1));
+        if (kind !== assumed) { close(); stretch = [stretch[stretch.length - 1]]; assumed = kind; }
+        stretch.push(point);
+      }
+      close();
+      actor.trail.set(trail);
       let left = walked - frame.walked, ahead = run.ways[frame.ahead], rest = [[robot.x, robot.y]];
       for (let j = 1; j < ahead.length; j++) {
         const leg = Math.hypot(ahead[j][0] - ahead[j - 1][0], ahead[j][1] - ahead[j - 1][1]);

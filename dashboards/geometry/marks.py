@@ -91,6 +91,18 @@ def segments(way: npt.NDArray[np.float64], height_m: float) -> npt.NDArray[np.fl
     return pairs[lengths > 1e-6].astype(np.float32)
 
 
+def walked(way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_m: float) -> npt.NDArray[np.float32]:
+    """A way as line segments, dashed where it was only assumed; float32 (n, 2, 3)."""
+    if not imputed.any():
+        return segments(way, height_m)
+    parts: list[npt.NDArray[np.float32]] = []
+    changes = np.flatnonzero(np.diff(imputed[1:].astype(np.int8))) + 1
+    for first, last in zip([0, *changes], [*changes, len(way) - 1], strict=True):
+        stretch = way[first : last + 1]
+        parts.append(dashes(stretch, height_m) if imputed[last] else segments(stretch, height_m))
+    return np.concatenate(parts) if parts else segments(way, height_m)
+
+
 def dashes(
     way: npt.NDArray[np.float64], height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16
 ) -> npt.NDArray[np.float32]:

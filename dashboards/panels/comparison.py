@@ -20,7 +20,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
             dot(run_colour(i)) + name(names[i]),
             name(_end(timeline)),
             number(scene.cost),
-            number(_final(timeline)),
+            _final(timeline),
             number(scene.travel_m),
             str(scene.searches),
             str(scene.decision),
@@ -53,9 +53,14 @@ def _end(timeline: Timeline) -> str:
     return outcome.status if outcome is not None else "cut off"
 
 
-def _final(timeline: Timeline) -> float | None:
+def _final(timeline: Timeline) -> str:
+    """What was charged; for a replay that the log does not decide, its bounds and estimate."""
+    known = timeline.counterfactual
+    if known is not None and not known.exact and known.lower is not None and known.upper is not None:
+        estimate = f"<br>about {number(known.estimate)}" if known.estimate is not None else ""
+        return f"{number(known.lower)} to {number(known.upper)}{estimate}"
     outcome = timeline.run.outcome
-    return outcome.cost if outcome is not None else None
+    return number(outcome.cost if outcome is not None else None)
 
 
 def _parting(clock: Clock, other: int, names: list[str]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from dashboards.clock import Clock
@@ -17,21 +19,29 @@ MOST_LINES = 6
 MOST_POINTS = 600
 Line = tuple[str, str, list[tuple[float, float]], bool]
 """Name, colour, points (reading, value), dashed."""
+Band = tuple[float, float, float, str]
+"""From a reading on: between which values it lies, in which colour: the bounds of a counterfactual."""
 
 
 def cost_plot(clock: Clock, names: list[str]) -> str:
     """Cost so far of every run, and for the run in focus what its plan still expected at each decision."""
     lines: list[Line] = []
+    bands: list[Band] = []
     for row, timeline in enumerate(clock.timelines):
         points = [
             (clock.reading(timeline.stamp(float(s)), run=row), float(c))
             for s, c in _thinned(timeline.cost_s, timeline.cost)
         ]
         lines.append((names[row], css(run_colour(row)), points, False))
+        known = timeline.counterfactual
+        if known is not None and not known.exact and known.lower is not None and known.upper is not None:
+            last = clock.reading(timeline.end_ns, run=row)
+            bands.append((last, max(known.lower, points[-1][1]), known.upper, css(run_colour(row))))
     expected = _expected(clock)
     if expected:
         lines.append(("expected in all", css(run_colour(0)), expected, True))
-    return _chart("Cost so far, and what was expected in all (dashed)", lines, clock.end, lambda v: number(v, 0))
+    title = "Cost so far, and what was expected in all (dashed)"
+    return _chart(title, lines, clock.end, lambda v: number(v, 0), bands)
 
 
 def belief_plot(clock: Clock, focus: str) -> str:
@@ -92,15 +102,17 @@ def _thinned(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
 
 
 def _chart(
-    title: str, lines: list[tuple[str, str, list[tuple[float, float]], bool]], end: float, shown: object
+    title: str, lines: list[Line], end: float, shown: Callable[[float], str], bands: Sequence[Band] = ()
 ) -> str:
-    top = max((y for _, _, points, _ in lines for _, y in points), default=0.0) or 1.0
+    values = [y for _, _, points, _ in lines for _, y in points] + [high for _, _, high, _ in bands]
+    top = max(values, default=0.0) or 1.0
     parts: list[str] = []
     for share in (0.0, 0.5, 1.0):
         y = _y(share)
         parts.append(f'<line x1="0" x2="100%" y1="{y:.1f}" y2="{y:.1f}" stroke="#e6e8eb"/>')
         parts.append(f'<text x="2" y="{y - 2:.1f}">{text(shown(share * top))}</text>')
     drawn = "".join(_line(points, colour, end, top, dashed) for _, colour, points, dashed in lines)
+    drawn += "".join(_band(band, end, top) for band in bands)
     keys = "".join(
         f'<span><span class="dot" style="background:{colour}"></span>{text(name)}</span>'
         for name, colour, _, dashed in lines
@@ -117,6 +129,17 @@ def _chart(
 
 def _y(share: float) -> float:
     return TOP_PX + (1 - share) * (HEIGHT_PX - TOP_PX - LOW_PX)
+
+
+def _band(band: Band, end: float, top: float) -> str:
+    at, low, high, colour = band
+    x = min(1000 * at / end, 970.0)
+    y = _y(high / top)
+    return (
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{1000 - x:.1f}" height="{max(_y(low / top) - y, 1.0):.1f}"'
+        f' fill="{colour}" fill-opacity="0.16" stroke="{colour}" stroke-opacity="0.5" stroke-dasharray="4 3"'
+        f' vector-effect="non-scaling-stroke"><title>by the log: {low:.1f} to {high:.1f}</title></rect>'
+    )
 
 
 def _line(points: list[tuple[float, float]], colour: str, end: float, top: float, dashed: bool) -> str:

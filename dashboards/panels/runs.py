@@ -16,6 +16,7 @@ class RunRow:
     place: str
     scenario: str
     strategy: str
+    seed: int
     source: str
     outcome: str
     cost: float | None

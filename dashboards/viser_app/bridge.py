@@ -81,7 +81,9 @@ def obey(session: Session, words: str) -> None:
     """Does what a command says: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5"."""
     verb, _, rest = words.strip().partition(" ")
     value = _number(rest) if rest else _number(verb)
-    if verb == "address":
+    if verb == "open":
+        session.open_runs(tuple(int(r) for r in rest.split(",")[:MOST_RUNS] if r.strip().isdecimal()))
+    elif verb == "address":
         changes = changes_of(rest, runs=len(session.library.paths))
         if changes:
             session.change(**changes)
@@ -91,8 +93,6 @@ def obey(session: Session, words: str) -> None:
         stops = session.clock.decisions()
         if 1 <= int(value) <= len(stops):
             session.change(at=stops[int(value) - 1], playing=False)
-    elif verb == "open":
-        session.open_runs((int(value),))
     elif verb == "overlay":
         session.toggle_run(int(value))
     elif verb == "look":

@@ -17,6 +17,7 @@ from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import belief_plot, cost_plot
 from dashboards.panels.runs import passes, runs
+from dashboards.panels.scatter import scatter
 from dashboards.panels.strip import cursor, strip
 from dashboards.scene import AUTOMATIC, Scene
 from dashboards.viser_app.bridge import address, keep_address, obey, script
@@ -72,6 +73,11 @@ class Controls:
             self._filter = gui.add_text("Filter", "", hint="Words that a run must have; also cost<50 or cost>50.")
             self._filter.on_update(lambda _: self._list_runs())
             self._add("runs")
+            self._first = gui.add_dropdown("Across", ("",), hint="A strategy; its cost goes to the right.")
+            self._second = gui.add_dropdown("Up", ("",), hint="Another strategy; its cost goes up.")
+            for chosen in (self._first, self._second):
+                chosen.on_update(lambda _: self._draw_scatter())
+            self._add("scatter")
         with tabs.add_tab("View"):
             self._build_options()
         panel = gui.add_panel()
@@ -154,6 +160,7 @@ class Controls:
         self._set("title", title(clock.timelines[0]))
         self._names = names
         self._list_runs()
+        self._offer_strategies()
         self._set("strip", strip(clock, names, [run_colour(i) for i in range(len(names))]))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
@@ -193,6 +200,19 @@ class Controls:
             return
         rows = [row for row in library.rows() if passes(row, self._filter.value)]
         self._set("runs", runs(rows, self._session.state.runs, total=len(library.rows())))
+
+    def _draw_scatter(self) -> None:
+        rows = [row for row in self._session.library.rows() if passes(row, self._filter.value)]
+        self._set("scatter", scatter(rows, self._first.value, self._second.value))
+
+    def _offer_strategies(self) -> None:
+        """The folder's strategies, once; the two most different names first."""
+        library = self._session.library
+        names = sorted({row.strategy for row in library.rows()}) if len(library.paths) > 1 else []
+        if len(names) > 1 and self._first.options != tuple(names):
+            self._first.options = self._second.options = tuple(names)
+            self._second.value = names[1]
+            self._draw_scatter()
 
     def _keep_address(self, state: ViewState) -> None:
         """The page's address, when the view rests and at most a few times a second."""

@@ -15,7 +15,7 @@ import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
-from dashboards.geometry.marks import ROBOT_DARK, cross, dashes, question, robot_body, robot_legs, segments, tick
+from dashboards.geometry.marks import ROBOT_DARK, cross, dashes, question, robot_body, robot_legs, tick, walked
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.looks import bar_heights_m, container_colours
 from dashboards.palette import UNSEEN, Colour
@@ -130,7 +130,7 @@ class Stage:
         with self._client.atomic():
             if scenes and self._shape is not None:
                 self._show_beliefs(scenes[0], bars=bars)
-                self._show_marks(scenes[0])
+                self._show_marks(scenes)
                 self._show_orders(scenes[0] if orders else None)
             for actor, scene in zip(self._actors, scenes, strict=False):
                 self._show_run(actor, scene)
@@ -224,12 +224,15 @@ class Stage:
             self._bars.batched_positions = (tops + np.outer(height / 2, [0, 0, 1])).astype(np.float32)
             self._bars.batched_colors = of_owner
 
-    def _show_marks(self, scene: Scene) -> None:
+    def _show_marks(self, scenes: list[Scene]) -> None:
+        """Marks of the run in focus; what nobody opened, of every run that wanted to."""
+        scene = scenes[0]
+        unseen = np.any([s.unseen for s in scenes if len(s.unseen) == len(scene.unseen)], axis=0)
         seen = (scene.status == STATUSES.index("searched")) | (scene.status == STATUSES.index("known"))
         for name, mask in (
             ("cross", (scene.status == STATUSES.index("searched")) & ~scene.holds_focus),
             ("tick", seen & scene.holds_focus),
-            ("question", scene.unseen),
+            ("question", unseen),
         ):
             if name in self._marks and self._changed(name, mask):
                 self._marks[name].batched_scales = (
@@ -283,7 +286,7 @@ class Stage:
             actor.frame.position = (robot.x_m, robot.y_m, 0.0)
             actor.frame.wxyz = (cos(robot.yaw_rad / 2), 0.0, 0.0, sin(robot.yaw_rad / 2))
             actor.shown["pose"] = pose
-            _set_points(actor.trail, segments(scene.trail, actor.height_m))
+            _set_points(actor.trail, walked(scene.trail, scene.imputed, actor.height_m))
         ahead = dashes(scene.ahead, actor.height_m + 0.004)
         if not np.array_equal(actor.shown.get("ahead"), ahead):
             _set_points(actor.ahead, ahead)

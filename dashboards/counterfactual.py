@@ -1,0 +1,42 @@
+"""How far is a replayed run's cost known? Its bounds and estimate, kept beside its log by lios replay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.errors import LiosError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Counterfactual:
+    """What the log allows: least and largest cost over all consistent worlds; None where they were not proven.
+
+    Attributes:
+        estimate: mean over drawn worlds, with the interval in which nine of ten fall.
+    """
+
+    lower: float | None
+    upper: float | None
+    exact: bool
+    estimate: float | None
+    interval90: tuple[float, float] | None
+
+
+def kept_beside(log: Path) -> Counterfactual | None:
+    """The counterfactual kept beside a replay's log, or None for another log or a file that cannot be read."""
+    if not log.name.endswith(".replay.mcap"):
+        return None
+    from replayers.stored_replays import read_replay
+
+    try:
+        kept = read_replay(log.with_suffix(".json"))
+    except LiosError:
+        return None
+    return Counterfactual(
+        lower=kept.bounds.lower if kept.bounds is not None else None,
+        upper=kept.bounds.upper if kept.bounds is not None else None,
+        exact=kept.exact,
+        estimate=kept.estimate.mean if kept.estimate is not None else None,
+        interval90=kept.estimate.interval90 if kept.estimate is not None else None,
+    )

@@ -1,0 +1,76 @@
+"""How do two strategies compare over many runs? A point a pair of runs of the same task, by their costs.
+
+A click on a point lays the two runs over each other in 3D. Points under the diagonal are cheaper for the second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dashboards.palette import RUNS, css
+from dashboards.panels.markup import command, name, number, text
+from dashboards.panels.runs import RunRow
+
+SIDE_PX = 300
+MARGIN_PX = 34
+MOST_POINTS = 2000
+
+
+def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow, RunRow]]:
+    """Runs of the same place, task and seed by the two strategies, in the order of the rows."""
+    others: dict[tuple[str, str, int], RunRow] = {}
+    for row in rows:
+        if row.strategy == second and row.cost is not None:
+            others.setdefault(_trial(row), row)
+    return [
+        (row, others[_trial(row)])
+        for row in rows
+        if row.strategy == first and row.cost is not None and _trial(row) in others
+    ][:MOST_POINTS]
+
+
+def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
+    """The points of two strategies."""
+    found = pairs(rows, first, second)
+    if not found:
+        return f'<div class="lp"><p class="muted">No task was run by both {name(first)} and {name(second)}.</p></div>'
+    top = max(cost for a, b in found for cost in (a.cost or 0.0, b.cost or 0.0)) or 1.0
+    points = "".join(_point(a, b, top) for a, b in found)
+    low, high, middle = MARGIN_PX, SIDE_PX - 6, SIDE_PX / 2
+    ticks = "".join(_tick(share, top) for share in (0.0, 0.5, 1.0))
+    mean = sum((b.cost or 0.0) - (a.cost or 0.0) for a, b in found) / len(found)
+    return (
+        f'<div class="lp"><svg width="{SIDE_PX}" height="{SIDE_PX}" role="img">'
+        f'<line x1="{low}" y1="{SIDE_PX - low}" x2="{high}" y2="{SIDE_PX - high}" stroke="#c9cdd3"/>{ticks}'
+        f'<text x="{(low + high) / 2}" y="{SIDE_PX - 3}" text-anchor="middle">{text(first)}</text>'
+        f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">{text(second)}</text>'
+        f"{points}</svg><p>{len(found)} tasks; {name(second)} costs {number(mean, 2)} more than {name(first)} on"
+        " average. A point opens its two runs.</p></div>"
+    )
+
+
+def _trial(row: RunRow) -> tuple[str, str, int]:
+    return (row.place, row.scenario, row.seed)
+
+
+def _at(cost: float, top: float) -> float:
+    return MARGIN_PX + cost / top * (SIDE_PX - 6 - MARGIN_PX)
+
+
+def _point(a: RunRow, b: RunRow, top: float) -> str:
+    x, y = _at(a.cost or 0.0, top), SIDE_PX - _at(b.cost or 0.0, top)
+    done = a.outcome == b.outcome == "done"
+    return (
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{css(RUNS[0] if done else RUNS[1])}" fill-opacity="0.65"'
+        f' stroke="white" {command(f"open {a.index},{b.index}")}>'
+        f"<title>{text(a.place)}: {text(a.scenario)}, {number(a.cost)} and {number(b.cost)}</title></circle>"
+    )
+
+
+def _tick(share: float, top: float) -> str:
+    at = _at(share * top, top)
+    label = number(share * top, 0)
+    return (
+        f'<text x="{at:.1f}" y="{SIDE_PX - MARGIN_PX + 13}" text-anchor="middle">{label}</text>'
+        f'<text x="{MARGIN_PX - 3}" y="{SIDE_PX - at + 4:.1f}" text-anchor="end">{label}</text>'
+    )
