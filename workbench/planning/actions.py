@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from workbench.planning.plans import PlanStep
-from workbench.planning.tasks import AllOf, AnyOf, Goal
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Fact
 
@@ -125,6 +125,14 @@ def relevant_types(goal: Goal) -> tuple[ItemType, ...]:
     needed: dict[tuple[ItemType, str], None] = {}
     _need(goal, needed)
     return tuple(sorted({item_type for item_type, _ in needed}))
+
+
+def prepares(goal: Goal) -> bool:
+    """Whether some part of the goal asks for a property that a preparation gives."""
+    if isinstance(goal, AllOf | AnyOf):
+        return any(prepares(part) for part in goal.parts)
+    given = {prop for prop, _ in EFFECTS.values()}
+    return isinstance(goal, Delivered) and any(prop in given for prop in goal.properties)
 
 
 def _need(goal: Goal, needed: dict[tuple[ItemType, str], None]) -> None:

@@ -74,7 +74,8 @@ def problem_at(view: View, pricing: FindPricing, *, find_known: bool = False) ->
         places = (knowledge.robot_at, goal.at) if knowledge.travel.reaches(goal.at) else (knowledge.robot_at,)
         locations = tuple(dict.fromkeys(places))
     else:
-        locations = locations_that_matter(goal, knowledge, hubs_for(view))
+        places = (*hubs_for(view), *pricing.meeting_places(only(view.belief, types)))
+        locations = locations_that_matter(goal, knowledge, places)
     find_costs = None
     if types:
         question = FindQuestion(

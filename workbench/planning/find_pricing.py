@@ -18,6 +18,8 @@ from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.worlds.house import House, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
+MOST_MEETING_PLACES = 12
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindQuestion:
@@ -35,6 +37,10 @@ class FindPricing(Protocol):
 
     def price(self, question: FindQuestion) -> FindCosts: ...
 
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        """Unsearched containers at which it wants things to be able to meet; planning takes them in."""
+        ...
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -48,6 +54,9 @@ class Optimistic:
             costs=question.costs,
         )
 
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
+
 
 @final
 @dataclass(frozen=True, slots=True)
@@ -60,6 +69,9 @@ class Pessimistic:
             targets=question.targets,
             costs=question.costs,
         )
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
 
 
 @final
@@ -80,6 +92,9 @@ class Expected:
             belief_model=self.belief_model,
             limit=self.limit,
         )
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
 
 
 @final
@@ -111,3 +126,7 @@ class Truth:
             metres=np.array(list(ways.values())).reshape(len(ways), len(rows), len(columns)),
             kind="model",
         )
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        holders = {c for item_type in belief.item_types for c in self.house.holders(item_type)}
+        return tuple(LocationId(c) for c in belief.containers if c in holders)[:MOST_MEETING_PLACES]

@@ -4,20 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.planning.actions import EFFECTS, relevant_types
+from workbench.planning.actions import prepares, relevant_types
 from workbench.planning.strategy import View
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
 from workbench.worlds.house import LocationId
 
-HUBS = 3
-
-
-def prepares(goal: Goal) -> bool:
-    """Whether some part of the goal asks for a property that a preparation gives."""
-    if isinstance(goal, AllOf | AnyOf):
-        return any(prepares(part) for part in goal.parts)
-    given = {prop for prop, _ in EFFECTS.values()}
-    return isinstance(goal, Delivered) and any(prop in given for prop in goal.properties)
+HUBS = 4
 
 
 def hubs_for(view: View, *, most: int = HUBS) -> tuple[LocationId, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, final
 
+from workbench.planning.actions import prepares
 from workbench.planning.built_in import Solved, begin_with_each, solve, without_hypothetical
 from workbench.planning.problem import Problem
 
@@ -36,6 +37,7 @@ class BuiltIn:
     def solve(self, problem: Problem, *, budget_s: float) -> Solved:
         made = solve(problem, budget_s=budget_s)
         others = made.alternatives
-        if self.explain and len(made.plan.steps) > 1 and not others and len(problem.things) <= MOST_TO_EXPLAIN:
+        explained = self.explain and len(made.plan.steps) > 1 and len(problem.things) <= MOST_TO_EXPLAIN
+        if explained and not prepares(problem.goal):
             others = begin_with_each(problem)
         return Solved(plan=without_hypothetical(made.plan), alternatives=others, expanded=made.expanded)

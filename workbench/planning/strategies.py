@@ -15,9 +15,10 @@ from typing import cast
 
 from workbench.errors import BadValue, UnknownName, Unsupported
 from workbench.planning.composed import Composed
-from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, Truth
+from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic
+from workbench.planning.oracle import Oracle
 from workbench.planning.strategy import Strategy, StrategyFactory
-from workbench.search.policies import oracle_policy, policy
+from workbench.search.policies import policy
 from workbench.worlds.house import House
 
 ENTRY_POINTS = "lios.strategies"
@@ -33,7 +34,7 @@ class OracleNeedsHouse(Unsupported):
 def _oracle(house: House | None) -> Strategy:
     if house is None:
         raise OracleNeedsHouse()
-    return Composed(name="oracle", pricing=Truth(house=house), policy=oracle_policy(house), find_known=True)
+    return Oracle(house=house)
 
 
 STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
