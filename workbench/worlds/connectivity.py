@@ -91,7 +91,7 @@ def _rooms_beside(wall: Wall, rooms: Sequence[Room]) -> tuple[RoomId, ...]:
     """The rooms on both sides along a wall."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
-    if length == 0:
+    if length < 1e-6:
         return ()
     found: dict[RoomId, None] = {}
     normal = (-(y1 - y0) / length * PROBE_M, (x1 - x0) / length * PROBE_M)

@@ -107,7 +107,7 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
     """The pieces of a wall between the holes of its passable doors."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
-    if length == 0:
+    if length < 1e-6:
         return []
     holes: list[tuple[float, float]] = []
     for door in plan.doors:

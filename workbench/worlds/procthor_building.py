@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from math import hypot
 
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Point
@@ -66,7 +67,9 @@ def opening_of(
     for corner in record.corners:
         point_from_unity(corner, f"holePolygon of {record.id} in {name}")
     (x0, y0), (x1, y1) = walls[record.wall0]
-    length = ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
+    length = hypot(x1 - x0, y1 - y0)
+    if length < 1e-6:
+        raise BadValue(f"length of wall {record.wall0} in {name}", length, f"long enough for {record.id}")
     along = [min(max(corner.x, 0.0), length) for corner in record.corners]
     heights = [corner.y for corner in record.corners]
 
