@@ -71,6 +71,7 @@ def test_a_seed_is_drawn_and_shown(tmp_path: Path, capfd: pytest.CaptureFixture[
         ["info", "nowhere.jsonl.gz:1"],
         ["stats", "nowhere.jsonl.gz"],
         ["stats", "--split", "everything"],
+        ["stats", "--measure", "no/such/folder/figures.json"],
     ],
 )
 def test_refusals_take_one_line_and_leave_nothing(

@@ -46,8 +46,7 @@ def generate(
         raise OutputExists(output)
     if not is_many(output):
         raise BadValue("-o/--output", str(output), "a name that ends in .jsonl.gz or .jsonl")
-    if not output.absolute().parent.is_dir():
-        raise BadValue("folder of -o/--output", str(output.absolute().parent), "a folder that exists")
+    _require_folder(output, "-o/--output")
     chosen = randbelow(1_000_000) if seed is None else seed
     if chosen < 0:
         raise BadValue("--seed", chosen, "at least 0")
@@ -122,8 +121,10 @@ def stats(
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
 
-    if measure is not None and measure.exists() and not force:
-        raise OutputExists(measure)
+    if measure is not None:
+        _require_folder(measure, "--measure")
+        if measure.exists() and not force:
+            raise OutputExists(measure)
     columns = _columns(files or [], split=split, assets=assets)
     if measure is not None:
         _write_measured(measure, [h for houses in columns.values() for h in houses], files or [], split)
@@ -136,6 +137,13 @@ def stats(
         emit_json(answer)
     else:
         _show_compared(answer)
+
+
+def _require_folder(output: Path, option: str) -> None:
+    from workbench.errors import BadValue
+
+    if not output.absolute().parent.is_dir():
+        raise BadValue(f"folder of {option}", str(output.absolute().parent), "a folder that exists")
 
 
 def _range(text: str) -> tuple[int, int]:
