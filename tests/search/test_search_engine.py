@@ -19,7 +19,7 @@ from workbench.search.engine import expected_find_costs, expected_search
 from workbench.search.find_costs import BeliefModel
 from workbench.search.places import LocationOutOfReach
 from workbench.search.policy import SearchQuery
-from workbench.search.remaining import BELIEF_MODELS
+from workbench.search.remaining import BELIEF_MODELS, still_missing_by_subset
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -47,9 +47,28 @@ def missing_after(p: list[float], searched: tuple[int, ...], model: BeliefModel)
     others = [p[i] for i in range(len(p)) if i not in searched]
     if model == "exclusive":
         return sum(others) / sum(p)
+    if model == "marginal":
+        z = chance_of_any(p)
+        if z == 0.0:
+            return missing_after(p, searched, "exclusive")
+        return missing_after([x * z for x in p], searched, "exists")
     nowhere = float(np.prod([1 - x for x in p]))
     inside = float(np.prod([1 - p[i] for i in searched]))
     return inside if model == "independent" else (inside - nowhere) / (1 - nowhere)
+
+
+def chance_of_any(p: list[float]) -> float:
+    """The positive z of z = 1 - product of (1 - z p), by halving; 0 where there is none."""
+    if sum(p) <= 1 + 1e-12:
+        return 0.0
+    low, high = 1e-15, 1.0
+    for _ in range(200):
+        middle = (low + high) / 2
+        if -np.expm1(np.log1p(-np.array(p) * middle).sum()) > middle:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 def cost_of(
@@ -251,6 +270,7 @@ def test_one_container() -> None:
     assert prices([0.25], "independent") == pytest.approx(1 + 1 + 0.25 * 6)
     assert prices([0.25], "exists") == pytest.approx(1 + 1 + 6)
     assert prices([0.25], "exclusive") == pytest.approx(1 + 1 + 6)
+    assert prices([0.25], "marginal") == pytest.approx(1 + 1 + 6)
 
 
 def test_probabilities_of_nought_everywhere() -> None:
@@ -259,16 +279,27 @@ def test_probabilities_of_nought_everywhere() -> None:
     expected = (1 + 1 + 0.5 * 6) + 0.5 * (1 + 1 + 7)
     assert prices([0.0, 0.0], "exists") == pytest.approx(expected)
     assert prices([0.0, 0.0], "exclusive") == pytest.approx(expected)
+    assert prices([0.0, 0.0], "marginal") == pytest.approx(expected)
 
 
 def test_probabilities_of_one_everywhere() -> None:
     assert prices([1.0, 1.0], "independent") == pytest.approx(8.0)
     assert prices([1.0, 1.0], "exists") == pytest.approx(8.0)
+    assert prices([1.0, 1.0], "marginal") == pytest.approx(8.0)
     assert prices([1.0, 1.0], "exclusive") == pytest.approx((1 + 1 + 0.5 * 6) + 0.5 * (1 + 1 + 7))
 
 
 def test_probabilities_that_are_almost_nought_keep_their_proportions() -> None:
     assert prices([1e-300, 3e-300], "exists") == pytest.approx(prices([0.1, 0.3], "exclusive"), rel=1e-9)
+
+
+def test_marginal_keeps_the_chances_that_it_is_given() -> None:
+    """The chance to find an item in the container looked into first is what the belief says of that container."""
+    for p in ([0.9, 0.6, 0.3], [0.5, 0.6], [1.0, 0.5, 0.2]):
+        table = still_missing_by_subset(np.array([p]), np.arange(len(p))[None], "marginal")[0]
+        assert [1 - table[1 << j] for j in range(len(p))] == pytest.approx(p, abs=1e-9)
+    spread = still_missing_by_subset(np.array([[0.3, 0.1]]), np.arange(2)[None], "marginal")[0]
+    assert 1 - spread[1] == pytest.approx(0.75, abs=1e-6)
 
 
 def test_sums_above_one_are_no_mistake() -> None:

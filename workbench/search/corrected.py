@@ -24,7 +24,7 @@ from workbench.search.costs import ActionCosts
 from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.places import Places, places
-from workbench.search.remaining import known_somewhere, still_missing_along
+from workbench.search.remaining import still_missing_along, unconditioned
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -100,7 +100,7 @@ def tail_costs(here: Places, candidates: Indices, *, costs: ActionCosts, model: 
     if candidates.shape[1] == len(here.containers):
         return answer
     for item, searched in enumerate(candidates):
-        order = _others(known_somewhere(here.probability[item], model), searched, here.between_m)
+        order = _others(unconditioned(here.probability[item], model), searched, here.between_m)
         missing = still_missing_along(here.probability[item], np.concatenate([searched, order]), model)
         missing = missing[len(searched) :]
         legs = here.between_m[order[:-1], order[1:]]

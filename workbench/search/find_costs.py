@@ -11,8 +11,8 @@ import numpy.typing as npt
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 
-BeliefModel = Literal["independent", "exists", "exclusive"]
-"""What P(a) means once other containers turned out empty (FINDINGS.md; docs/concepts)."""
+BeliefModel = Literal["independent", "exists", "exclusive", "marginal"]
+"""What P(a) means once other containers turned out empty (remaining.py; docs/search.md)."""
 
 FindCostKind = Literal["optimistic", "pessimistic", "model"]
 

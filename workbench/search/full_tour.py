@@ -20,7 +20,7 @@ from workbench.search.find_costs import BeliefModel, SearchStop
 from workbench.search.orders import ExpectedSearch, along
 from workbench.search.places import Places, places
 from workbench.search.policy import SearchQuery
-from workbench.search.remaining import known_somewhere
+from workbench.search.remaining import unconditioned
 
 LEADING = 10
 """Containers among which the first order is exact; a house with no more is solved exactly."""
@@ -72,7 +72,7 @@ class FullTour:
             return lead
         from workbench.search import tours
 
-        p = known_somewhere(here.probability[item], self.belief_model)
+        p = unconditioned(here.probability[item], self.belief_model)
         arrays = tours.Search(
             p=p,
             model=tours.MODEL_NUMBERS[self.belief_model],

@@ -6,10 +6,14 @@ container and all containers U still unsearched:
     independent   R(S) = product over S of (1 - p)
     exists        R(S) = (product over S - product over U of (1 - p)) / (1 - product over U)
     exclusive     R(S) = sum over U \\ S of p / sum over U of p
+    marginal      as exists, of z p for p, with z such that z = 1 - product over U of (1 - z p)
 
 `exists` is `independent` conditioned on an instance being in at least one container of U; `exclusive` knows one
-instance, whose places exclude one another. Where every p is 0 both take their common limit for small equal p:
-every container is as likely as any other.
+instance, whose places exclude one another. `marginal` is conditioned like `exists`, but takes p for the chances that
+hold *after* conditioning, which is what an estimator learns from houses that hold the item: the chances before it
+were z p, smaller by the chance z of any instance at all. Where the p add up to 1 or less, z is 0 and `marginal` is
+`exclusive`. Where every p is 0 the last three take their common limit for small equal p: every container is as
+likely as any other.
 
 All three are functions of a sum over S and a sum over the others, so no difference of nearly equal numbers is
 ever formed: probabilities of 1e-12 and of 1 are as good as any.
@@ -28,11 +32,14 @@ Array = npt.NDArray[np.float64]
 ALIKE = 1e-12
 """What stands for p where every p is 0 and an instance is known to exist."""
 
-BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive")
+LEAST_CHANCE = 1e-9
+"""What stands for a z of 0: then p are as good as exclusive."""
+
+BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive", "marginal")
 
 
 def weights(probability: Array, model: BeliefModel) -> Array:
-    """What is summed over containers: log(1 - p) for independent and exists, p for exclusive.
+    """What is summed over containers: log(1 - p), with z p for p in marginal; p for exclusive.
 
     Args:
         probability: shape (..., containers), over all unsearched containers.
@@ -45,14 +52,14 @@ def weights(probability: Array, model: BeliefModel) -> Array:
         raise BadValue("belief model", model, "one of " + ", ".join(BELIEF_MODELS))
     if not ((p >= 0) & (p <= 1)).all():
         raise BadValue("probability", "an entry that is no probability", "within [0, 1]")
-    if model == "independent":
-        return _log_miss(p)
-    somewhere = known_somewhere(p, model)
-    return somewhere if model == "exclusive" else _log_miss(somewhere)
+    before = unconditioned(p, model)
+    return before if model == "exclusive" else _log_miss(before)
 
 
-def known_somewhere(probability: Array, model: BeliefModel) -> Array:
-    """The probabilities, where the model knows of an instance and every p is 0 replaced by equal small ones.
+def unconditioned(probability: Array, model: BeliefModel) -> Array:
+    """The chances before it is known that an instance exists: z p in marginal, p in the others.
+
+    Where the model knows of an instance and every p is 0, equal small ones stand for them.
 
     Args:
         probability: shape (..., containers).
@@ -60,7 +67,26 @@ def known_somewhere(probability: Array, model: BeliefModel) -> Array:
     if model == "independent":
         return probability
     nowhere = ~(probability > 0).any(axis=-1, keepdims=True)
-    return np.where(nowhere, ALIKE, probability)
+    p = np.where(nowhere, ALIKE, probability)
+    return p if model != "marginal" else p * np.maximum(_chance_of_any(p), LEAST_CHANCE)
+
+
+def _chance_of_any(p: Array) -> Array:
+    """z, the positive root of 1 - product of (1 - z p) = z, or 0 where there is none: shape (..., 1).
+
+    The left side less the right is concave in z, so Newton's steps from 1 fall onto the root and never below it.
+    """
+    z = np.ones((*p.shape[:-1], 1))
+    for _ in range(60):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            miss = np.exp(_log_miss(p * z).sum(axis=-1, keepdims=True))
+            slope = miss * (p / (1 - p * z)).sum(axis=-1, keepdims=True) - 1
+            step = (1 - miss - z) / slope
+        step = np.where(np.isfinite(step), step, 0.0)
+        z = np.maximum(z - step, 0.0)
+        if np.abs(step).max(initial=0.0) < 1e-14:
+            break
+    return z
 
 
 def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:

@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
-MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCLUSIVE}
+MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCLUSIVE, "marginal": EXISTS}
 
 LONGEST_RUN = 3
 LEAST_GAIN = 1e-9
@@ -39,7 +39,7 @@ class Search(NamedTuple):
     """One query in arrays.
 
     Attributes:
-        p: shape (containers,); where an instance is known to exist, some entry is above 0.
+        p: remaining.unconditioned, shape (containers,); where an instance is known to exist, some entry is above 0.
         model: of MODEL_NUMBERS.
         from_m: from the origin to each container, shape (containers,).
         between_m: shape (containers, containers).
