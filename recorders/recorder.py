@@ -88,8 +88,9 @@ class RunRecorder:
         moving = info.source != "spot" if motion is None else motion
         self._narrator = Narrator(place, task, paths=paths, motion=moving) if viewer else None
         start_ns = info.started.ns
-        more = {**(settings or {}), "recorder": {"sync_s": sync_s, "syncs_at": "every decision"}}
-        self.sink.describe(INFO_METADATA, info_to_metadata(info))
+        identity = info_to_metadata(info)
+        more = {**(settings or {}), "recorder": {"sync_s": sync_s, "syncs_at": "every decision"}, "run": identity}
+        self.sink.describe(INFO_METADATA, identity)
         for name, data in (
             (PLACE_ATTACHMENT, place_to_json(place)),
             (TASK_ATTACHMENT, task_to_json(task)),

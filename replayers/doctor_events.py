@@ -6,7 +6,7 @@ Costs are compared to a hundredth: they stand in the log with six decimals and a
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import isfinite
 
@@ -29,6 +29,8 @@ from workbench.runs.vocabulary import (
 from workbench.worlds.house import LocationId
 
 CLOSE = 0.01
+CONTINUITY = frozenset({"decisions missing", "actions missing", "robot elsewhere", "against truth"})
+"""Kinds that follow from missing events: warnings where events are known to be missing."""
 STATUSES = frozenset(status.value for status in RunStatus)
 PLAN_STATUSES = frozenset(status.value for status in PlanStatus)
 
@@ -39,6 +41,7 @@ class EventChecks:
 
     findings: Findings
     place: Place
+    own: Findings = field(default_factory=Findings)
     newest_ns: int = 0
     decision: int = 0
     index: int = 0
@@ -90,6 +93,7 @@ class EventChecks:
     def finish(self, *, partial: bool) -> None:
         """What the end tells. Sums are compared only where the log is whole."""
         findings, outcome = self.findings, self.outcome
+        self._hand_over(partial=partial)
         if outcome is None:
             level = Level.INFO if partial else Level.WARNING
             findings.add(level, "/search/outcome", "the run has no outcome: the recording stopped before its end")
@@ -232,7 +236,16 @@ class EventChecks:
                 )
 
     def _error(self, event: DomainEvent, what: str, kind: str) -> None:
-        self.findings.error(_where(event), what, kind=kind)
+        self.own.error(_where(event), what, kind=kind)
+
+    def _hand_over(self, *, partial: bool) -> None:
+        """Adds what was found to the log's findings, now that it is known whether events are missing."""
+        for (level, kind), count in self.own.counts.items():
+            shown = Level.WARNING if partial and kind in CONTINUITY else level
+            self.findings.counts[shown, kind] = self.findings.counts.get((shown, kind), 0) + count
+        for kind, finding in self.own.kept_by_kind:
+            level = Level.WARNING if partial and kind in CONTINUITY else finding.level
+            self.findings.keep(replace(finding, level=level), kind)
 
 
 def _where(event: DomainEvent) -> str:

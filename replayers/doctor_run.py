@@ -16,7 +16,7 @@ from replayers.recover import RECOVERED_METADATA
 from workbench.errors import LiosError
 from workbench.runs.codec import decode
 from workbench.runs.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, place_from_json, task_from_json
-from workbench.runs.run_info import CHECKSUM, INFO_METADATA, OUTCOME_METADATA, checksum, info_from_metadata
+from workbench.runs.run_info import INFO_METADATA, info_from_metadata, is_intact
 from workbench.runs.settings_json import SETTINGS_ATTACHMENT, settings_from_json
 from workbench.runs.vocabulary import TOPICS, Dropped, RunInfo, schema_name
 
@@ -49,18 +49,20 @@ class RunChecks:
         """What can only be told at the end."""
         findings = self.findings
         if not self.holds_run:
-            if self.domain_messages:
+            if self.domain_messages and not (cut_off or RECOVERED_METADATA in self.metadata):
                 findings.error("metadata", f"events of a run, but no metadata {INFO_METADATA}", REPLAYABLE)
             else:
                 findings.add(Level.INFO, "metadata", f"no metadata {INFO_METADATA}: it holds no run")
             return
+        recovered = RECOVERED_METADATA in self.metadata
         for name in (PLACE_ATTACHMENT, TASK_ATTACHMENT, SETTINGS_ATTACHMENT):
             if name not in self.attachments:
-                findings.error("attachments", f"{name} is missing", REPLAYABLE)
+                level = Level.WARNING if recovered else Level.LOSS if cut_off else Level.ERROR
+                findings.add(level, "attachments", f"{name} is missing", REPLAYABLE)
         if self.dropped is not None and any(self.dropped.counts.values()):
             counts = ", ".join(f"{topic} {count}" for topic, count in sorted(self.dropped.counts.items()))
             findings.add(Level.LOSS, "/recorder/dropped", f"the recorder could not keep up and dropped: {counts}")
-        partial = cut_off or damaged or RECOVERED_METADATA in self.metadata or PART_METADATA in self.metadata
+        partial = cut_off or damaged or recovered or PART_METADATA in self.metadata
         if self.events is not None:
             self.events.finish(partial=partial)
 
@@ -78,10 +80,8 @@ class RunChecks:
 
     def _metadata(self, record: Metadata) -> None:
         self.metadata[record.name] = record.metadata
-        if record.name in (INFO_METADATA, OUTCOME_METADATA):
-            said = record.metadata.get(CHECKSUM)
-            if said is not None and said != checksum(record.metadata):
-                self.findings.error(f"metadata {record.name}", "its checksum is wrong")
+        if not is_intact(record.name, record.metadata):
+            self.findings.error(f"metadata {record.name[:60]}", "its checksum is wrong")
         if record.name != INFO_METADATA:
             return
         self.holds_run = True

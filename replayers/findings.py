@@ -49,7 +49,7 @@ MOST_A_KIND = 20
 class Findings:
     """Gathers findings; of each kind the first ones are kept and the rest counted."""
 
-    kept: list[Finding] = field(default_factory=list)
+    kept_by_kind: list[tuple[str, Finding]] = field(default_factory=list)
     counts: dict[tuple[Level, str], int] = field(default_factory=dict)
 
     def add(self, level: Level, where: str, what: str, fix: str = "", *, kind: str = "") -> None:
@@ -58,11 +58,15 @@ class Findings:
         Args:
             kind: what findings have in common; by default their first words.
         """
-        key = (level, kind or what[:24])
-        count = self.counts.get(key, 0) + 1
-        self.counts[key] = count
+        kind = kind or what[:24]
+        count = self.counts.get((level, kind), 0) + 1
+        self.counts[level, kind] = count
         if count <= MOST_A_KIND:
-            self.kept.append(Finding(level=level, where=where, what=what, fix=fix))
+            self.keep(Finding(level=level, where=where, what=what, fix=fix), kind)
+
+    def keep(self, finding: Finding, kind: str) -> None:
+        """Keeps a finding that is counted already."""
+        self.kept_by_kind.append((kind, finding))
 
     def error(self, where: str, what: str, fix: str = "", *, kind: str = "") -> None:
         self.add(Level.ERROR, where, what, fix, kind=kind)
@@ -78,7 +82,9 @@ class Findings:
             if count > MOST_A_KIND
         ]
         order = list(Level)
-        return sorted([*self.kept, *more], key=lambda finding: order.index(finding.level))
+        return sorted(
+            [*(finding for _, finding in self.kept_by_kind), *more], key=lambda finding: order.index(finding.level)
+        )
 
     @property
     def verdict(self) -> Verdict:

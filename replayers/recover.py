@@ -10,11 +10,14 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from replayers.copying import Copier, Loss, Style, declarations
 from replayers.reader import Content, Damage, open_log, read_index, scan
 from workbench.errors import BadValue
+from workbench.runs.run_info import INFO_METADATA, is_intact
+from workbench.runs.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
 
 RECOVERED_METADATA = "lios.recovered"
 """In every recovered log: from which file, how many damages, how many messages were saved."""
@@ -96,6 +99,8 @@ def _copy(
 ) -> dict[str, int]:
     """Copies what is intact; counts it."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
+    identity: dict[str, str] = {}
+    named: set[str] = set()
     content = Content(on_damage=loss.add, channels=channels, schemas=schemas)
     with open_log(source) as stream:
         for offset, record in scan(stream, path=source, on_damage=loss.add):
@@ -104,12 +109,31 @@ def _copy(
             if isinstance(record, Attachment):
                 copier.attach(record)
                 done["attachments"] += 1
+                if record.name == SETTINGS_ATTACHMENT:
+                    identity = _identity_in(record.data)
             elif isinstance(record, Metadata):
-                copier.describe(record)
-                done["metadata"] += 1
+                if is_intact(record.name, record.metadata):
+                    copier.describe(record)
+                    named.add(record.name)
+                    done["metadata"] += 1
+                else:
+                    what = f"metadata {record.name[:60]!r}: its checksum is wrong"
+                    loss.add(Damage(offset, what, opcode=Opcode.METADATA))
             elif not isinstance(record, Header):
                 for message in content.messages_of(offset, record):
                     copier.copy(message)
                     done["messages"] += 1
+    if identity and INFO_METADATA not in named:
+        copier.writer.add_metadata(INFO_METADATA, identity)
+        done["metadata"] += 1
     loss.messages += content.messages_lost
     return done
+
+
+def _identity_in(settings: bytes) -> dict[str, str]:
+    """The run's identity, which settings.json holds once more under its own checksum."""
+    try:
+        pairs = settings_from_json(settings).more.get("run")
+    except MalformedSettings:
+        return {}
+    return {str(key): str(value) for key, value in pairs.items()} if isinstance(pairs, dict) else {}

@@ -30,9 +30,7 @@ def recover(
     done = save(log, output or log.with_name(f"{log.stem}.recovered.mcap"), force=force)
     if as_json:
         emit_json(_answer(done))
-    say(
-        f"Saved {done.messages:,} messages, {done.attachments} attachments, {done.metadata} metadata to {done.output}."
-    )
+    say(f"Saved {done.messages:,} messages and {done.attachments} attachments to {done.output}.")
     for damage in done.damages[:20]:
         say(f"  byte {damage.offset}: {damage.what}")
     if done.damage_count > 20:

@@ -37,7 +37,7 @@ class NewerSchema(Malformed):
 def info_to_metadata(info: RunInfo) -> dict[str, str]:
     """The record's pairs, the same for the same run; `started` in nanoseconds since the Unix epoch."""
     pairs = {name: _text(getattr(info, name)) for name in info.__struct_fields__}
-    return {**pairs, CHECKSUM: checksum(pairs)}
+    return {**pairs, CHECKSUM: checksum(INFO_METADATA, pairs)}
 
 
 def info_from_metadata(pairs: Mapping[str, str]) -> RunInfo:
@@ -67,13 +67,18 @@ def outcome_to_metadata(outcome: Outcome, decisions: int) -> dict[str, str]:
     names = ("status", "cost", "own_cost", "searches", "travel_m", "reason")
     pairs = {name: str(getattr(outcome, name)) for name in names}
     pairs |= {"ended": str(outcome.stamp.ns), "decisions": str(decisions)}
-    return {**pairs, CHECKSUM: checksum(pairs)}
+    return {**pairs, CHECKSUM: checksum(OUTCOME_METADATA, pairs)}
 
 
-def checksum(pairs: Mapping[str, str]) -> str:
-    """Of all pairs but the checksum's own, in sorted order, as eight hexadecimal digits."""
-    text = "".join(f"{key}={pairs[key]}\n" for key in sorted(pairs) if key != CHECKSUM)
+def checksum(name: str, pairs: Mapping[str, str]) -> str:
+    """Of a record's name and all pairs but the checksum's own, in sorted order, as eight hexadecimal digits."""
+    text = f"{name}\n" + "".join(f"{key}={pairs[key]}\n" for key in sorted(pairs) if key != CHECKSUM)
     return f"{zlib.crc32(text.encode()):08x}"
+
+
+def is_intact(name: str, pairs: Mapping[str, str]) -> bool:
+    """Whether a record is what was written; one without a checksum is believed."""
+    return CHECKSUM not in pairs or pairs[CHECKSUM] == checksum(name, pairs)
 
 
 def _text(value: object) -> str:
