@@ -12,7 +12,9 @@ from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.panels.runs import RunRow
 from dashboards.timeline import Timeline, timeline_of
 from workbench.errors import FileMissing, LiosError, NotFound
+from workbench.planning.tasks import Task, goal_types
 from workbench.worlds.house import FloorPlan
+from workbench.worlds.names import readable_name
 
 MOST_OPEN = 24
 """Runs that are kept in memory; the longest unused is dropped first."""
@@ -34,7 +36,7 @@ class Library:
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        self.paths = tuple(logs_of(paths))
+        self.paths = tuple({path.resolve(): path for path in logs_of(paths)}.values())
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
         self._shapes: dict[FloorPlan, HouseShape] = {}
         self._lock = Lock()
@@ -73,7 +75,7 @@ class Library:
             index=index,
             file=self.paths[index].name,
             place=run.info.place,
-            scenario=run.task.title or run.info.scenario,
+            scenario=_scenario(run.task),
             strategy=run.info.strategy,
             seed=run.info.seed,
             source=run.info.source,
@@ -94,6 +96,13 @@ class Library:
             if plan not in self._shapes:
                 self._shapes[plan] = house_shape(plan)
             return self._shapes[plan]
+
+
+def _scenario(task: Task) -> str:
+    """A scenario by name; a search by what it seeks."""
+    if task.scenario == "find":
+        return "find " + ", ".join(readable_name(t) for t in goal_types(task.goal))
+    return task.scenario
 
 
 def logs_of(paths: Sequence[Path]) -> list[Path]:

@@ -111,7 +111,7 @@ def _chart(
         y = _y(share)
         parts.append(f'<line x1="0" x2="100%" y1="{y:.1f}" y2="{y:.1f}" stroke="#e6e8eb"/>')
         parts.append(f'<text x="2" y="{y - 2:.1f}">{text(shown(share * top))}</text>')
-    drawn = "".join(_line(points, colour, end, top, dashed) for _, colour, points, dashed in lines)
+    drawn = "".join(_line(points, colour, end, top, dashed) for _, colour, points, dashed in reversed(lines))
     drawn += "".join(_band(band, end, top) for band in bands)
     keys = "".join(
         f'<span><span class="dot" style="background:{colour}"></span>{text(name)}</span>'

@@ -46,7 +46,7 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
     more = (
         f'<p class="muted">and {len(rows) - MOST_ROWS} more; filter to see them</p>' if len(rows) > MOST_ROWS else ""
     )
-    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; ＋ lays it over.</p>'
+    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + lays it over.</p>'
     made = table(head, cells, key="runs", classes=("", "", "", "", "", "n", "n"))
     return f'<div class="lp">{count}{made}{more}</div>'
 
@@ -70,4 +70,4 @@ def passes(row: RunRow, words: str) -> bool:
 def _mark(index: int, shown: tuple[int, ...]) -> str:
     if index in shown:
         return f'<span {command(f"overlay {index}")} title="take it away">●</span>'
-    return f'<span {command(f"overlay {index}")} title="lay it over">＋</span>'
+    return f'<span {command(f"overlay {index}")} title="lay it over"><b>+</b></span>'
