@@ -171,10 +171,10 @@ def _in_order(run: Run) -> list[DomainEvent]:
 
 def _difference(was: DomainEvent | None, now: DomainEvent | None, index: int) -> Divergence | None:
     if was is None or now is None or type(was) is not type(now):
-        some = was or now
+        both = [event for event in (was, now) if event is not None]
         return Divergence(
-            decision=int(getattr(some, "decision", 0)),
-            topic=type(some).__name__,
+            decision=min(int(getattr(event, "decision", 0)) for event in both),
+            topic=type(both[0]).__name__,
             index=index,
             field="event",
             logged=_short(was),

@@ -10,16 +10,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from sample_logs import T0, write_toy_log
-from toy import BED, COUNTER, DESK, FRIDGE, TABLE
+from fake_world import FakeWorld
+from sample_logs import T0, toy_info, toy_place, write_toy_log
+from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 
+from recorders.recorder import record_run
 from replayers.evidence import Evidence, evidence_of
 from replayers.run import Run, read
 from workbench.beliefs.belief import Belief
+from workbench.beliefs.estimators import estimator
+from workbench.execution.loop import run_task
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
+from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Decision, View
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding, Task, goal_types
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding, Task, find_task, goal_types
 from workbench.runs.vocabulary import ActionFinished, Observation, SeenItem, Stamp
+from workbench.search.costs import SIMULATION
 from workbench.search.find_costs import SearchStop
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
@@ -133,4 +139,27 @@ def fillings(
     return every
 
 
-__all__ = ["KNOWN", "OPEN", "START"]
+def simulated_log(
+    path: Path,
+    *,
+    name: str = "model-lios",
+    task: Task | None = None,
+    known: tuple[ContainerId, ...] = (FRIDGE,),
+    truth: bool = True,
+    run_id: str = "0123456789ab",
+) -> Path:
+    """The toy house, a strategy and the shipped counts: recorded by the loop itself."""
+    world, wanted = FakeWorld(known=known, clock_ns=T0), task or find_task(MUG, START)
+    believer = estimator("counts")
+    events = run_task(world, strategy(name, house=toy_house()), believer, wanted, costs=SIMULATION, seed=7)
+    info = toy_info(strategy=name, estimator=believer.name, run_id=run_id, scenario=wanted.scenario)
+    record_run(
+        path,
+        events,
+        info=info,
+        place=toy_place(),
+        task=wanted,
+        costs=SIMULATION,
+        truth=toy_house().contents if truth else None,
+    )
+    return path

@@ -1,0 +1,232 @@
+"""Many logs and strategies: kept, resumed, recorded with their origin, and compared world by world."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pandas as pd
+import pytest
+from toy import BED, COUNTER, DESK, TABLE
+from toy_logs import InOrder, simulated_log, toy_run
+
+from replayers.batch import LogFailed, Wanted, log_path, logs_among, replay_all, replay_log, strategies_named
+from replayers.comparing import agree, changed_houses, compare, difference
+from replayers.replay import Settings, ground_of, replay_strategy
+from replayers.replay_frames import replays_frame, steps_frame
+from replayers.run import read
+from replayers.stored_replays import StoredAnswer, StoredReplay, key_of, path_of, read_replay, replays_in, stored
+from workbench.cli import run as lios
+from workbench.errors import FileMissing, MalformedFile
+
+NAMES = ("opt-greedy", "model-lios", "conditioned-lios")
+
+
+def wanted(output: Path | None = None, **options: object) -> Wanted:
+    return Wanted(strategies=NAMES, settings=Settings(worlds=50), output=output, **options)  # type: ignore[arg-type]
+
+
+def kept(run_path: Path, planner: InOrder, tmp_path: Path) -> StoredReplay:
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=100))
+    return stored(ground, replay_strategy(ground, planner), key="k")
+
+
+def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log, folder = simulated_log(tmp_path / "run.mcap"), tmp_path / "replays"
+    first = list(replay_log(log, wanted(folder)))
+    assert [r.strategy for r in first] == list(NAMES)
+    monkeypatch.setattr("replayers.batch.replay_on", lambda *_: pytest.fail("made again"))
+    assert list(replay_log(log, wanted(folder))) == first
+    other = replace(wanted(folder), settings=Settings(worlds=51))
+    with pytest.raises(pytest.fail.Exception):
+        list(replay_log(log, other))
+
+
+def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:
+    log, folder = simulated_log(tmp_path / "run.mcap"), tmp_path / "replays"
+    made = next(replay_log(log, wanted(folder)))
+    assert isinstance(made, StoredReplay)
+    path = path_of(folder, made.sha256, made.run_id, made.strategy)
+    path.write_text('{"version": 1')
+    with pytest.raises(MalformedFile, match="kept replay"):
+        read_replay(path)
+    assert next(replay_log(log, wanted(folder))) == made
+    assert read_replay(path) == made
+
+
+def test_the_key_holds_whatever_the_answer_depends_on() -> None:
+    base = key_of("log", "lios", Settings())
+    assert base == key_of("log", "lios", Settings())
+    others = (
+        key_of("other", "lios", Settings()),
+        key_of("log", "greedy", Settings()),
+        key_of("log", "lios", Settings(seed=1)),
+        key_of("log", "lios", Settings(with_truth=True)),
+    )
+    assert len({base, *others}) == 5
+
+
+def test_a_replay_is_recorded_with_its_origin(tmp_path: Path) -> None:
+    log, folder = simulated_log(tmp_path / "run.mcap"), tmp_path / "replays"
+    made = next(replay_log(log, wanted(folder, write_logs=True)))
+    assert isinstance(made, StoredReplay)
+    replayed, driven = read(log_path(path_of(folder, made.sha256, made.run_id, made.strategy))), read(log)
+    assert replayed.info.source == "replay"
+    assert replayed.info.origin_run == driven.info.run_id
+    assert replayed.info.origin_sha256 == driven.sha256
+    assert replayed.info.run_id != driven.info.run_id
+    assert replayed.info.strategy == made.strategy
+    assert replayed.truth is None
+    assert replayed.task == driven.task
+    assert {a.support for a in replayed.actions} <= {"logged", "implied", "imputed"}
+    assert replayed.outcome is not None
+    assert replayed.outcome.status == made.status
+
+
+def test_folders_give_their_logs_but_not_their_replays(tmp_path: Path) -> None:
+    log = simulated_log(tmp_path / "b" / "run.mcap") if (tmp_path / "b").mkdir() is None else None
+    assert log is not None
+    list(replay_log(log, wanted(tmp_path / "b" / "replays", write_logs=True)))
+    assert logs_among([tmp_path / "b"]) == (log,)
+    assert logs_among([log, tmp_path / "b"]) == (log,)
+    with pytest.raises(FileMissing):
+        logs_among([tmp_path / "nowhere"])
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(MalformedFile, match=r"no \.mcap"):
+        logs_among([tmp_path / "empty"])
+
+
+def test_a_log_that_cannot_be_read_stops_no_other(tmp_path: Path) -> None:
+    broken = tmp_path / "a.mcap"
+    broken.write_bytes(b"not an mcap file at all")
+    good = simulated_log(tmp_path / "b.mcap")
+    outcomes = list(replay_all([broken, good], wanted(), workers=1))
+    assert isinstance(outcomes[0], LogFailed)
+    assert "a.mcap" in outcomes[0].reason
+    assert [type(o) for o in outcomes[1:]] == [StoredReplay] * 3
+
+
+@pytest.mark.slow
+def test_more_workers_give_the_same_replays_in_the_same_order(tmp_path: Path) -> None:
+    logs = [simulated_log(tmp_path / f"{n}.mcap", name=n, run_id=n) for n in ("opt-greedy", "model-lios")]
+    one, two = (list(replay_all(logs, wanted(), workers=n)) for n in (1, 2))
+    assert msgspec.json.encode(one) == msgspec.json.encode(two)
+
+
+def test_all_means_every_strategy_that_needs_no_truth() -> None:
+    assert "oracle" not in strategies_named("all", with_truth=False)
+    assert "oracle" in strategies_named("all", with_truth=True)
+    assert strategies_named("Greedy, ModelLIOS,lios", with_truth=False) == ("opt-greedy", "model-lios")
+
+
+def test_by_hand_a_difference_in_the_same_world(tmp_path: Path) -> None:
+    """Bed first: 17 or, without a mug there, 6 + 6 + 3 + 5 + 2 = 22 by table and counter. Desk first: 7 + 5 + 7 = 19
+    or 7 + 6 + 3 + 5 + 2 = 23. The difference is 17 - 19, 17 - 23, 22 - 19 or 22 - 23."""
+    a = kept(tmp_path, InOrder((BED, TABLE, COUNTER), name="bed"), tmp_path)
+    b = kept(tmp_path, InOrder((DESK, TABLE, COUNTER), name="desk"), tmp_path)
+    apart = difference(a, b)
+    assert apart.paired
+    assert (apart.least, apart.most) == (-6.0, 3.0)
+    assert apart.verdict == "undecided"
+    assert apart.chance is not None
+
+
+def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
+    """Both look into the bed first; without a mug there, one goes on to the counter, the other to the table first.
+    Bounds side by side would say undecided: 17 to 19 against 17 to 22. In the same world the first is never worse."""
+    a = kept(tmp_path, InOrder((BED, COUNTER), name="a"), tmp_path)
+    b = kept(tmp_path, InOrder((BED, TABLE, COUNTER), name="b"), tmp_path)
+    assert a.bounds is not None
+    assert b.bounds is not None
+    assert (a.bounds.lower, a.bounds.upper) == (17.0, 19.0)
+    assert (b.bounds.lower, b.bounds.upper) == (17.0, 22.0)
+    apart = difference(a, b)
+    assert (apart.least, apart.most) == (-3.0, 0.0)
+    alone = difference(msgspec.structs.replace(a, leaves=()), b)
+    assert not alone.paired
+    assert (alone.least, alone.most) == (-5.0, 2.0)
+
+
+def test_answers_agree_when_no_type_that_mattered_to_both_differs() -> None:
+    def told(live: str, answer: str) -> StoredAnswer:
+        return StoredAnswer(container="x", live=tuple(live), answer=tuple(answer))
+
+    assert agree(told("ab", "a"), told("ab", "a"))
+    assert not agree(told("ab", "a"), told("ab", ""))
+    assert agree(told("a", "a"), told("b", "b"))
+    assert not agree(told("ab", "ab"), told("b", ""))
+    assert not agree(told("a", "aa"), told("a", "a"))
+
+
+def test_pairs_count_certain_wins_and_cluster_by_house(tmp_path: Path) -> None:
+    quick = kept(tmp_path, InOrder((TABLE, COUNTER), name="quick"), tmp_path)
+    slow = kept(tmp_path, InOrder((BED, DESK, TABLE, COUNTER), name="slow"), tmp_path)
+    elsewhere = [msgspec.structs.replace(r, sha256="2", place_sha256="changed") for r in (quick, slow)]
+    pairs = compare([quick, slow, *elsewhere], rng=np.random.default_rng(0))
+    assert len(pairs) == 1
+    assert (pairs[0].a, pairs[0].b, pairs[0].logs, pairs[0].houses) == ("quick", "slow", 2, 2)
+    assert (pairs[0].wins, pairs[0].undecided, pairs[0].loses) == (2, 0, 0)
+    assert (pairs[0].least, pairs[0].most) == (-13.0, -6.0)
+    assert pairs[0].drawn is not None
+    assert pairs[0].drawn.clusters == 2
+    assert changed_houses([quick, *elsewhere]) == ("toy",)
+    assert changed_houses([quick, slow]) == ()
+
+
+def test_frames_have_a_row_a_replay_and_a_row_a_step(tmp_path: Path) -> None:
+    records = [r for r in replay_log(simulated_log(tmp_path / "run.mcap"), wanted()) if isinstance(r, StoredReplay)]
+    replays, steps = replays_frame(records), steps_frame(records)
+    assert list(replays["strategy"]) == list(NAMES)
+    assert (replays["lower"] <= replays["upper"]).all()
+    assert len(steps) == sum(len(r.steps) for r in records)
+    assert set(steps["support"]) <= {"logged", "implied", "imputed"}
+    assert steps_frame([]).empty
+
+
+def test_the_commands_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, folder = simulated_log(tmp_path / "run with 'spaces' [1].mcap"), tmp_path / "replays"
+    arguments = [str(log), "--strategies", "all", "--with-truth", "-o", str(folder), "--worlds", "50", "--look-next"]
+    assert lios(["replay", *arguments, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    rows = {row["strategy"]: row for row in answer["rows"]}
+    assert {"log", "strategy", "status", "lower", "upper", "estimate", "exact"} <= set(rows["model-lios"])
+    assert rows["model-lios"]["exact"]
+    for row in rows.values():
+        if row["lower"] is not None:
+            assert row["lower"] - 1e-6 <= row["true_cost"] <= row["upper"] + 1e-6
+    assert lios(["replay", *arguments]) == 0
+    assert "opt-greedy" in capsys.readouterr().out
+    assert lios(["compare", str(folder), "--json", "--frames"]) == 0
+    compared = json.loads(capsys.readouterr().out)
+    assert {"a", "b", "wins", "undecided", "loses"} <= set(compared["rows"][0])
+    assert len(pd.read_parquet(folder / "replays.parquet")) == len(list(replays_in(folder)))
+    assert lios(["compare", str(folder), "-k", "oracle opt"]) == 0
+    assert lios(["replay", str(log), "--verify"]) == 0
+
+
+def test_bad_input_is_one_line_and_exit_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = simulated_log(tmp_path / "run.mcap", truth=False)
+    (tmp_path / "empty").mkdir()
+    for arguments in (
+        ["replay", str(tmp_path / "nowhere.mcap")],
+        ["replay", str(log), "--strategies", "no-such-strategy"],
+        ["replay", str(log), "--strategies", "oracle"],
+        ["replay", str(log), "--strategies", "lios", "--with-truth"],
+        ["replay", str(log), "--strategies", "lios", "--estimator", "no-such-estimator"],
+        ["replay", str(tmp_path / "empty")],
+        ["compare", str(tmp_path / "empty")],
+        ["compare", str(tmp_path / "nowhere")],
+    ):
+        assert lios(arguments) == 2, arguments
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        assert captured.err.startswith("lios: ")
+        assert captured.err.count("\n") == 1
+
+
+def test_a_log_that_is_not_what_its_strategy_does_fails_verification(tmp_path: Path) -> None:
+    toy_run(tmp_path)
+    assert lios(["replay", str(tmp_path / "toy.mcap"), "--verify", "--json"]) == 1

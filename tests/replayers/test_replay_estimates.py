@@ -1,0 +1,125 @@
+"""Estimates: drawn worlds agree with the log and with the belief; means and chances are what the draws say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from toy import BED, COUNTER, DESK, TABLE
+from toy_logs import MUG, PENCIL, InOrder, toy_evidence, toy_run
+
+from replayers.drawn_worlds import DrawnWorlds, draw_worlds
+from replayers.estimates import beats, estimate_of, predictive_interval
+from replayers.relevance import Assumptions, Relevance, relevance_of
+from replayers.replay import Settings, ground_of, replay_strategy
+from replayers.telling_look import rank_looks
+from workbench.beliefs.belief import Belief
+from workbench.planning.tasks import find_task
+from workbench.worlds.house import START, ItemType
+
+P_BED, P_DESK = 0.2, 0.5
+
+
+def drawn(tmp_path: Path, item_type: ItemType, *, exists: bool, count: int = 40_000) -> DrawnWorlds:
+    evidence = toy_evidence(tmp_path, find_task(item_type, START))
+    relevance: Relevance = relevance_of(evidence, InOrder(()), Assumptions())
+    belief = Belief(
+        item_types=(item_type,),
+        containers=(BED, DESK),
+        probability=np.array([[P_BED, P_DESK]]),
+        estimator="by hand",
+    )
+    somewhere = frozenset({item_type}) if exists else frozenset[ItemType]()
+    return draw_worlds(evidence, relevance, belief, count=count, rng=np.random.default_rng(1), exists=somewhere)
+
+
+def test_draws_follow_the_belief_where_the_log_shows_an_instance(tmp_path: Path) -> None:
+    """A mug was seen, so bed and desk hold one independently."""
+    worlds = drawn(tmp_path, MUG, exists=True)
+    assert worlds.containers == (BED, DESK)
+    shares = worlds.inside[:, 0, :].mean(axis=0)
+    assert shares == pytest.approx([P_BED, P_DESK], abs=0.01)
+    both = float((worlds.inside[:, 0, 0] & worlds.inside[:, 0, 1]).mean())
+    assert both == pytest.approx(P_BED * P_DESK, abs=0.01)
+
+
+def test_what_nobody_saw_but_exists_is_in_at_least_one(tmp_path: Path) -> None:
+    """Conditioned on at least one: P(bed) = 0.2 / 0.6, P(desk) = 0.5 / 0.6, P(both) = 0.1 / 0.6."""
+    worlds = drawn(tmp_path, PENCIL, exists=True)
+    inside = worlds.inside[:, 0, :]
+    assert inside.any(axis=1).all()
+    some = 1 - (1 - P_BED) * (1 - P_DESK)
+    assert inside.mean(axis=0) == pytest.approx([P_BED / some, P_DESK / some], abs=0.01)
+    assert float(inside.all(axis=1).mean()) == pytest.approx(P_BED * P_DESK / some, abs=0.01)
+
+
+def test_what_need_not_exist_may_be_nowhere(tmp_path: Path) -> None:
+    inside = drawn(tmp_path, PENCIL, exists=False).inside
+    assert float((~inside.any(axis=(1, 2))).mean()) == pytest.approx(0.4, abs=0.01)
+
+
+def test_the_same_seed_draws_the_same_worlds(tmp_path: Path) -> None:
+    a, b = (drawn(tmp_path, MUG, exists=True, count=50).inside for _ in range(2))
+    assert (a == b).all()
+    assert not a.flags.writeable
+
+
+def test_an_estimate_is_the_mean_over_the_drawn_worlds(tmp_path: Path) -> None:
+    """Bed first: 17 with a mug in the bed, else 20 with one in the desk, else 24 (test_replay_bounds.py)."""
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=4000))
+    made = replay_strategy(ground, InOrder((BED, DESK, TABLE, COUNTER)))
+    assert made.estimate is not None
+    assert made.drawn is not None
+    assert ground.worlds is not None
+    bed, desk = ground.worlds.inside[:, 0, 0], ground.worlds.inside[:, 0, 1]
+    by_hand = np.where(bed, 17.0, np.where(desk, 20.0, 24.0))
+    assert made.drawn == pytest.approx(by_hand)
+    assert made.estimate.mean == pytest.approx(by_hand.mean())
+    assert made.estimate.ci95[0] < made.estimate.mean < made.estimate.ci95[1]
+    assert made.estimate.success == 1.0
+
+
+def test_more_worlds_narrow_the_interval_of_the_mean_but_not_of_the_cost() -> None:
+    rng = np.random.default_rng(0)
+    few, many = rng.normal(50, 10, 100), rng.normal(50, 10, 10_000)
+    a, b = (estimate_of(c, np.ones(len(c), dtype=bool)) for c in (few, many))
+    assert b.ci95[1] - b.ci95[0] < (a.ci95[1] - a.ci95[0]) / 5
+    assert b.interval90[1] - b.interval90[0] == pytest.approx(2 * 1.645 * 10, rel=0.05)
+
+
+def test_one_world_gives_a_point() -> None:
+    one = estimate_of(np.array([7.0]), np.array([True]))
+    assert one.ci95 == one.interval90 == (7.0, 7.0)
+
+
+def test_the_predictive_interval_holds_about_nine_in_ten() -> None:
+    costs = np.arange(1000.0)
+    low, high = predictive_interval(costs)
+    assert np.mean((costs >= low) & (costs <= high)) == pytest.approx(0.9, abs=0.01)
+
+
+def test_chances_are_counted_in_the_same_worlds() -> None:
+    a, b = np.array([1.0, 2.0, 3.0, 4.0]), np.array([2.0, 2.0, 1.0, 5.0])
+    assert beats(a, b) == (0.5, 0.25)
+
+
+def test_the_most_telling_look_is_the_one_that_decides_who_wins(tmp_path: Path) -> None:
+    """One strategy looks into the bed, the other never does: whether a mug is there decides between them."""
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=2000))
+    worlds = ground.worlds
+    assert worlds is not None
+    inside = worlds.inside.copy()
+    inside[:, 0, 0] = np.arange(len(worlds)) % 2 == 0
+    worlds = replace(worlds, inside=inside)
+    ground = replace(ground, worlds=worlds)
+    plans = {"bed": InOrder((BED, TABLE, COUNTER)), "table": InOrder((TABLE, BED, COUNTER))}
+    made = {name: replay_strategy(ground, plan) for name, plan in plans.items()}
+    costs = {name: r.drawn for name, r in made.items() if r.drawn is not None}
+    looks = rank_looks(worlds, costs, {c for r in made.values() for c in r.asked})
+    assert [look.container for look in looks] == [BED]
+    assert looks[0].doubt == pytest.approx(0.5)
+    assert looks[0].settles == pytest.approx(0.5)
+    assert looks[0].narrows > 0
+    assert looks[0].chance_found == 0.5

@@ -1,0 +1,79 @@
+"""Verification: a simulated log is what its strategy does; for others the first divergence is named, and why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from sample_logs import killed_toy_log
+from toy import BED, COUNTER
+from toy_logs import delivered, simulated_log, task_of, toy_run
+
+from replayers.run import read
+from replayers.verify import verify
+from workbench.errors import Unsupported
+from workbench.planning.strategies import strategy_names
+from workbench.planning.tasks import AllOf
+
+TWO = task_of(AllOf(parts=(delivered("Mug", BED), delivered("Book", COUNTER))))
+
+
+@pytest.mark.parametrize("name", strategy_names(with_truth=True))
+@pytest.mark.parametrize("task", [None, TWO], ids=["find", "deliveries"])
+def test_a_simulated_log_comes_out_the_same_decision_by_decision(tmp_path: Path, name: str, task: object) -> None:
+    run = read(simulated_log(tmp_path / "run.mcap", name=name, task=task), with_truth=True)  # type: ignore[arg-type]
+    answer = verify(run)
+    assert answer.divergence is None
+    assert answer.same
+    assert answer.decisions == len(run.plans)
+    assert answer.events >= len(run.plans) + len(run.actions) + len(run.observations)
+
+
+def test_a_skipped_container_is_named(tmp_path: Path) -> None:
+    """What the robot never looked into, the strategy would have: the replay stops there."""
+    run = read(simulated_log(tmp_path / "run.mcap", name="opt-greedy"))
+    first = next(a for a in run.actions if a.action == "search")
+    skipped = replace(
+        run,
+        observations=tuple(o for o in run.observations if o.container != first.target),
+        actions=tuple(a for a in run.actions if not (a.action == "search" and a.target == first.target)),
+    )
+    divergence = verify(skipped).divergence
+    assert divergence is not None
+    assert divergence.decision == 1
+    assert divergence.why == f"the strategy looks into {first.target}, which the robot skipped"
+
+
+def test_an_operators_detour_is_named(tmp_path: Path) -> None:
+    run = read(simulated_log(tmp_path / "run.mcap", name="opt-greedy"))
+    first = run.actions[0]
+    moved = msgspec.structs.replace(first, target=BED)
+    divergence = verify(replace(run, actions=(moved, *run.actions[1:]))).divergence
+    assert divergence is not None
+    assert divergence.field == "target"
+    assert "the robot did 'move Bed|2'" in divergence.why
+
+
+def test_another_strategys_log_is_not_what_the_named_one_does(tmp_path: Path) -> None:
+    """The hand-made run was not made by model-lios."""
+    answer = verify(toy_run(tmp_path))
+    assert not answer.same
+    assert answer.divergence is not None
+
+
+def test_of_a_log_that_is_cut_off_what_it_holds_is_compared(tmp_path: Path) -> None:
+    run = read(simulated_log(tmp_path / "run.mcap", name="opt-greedy"))
+    cut = replace(run, outcome=None, complete=False, actions=run.actions[:2], observations=run.observations[:2],
+                  plans=run.plans[:1], beliefs=run.beliefs[:1], find_costs=run.find_costs[:1])  # fmt: skip
+    answer = verify(cut)
+    assert answer.same
+    assert not answer.complete
+    assert answer.decisions == 1
+    assert not verify(read(killed_toy_log(tmp_path / "killed.mcap"))).complete
+
+
+def test_the_oracle_needs_the_truth_to_be_verified(tmp_path: Path) -> None:
+    with pytest.raises(Unsupported, match="no ground truth"):
+        verify(read(simulated_log(tmp_path / "run.mcap", name="oracle", truth=False)))
