@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from math import cos, hypot, sin, sqrt
@@ -212,6 +213,14 @@ def test_the_cache_gives_the_same_again_and_survives_damage(tmp_path: Path, monk
     for damage in (b"", b"PK\x03\x04 nonsense", kept.read_bytes()[:-100]):
         kept.write_bytes(damage)
         assert (navigate(toy_plan()).travel.metres == first.travel.metres).all()
+
+
+def test_many_at_once_share_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LIOS_CACHE", str(tmp_path))
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda _: navigate(toy_plan()), range(24)))
+    assert all(one.travel == found[0].travel for one in found)
+    assert [p.suffix for p in tmp_path.rglob("*") if p.is_file()] == [".npz"]
 
 
 def test_another_house_or_setting_is_another_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
