@@ -47,6 +47,7 @@ def test_a_misspelt_command_names_the_nearest(capsys: pytest.CaptureFixture[str]
         (Failed("it failed"), 1),
         (Lossy("some was lost"), 3),
         (RuntimeError("a bug"), 1),
+        (OSError(28, "No space left on device", "run.mcap"), 1),
         (KeyboardInterrupt(), 1),
     ],
 )

@@ -141,6 +141,12 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+    except OSError as error:
+        if debug:
+            raise
+        where = f"{error.filename}: " if error.filename else ""
+        say(f"lios: {where}{error.strerror or error}. Check the path, the rights and the space on the disk.")
+        return 1
     except KeyboardInterrupt:
         say("Stopped.")
         return 1

@@ -59,7 +59,7 @@ class FileMissing(NotFound):
     """There is no such file."""
 
     def __init__(self, path: Path | str) -> None:
-        super().__init__(f"{path}: no such file. Check the path.")
+        super().__init__(f"{_short(str(path), 300)}: no such file. Check the path.")
 
 
 class OutputExists(InputError):
@@ -92,8 +92,7 @@ class BadValue(Malformed):
     """
 
     def __init__(self, where: str, value: object, allowed: str) -> None:
-        shown = repr(value) if len(repr(value)) <= 80 else repr(value)[:77] + "..."
-        super().__init__(f"{where} is {shown}; it must be {allowed}.")
+        super().__init__(f"{where} is {_short(repr(value), 80)}; it must be {allowed}.")
 
 
 class UnknownName(NotFound):
@@ -111,10 +110,9 @@ class UnknownName(NotFound):
         near = get_close_matches(name.lower(), [n.lower() for n in names], n=3, cutoff=0.5)
         nearest = [n for lower in near for n in names if n.lower() == lower]
         listed = ", ".join(nearest or names[:12]) + (", ..." if not nearest and len(names) > 12 else "")
-        place = f" in {where}" if where else ""
+        place = f" in {_short(where, 120)}" if where else ""
         hint = "Did you mean" if nearest else "Known are"
-        shown = name if len(name) <= 60 else name[:57] + "..."
-        super().__init__(f"no {kind} {shown!r}{place}. {hint}: {listed or 'none'}.")
+        super().__init__(f"no {kind} {_short(name, 60)!r}{place}. {hint}: {listed or 'none'}.")
 
 
 class MissingExtra(Unsupported):
@@ -127,3 +125,8 @@ class MissingExtra(Unsupported):
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs an optional part. Install it: pip install 'lios-workbench[{extra}]'.")
+
+
+def _short(text: str, limit: int) -> str:
+    """The text, cut where it would fill a screen."""
+    return text if len(text) <= limit else text[: limit - 3] + "..."
