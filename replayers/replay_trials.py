@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from recorders.trial import Trial, Wish, record_trial, trial_events, trial_for
+from replayers.estimates import share_within
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
 from workbench.errors import BadValue, LiosError
@@ -73,6 +74,7 @@ class Counterfactual:
     complete: bool
     estimate: float | None
     interval: tuple[float, float] | None
+    within: float | None
     open: int
     stretches: int
 
@@ -172,22 +174,28 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
                     complete=made.bounds.complete,
                     estimate=made.estimate.mean if made.estimate else None,
                     interval=made.estimate.interval90 if made.estimate else None,
+                    within=None if made.drawn is None else share_within(made.drawn, truth[other].cost),
                     open=len(ground.evidence.open),
                     stretches=made.stretches,
                 )
 
 
 def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
-    """The figures, shares in 0..1. interval_coverage is over what is not exact: an exact replay covers by itself."""
+    """The figures, shares in 0..1.
+
+    interval_coverage is over the replays that are not exact (an exact one covers by itself), and counts a truth at
+    an end of the interval by the share of its probability that lies inside (estimates.share_within);
+    interval_coverage_closed counts both ends whole.
+    """
     open_ended = [c for c in found if not c.exact]
-    covered = [c.covered for c in open_ended if c.covered is not None]
+    within = [c.within for c in open_ended if c.within is not None]
     return {
         "counterfactuals": len(found),
         "inside_bounds": _share(c.inside for c in found),
         "exact": _share(c.exact for c in found),
         "exact_or_within_10_percent": _share(c.narrow for c in found),
-        "interval_coverage": _share(covered),
-        "interval_coverage_all": _share(c.covered for c in found if c.covered is not None),
+        "interval_coverage": _mean(within),
+        "interval_coverage_closed": _share(c.covered for c in open_ended if c.covered is not None),
         "not_exact": len(open_ended),
         "both_sides_reached": _share(c.lower_proof == c.upper_proof == "exact" for c in found),
         "complete_trees": _share(c.complete for c in found),

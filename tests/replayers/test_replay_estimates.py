@@ -11,7 +11,7 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import MUG, PENCIL, InOrder, toy_evidence, toy_run
 
 from replayers.drawn_worlds import DrawnWorlds, draw_worlds
-from replayers.estimates import beats, estimate_of, predictive_interval
+from replayers.estimates import beats, estimate_of, predictive_interval, share_within
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.replay import Settings, ground_of, replay_strategy
 from replayers.telling_look import rank_looks
@@ -98,6 +98,24 @@ def test_the_predictive_interval_holds_about_nine_in_ten() -> None:
     costs = np.arange(1000.0)
     low, high = predictive_interval(costs)
     assert np.mean((costs >= low) & (costs <= high)) == pytest.approx(0.9, abs=0.01)
+
+
+def test_a_truth_at_an_end_counts_by_what_lies_inside() -> None:
+    """Costs 10 (half) and 20 (half): the central 90 % holds 0.45 of each half, so each counts nine tenths."""
+    costs = np.array([10.0] * 50 + [20.0] * 50)
+    assert share_within(costs, 10.0) == share_within(costs, 20.0) == pytest.approx(0.9)
+    assert share_within(costs, 15.0) == 1.0
+    assert share_within(costs, 5.0) == share_within(costs, 25.0) == 0.0
+    assert share_within(np.full(100, 7.0), 7.0) == pytest.approx(0.9)
+
+
+def test_counted_so_calibrated_lumps_cover_exactly_what_they_aim_at() -> None:
+    rng = np.random.default_rng(3)
+    values, chances = np.array([1.0, 2.0, 3.0]), np.array([0.2, 0.7, 0.1])
+    draws = rng.choice(values, size=20_000, p=chances)
+    truths = rng.choice(values, size=2_000, p=chances)
+    counted = {v: share_within(draws, v) for v in values.tolist()}
+    assert np.mean([counted[t] for t in truths.tolist()]) == pytest.approx(0.9, abs=0.01)
 
 
 def test_chances_are_counted_in_the_same_worlds() -> None:
