@@ -64,14 +64,15 @@ def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = Fa
 
 
 def capsule_page(timelines: Sequence[Timeline]) -> str:
-    """The page as text; the same runs give the same text.
+    """The page as text; the same runs give the same text. Runs of another place than the first's are left out.
 
     Raises:
         BadValue: no runs.
     """
     if not timelines:
         raise BadValue("runs of a capsule", (), "at least one")
-    data = msgspec.json.encode(_data(tuple(timelines)))
+    here = tuple(t for t in timelines if t.plan == timelines[0].plan)
+    data = msgspec.json.encode(_data(here))
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
         "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),

@@ -23,11 +23,11 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
     ranked = sorted(range(len(believed)), key=lambda i: (-believed[i], plan.containers[i].id))
     legs = {stop.container: stop.leg_m for stop in scene.search_order}
     top = scene.top_belief or 1.0
+    rooms = {room.id: readable_name(room.kind) for room in plan.rooms}
     rows: list[list[str]] = []
     for i in ranked[:MOST_ROWS]:
         container = plan.containers[i]
         p = float(scene.belief[i])
-        rooms = {room.id: readable_name(room.kind) for room in plan.rooms}
         rows.append(
             [
                 str(int(scene.order[i])) if scene.order[i] else "",

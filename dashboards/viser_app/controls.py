@@ -42,6 +42,7 @@ class Controls:
         self._types: dict[str, str] = {}
         self._names: list[str] = []
         self._said_at = 0.0
+        self._plotted: tuple[int, str] = (0, "")
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
@@ -172,7 +173,9 @@ class Controls:
         self._set("beliefs", beliefs(scene, timeline))
         self._set("plan", plan(scene))
         self._set("costs", find_costs(scene, robot_at))
-        self._set("plots", cost_plot(session.clock, self._names) + belief_plot(session.clock, scene.focus))
+        if self._plotted != (id(session.clock), scene.focus):
+            self._plotted = (id(session.clock), scene.focus)
+            self._set("plots", cost_plot(session.clock, self._names) + belief_plot(session.clock, scene.focus))
         self._set("comparison", comparison(session.clock, scenes, self._names))
         self._set("legend", legend(scene))
         self._set("cursor", cursor(session.clock, state.at))

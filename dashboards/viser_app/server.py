@@ -12,6 +12,7 @@ import viser
 from dashboards.library import Library
 from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.controls import Controls
+from dashboards.viser_app.following import Follower
 from dashboards.viser_app.session import Session, ViewState
 from workbench.errors import InputError
 
@@ -41,6 +42,7 @@ class Dashboard:
 
     server: viser.ViserServer
     sessions: dict[int, Session] = field(default_factory=dict)
+    follower: Follower | None = None
 
     @property
     def url(self) -> str:
@@ -48,6 +50,8 @@ class Dashboard:
         return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{self.server.get_port()}"
 
     def stop(self) -> None:
+        if self.follower is not None:
+            self.follower.stop()
         for session in list(self.sessions.values()):
             session.stop()
         self.server.stop()

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dashboards.library import Library
+from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.session import ViewState
-from workbench.errors import BadValue
+from workbench.errors import BadValue, FileMissing
 from workbench.terminal import say
 
+PATIENCE_S = 600.0
+"""How long to wait for a log that is to be followed and does not exist yet."""
 MOST_AT_ONCE = 8
 """Runs laid over each other at first; more can be chosen in the table."""
 
@@ -43,6 +46,8 @@ def open_dashboard(
         raise BadValue("--at", at, "seconds after the start, at least 0")
     if not 0 <= port <= 65535:
         raise BadValue("--port", port, "from 0 to 65535")
+    if follow:
+        _wait_for_logs(logs)
     library = Library(logs)
     named = [path for path in logs if not path.is_dir()]
     if named:
@@ -56,4 +61,16 @@ def open_dashboard(
         if not rows:
             raise library.unreadable[0]
         runs = (rows[0].index,)
-    return serve(library, ViewState(runs=runs, at=at), host=host, port=port)
+    dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port)
+    if follow:
+        dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
+    return dashboard
+
+
+def _wait_for_logs(logs: Sequence[Path]) -> None:
+    """A run that is about to be recorded has no log yet."""
+    for path in logs:
+        if not path.exists():
+            say(f"Waiting for {path} ...")
+            if not wait_for(path, patience_s=PATIENCE_S):
+                raise FileMissing(path)

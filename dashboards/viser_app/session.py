@@ -41,6 +41,8 @@ class ViewState:
     playing: bool = False
     speed: float = 1.0
     loop: bool = False
+    live: bool = False
+    """Stays at the end of a run that is being recorded, until a person looks elsewhere."""
     follow: bool = False
     bars: bool = True
     orders: bool = True
@@ -79,6 +81,8 @@ class Session:
     def change(self, **changes: object) -> None:
         """Changes the state and shows it soon."""
         with self._wake:
+            if "at" in changes and "live" not in changes:
+                changes["live"] = self.state.live and float(str(changes["at"])) >= self.clock.end * (1 - 1e-9)
             self.state = replace(self.state, **changes)  # type: ignore[arg-type]
             self._dirty = True
             self._wake.notify_all()
@@ -158,7 +162,7 @@ class Session:
         if self._opened == wanted and self.clock.alignment == self.state.alignment:
             return
         before = self.clock.timelines[0].plan if self.clock.timelines else None
-        timelines = tuple(self.library.timeline(i) for i in self.state.runs)
+        timelines = tuple(self.library.timeline(i) for i in self.state.runs if self._can_read(i))
         self.clock = Clock(timelines=timelines, alignment=self.state.alignment)
         first = self._opened is None
         if self._opened is None or self._opened[0] != wanted[0]:
@@ -166,10 +170,16 @@ class Session:
             if plan is not None and (first or plan != before):
                 self.stage.show_house(plan, self.library.shape(plan))
                 self._walls = ""
-            self.stage.cast([run_colour(i) for i in range(len(timelines))], [t.run.info.strategy for t in timelines])
+            self.stage.cast(
+                [run_colour(i) for i in range(len(timelines))],
+                [t.run.info.strategy for t in timelines],
+                [t.plan == plan for t in timelines],
+            )
             if plan is not None and not first and plan != before:
                 self.look()
         self._opened = wanted
+        if self.state.live:
+            self.change(at=self.clock.end, live=True)
         for opener in self.openers:
             opener(self)
 

@@ -116,14 +116,19 @@ class Stage:
         for label in self._rooms:
             label.visible = visible
 
-    def cast(self, colours: list[Colour], names: list[str]) -> None:
-        """Makes as many actors as there are runs, in their colours; the first is in focus."""
+    def cast(self, colours: list[Colour], names: list[str], here: list[bool]) -> None:
+        """Makes as many actors as there are runs, in their colours; the first is in focus.
+
+        Args:
+            here: whether a run is of the place that is shown; others are not drawn into it.
+        """
         for actor in self._actors:
             for node in (actor.frame, actor.trail, actor.ahead):
                 node.remove()
-        self._actors = [
-            self._actor(i, colour, name) for i, (colour, name) in enumerate(zip(colours, names, strict=True))
-        ]
+        self._actors = [self._actor(i, colour, names[i]) for i, colour in enumerate(colours)]
+        for actor, visible in zip(self._actors, here, strict=True):
+            for node in (actor.frame, actor.trail, actor.ahead):
+                node.visible = visible
 
     def show(self, scenes: list[Scene], *, bars: bool = True, orders: bool = True) -> None:
         """Shows one moment: beliefs and marks of the first scene, robots and ways of all."""
@@ -137,7 +142,7 @@ class Stage:
 
     def clear(self) -> None:
         """Removes everything of the house and its runs."""
-        self.cast([], [])
+        self.cast([], [], [])
         for handle in self._handles:
             handle.remove()
         for label in self._orders:

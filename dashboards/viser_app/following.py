@@ -1,0 +1,82 @@
+"""How is a run shown while it is being recorded? Its log is read again whenever it has grown, and the views move on.
+
+A log is read from its start each time, so the next look waits for several times as long as the last reading took.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from threading import Event, Thread
+
+from dashboards.library import Library
+from dashboards.viser_app.session import Session
+from workbench.errors import LiosError
+
+EVERY_S = 0.5
+REST = 4.0
+"""How many times longer to wait than the last reading took."""
+
+
+class Follower:
+    """Watches the logs of a library for as long as it is not stopped."""
+
+    def __init__(self, library: Library, sessions: Callable[[], Sequence[Session]]) -> None:
+        self._library = library
+        self._sessions = sessions
+        self._stopped = Event()
+        self._sizes = [_size(path) for path in library.paths]
+        self._thread = Thread(target=self._watch, name="follow", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._stopped.set()
+        self._thread.join(timeout=5)
+
+    def _watch(self) -> None:
+        rest_s = EVERY_S
+        while not self._stopped.wait(rest_s):
+            began = time.monotonic()
+            if self._read_what_grew():
+                for session in self._sessions():
+                    session.reread()
+            rest_s = max(EVERY_S, REST * (time.monotonic() - began))
+
+    def _read_what_grew(self) -> bool:
+        grew = False
+        for index, path in enumerate(self._library.paths):
+            size = _size(path)
+            if size == self._sizes[index]:
+                continue
+            self._sizes[index] = size
+            try:
+                self._library.reread(index)
+            except LiosError:
+                continue  # Half of a record is on disk; the next look will find the rest.
+            grew = True
+        return grew
+
+
+def wait_for(path: Path, *, patience_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
+    """Waits until a log exists and can be read; False when patience ends first."""
+    from replayers.run import read
+
+    until = time.monotonic() + patience_s
+    while time.monotonic() < until and not stop():
+        if path.exists():
+            try:
+                read(path)
+            except LiosError:
+                pass
+            else:
+                return True
+        time.sleep(EVERY_S / 2)
+    return False
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
