@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import hypot
+from types import MappingProxyType
 from typing import final
 
 from recorders.spot.walk_log import WalkLog
@@ -43,7 +44,7 @@ class Derivation:
 
     Args:
         tell: told every event, in the order of their ends.
-        given_moves, given_looks: leave moves or looks out, because something else tells them.
+        given_moves: leave moves out, because something else tells them.
     """
 
     site: Site
@@ -56,12 +57,14 @@ class Derivation:
     travel_m: float = 0.0
     searches: int = 0
     steps: int = 0
+    visits: int = 0
     _walk: WalkLog = field(default_factory=WalkLog)
     _left_ns: int = 0
     _still_at: Point | None = None
     _still_ns: int = 0
     _tags_here: dict[ItemId, tuple[int, Position]] = field(default_factory=dict)
     _holds: bool = False
+    _carried: set[ItemId] = field(default_factory=set)
     _first_ns: int = 0
     _last_ns: int = 0
     _lock: threading.RLock = field(default_factory=threading.RLock)
@@ -117,7 +120,7 @@ class Derivation:
             self._act(step, start_ns, end_ns, cost=self._walk.metres, walked=True, success=success, reason=reason)
             if success:
                 self.knowledge = self.knowledge.moved(target)
-                self._still_ns = end_ns
+                self._still_ns, self.visits = end_ns, self.visits + 1
 
     def picked(self, start_ns: int, end_ns: int, item: Item | None) -> None:
         """Something was picked up here."""
@@ -130,10 +133,12 @@ class Derivation:
             step = PlanStep(action="pick", origin=at, target=at, item_types=(item.type,), items=(item.id,))
             self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
             self.knowledge = self.knowledge.picked(item)
+            self._carried.add(item.id)
 
     def placed(self, start_ns: int, end_ns: int) -> None:
         """What was held was put down here."""
         with self._lock:
+            self._look_is_over(start_ns)
             held, at = self.knowledge.holding, self.knowledge.robot_at
             if held is None:
                 return
@@ -180,7 +185,7 @@ class Derivation:
         step = PlanStep(action="move", origin=self.knowledge.robot_at, target=location)
         began = self._left_ns or self._first_ns
         self._act(step, began, self._still_ns, cost=self._walk.metres, walked=True)
-        self.knowledge = self.knowledge.moved(location)
+        self.knowledge, self.visits = self.knowledge.moved(location), self.visits + 1
 
     def _look_is_over(self, now_ns: int) -> None:
         """Having stood at a container long enough, what was seen of it is what it holds."""
@@ -194,7 +199,11 @@ class Derivation:
         self.searches += 1
         step = PlanStep(action="search", origin=at, target=at, cost=self.costs.search)
         self._act(step, self._still_ns, end_ns, cost=self.costs.search)
+        put_here = self.knowledge.items_at.get(at, ())
         self.knowledge = self.knowledge.seen(container.id, items)
+        if put_here:
+            there = {**self.knowledge.items_at, at: (*items, *put_here)}
+            self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
         self.tell(Observed(stamp_ns=end_ns, decision=0, container=container.id, items=items, robot_at=at))
 
     def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
@@ -205,7 +214,7 @@ class Derivation:
         by_id = {item.id: item for item in self.site.tags.values()}
         for name in sorted(self._tags_here):
             stamp_ns, (x, y, _) = self._tags_here[name]
-            if stamp_ns >= since_ns and box.contains(ShapelyPoint(x, y)):
+            if name not in self._carried and stamp_ns >= since_ns and box.contains(ShapelyPoint(x, y)):
                 yield by_id[name]
 
     def _nearest(self, point: Point) -> LocationId | None:

@@ -32,7 +32,7 @@ from workbench.runs.vocabulary import NANO, Stamp
 if TYPE_CHECKING:
     from recorders.spot.session import Session
 
-STATUS_EVERY_NS = NANO
+STATUS_EVERY_NS = NANO - NANO // 20
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,82 @@
+"""`lios import`: a ROS bag as a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def import_bag(
+    bag: Annotated[Path, typer.Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.")],
+    site: Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("imported.mcap"),
+    mapping: Annotated[
+        str, typer.Option("--mapping", "-m", help="Mapping file, or a preset: paper, spot_ros2, auto.")
+    ] = "auto",
+    task: Annotated[Path | None, typer.Option("--task", help="What the robot was to do (YAML).")] = None,
+    strategy: Annotated[
+        str, typer.Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
+    ] = "model-lios",
+    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Import a ROS bag: markers become observations, navigation moves, the arm's results picks and places.
+
+    Beliefs and plans, which no bag holds, are computed after the fact and marked so.
+
+    Examples:
+
+        lios import trial.bag --site home/site.yaml --mapping paper --task deliver.yaml -o trial.mcap
+
+        lios import rosbag2_2026_01_05/ --site home/site.yaml -m spot_ros2 --json
+    """
+    from dataclasses import asdict
+
+    from recorders.spot.site_tasks import site_task
+    from replayers.importers.bags import open_bag
+    from replayers.importers.importing import ImportPlan
+    from replayers.importers.importing import import_bag as read_into_log
+    from replayers.importers.mapping import load_mapping
+    from workbench.errors import OutputExists
+    from workbench.terminal import emit_json, say
+    from workbench.worlds.site import load_site
+
+    if output.exists() and not force:
+        raise OutputExists(output)
+    place = load_site(site)
+    with open_bag(bag) as opened:
+        plan = ImportPlan(
+            site=place,
+            mapping=load_mapping(mapping, opened.topics),
+            task=None if task is None else site_task(task, place),
+            strategy="" if strategy == "none" else strategy,
+            estimator=estimator,
+        )
+        report = read_into_log(opened, plan, output, force=force)
+    ended = report.ended
+    if json:
+        emit_json(
+            {
+                "log": str(output),
+                "mapping": plan.mapping.name,
+                "status": ended.status,
+                "seconds": report.seconds,
+                "searches": ended.searches,
+                "moves": report.moves,
+                "messages": report.messages,
+                "unmapped": list(report.unmapped),
+                "unknown_tags": list(report.unknown_tags),
+                "ended": asdict(ended),
+            }
+        )
+        return
+    say(f"{bag} by mapping {plan.mapping.name}: {report.seconds:.0f} s, {sum(report.messages.values())} messages")
+    say(f"{ended.searches} containers looked into, {ended.travel_m:.1f} m walked; {ended.status}: {ended.reason}")
+    if report.unknown_tags:
+        say(f"Tags that the site does not name: {', '.join(map(str, report.unknown_tags))}")
+    if report.unmapped:
+        say(f"Not mapped: {', '.join(report.unmapped[:8])}{', ...' if len(report.unmapped) > 8 else ''}")
+    say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")

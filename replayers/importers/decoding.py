@@ -1,0 +1,128 @@
+"""What does a ROS message say? Markers, goals, results, poses, whatever the stack calls them.
+
+Types are told apart by the fields that they have, not by their package: stacks fork message packages often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from replayers.importers.frames import Matrix, matrix_of
+from workbench.runs.vocabulary import NANO
+
+ACTIONLIB_SUCCEEDED, ACTION_SUCCEEDED = 3, 4
+"""actionlib_msgs/GoalStatus and action_msgs/GoalStatus."""
+ENDED = {"actionlib": (2, 3, 4, 5, 8), "action": (4, 5, 6)}
+MOVEIT_SUCCESS = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """A tag, in a frame of the bag; without a pose when tf has it."""
+
+    number: int
+    frame: str
+    pose: Matrix | None
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """How an action ended; key tells actions apart where the message does."""
+
+    key: str
+    success: bool
+    words: str = ""
+
+
+def stamp_of(message: Any, otherwise_ns: int) -> int:
+    """The message's own stamp; when it has none, the time when it was recorded."""
+    header = getattr(message, "header", None)
+    stamp = getattr(header, "stamp", None)
+    if stamp is None:
+        return otherwise_ns
+    seconds = getattr(stamp, "sec", getattr(stamp, "secs", 0))
+    nanos = getattr(stamp, "nanosec", getattr(stamp, "nsecs", 0))
+    own = int(seconds) * NANO + int(nanos)
+    return own if own > 0 else otherwise_ns
+
+
+def markers(message: Any) -> Iterator[Marker]:
+    """Tags of ar_track_alvar_msgs, apriltag_ros (ROS 1) and apriltag_msgs (ROS 2)."""
+    header = getattr(message, "header", None)
+    frame = getattr(header, "frame_id", "")
+    for each in getattr(message, "markers", ()):
+        stamped = each.pose
+        own = stamped.header.frame_id or each.header.frame_id or frame
+        yield Marker(int(each.id), own, _pose(stamped.pose))
+    for each in getattr(message, "detections", ()):
+        numbers = np.atleast_1d(np.asarray(each.id))
+        if not len(numbers):
+            continue
+        posed = getattr(each, "pose", None)
+        if posed is None:
+            yield Marker(int(numbers[0]), frame, None)
+        else:
+            inner = posed.pose.pose if hasattr(posed.pose, "pose") else posed.pose
+            own = getattr(getattr(posed, "header", None), "frame_id", "") or frame
+            yield Marker(int(numbers[0]), own, _pose(inner))
+
+
+def goal_pose(message: Any) -> tuple[str, Matrix, str] | None:
+    """(frame, pose, key) of a move_base goal, a PoseStamped, or the end of a Path."""
+    key = str(getattr(getattr(message, "goal_id", None), "id", ""))
+    if hasattr(message, "goal"):
+        stamped = message.goal.target_pose
+        return stamped.header.frame_id, _pose(stamped.pose), key
+    if hasattr(message, "poses"):
+        if not len(message.poses):
+            return None
+        return message.header.frame_id, _pose(message.poses[-1].pose), key
+    if hasattr(message, "pose"):
+        return message.header.frame_id, _pose(message.pose), key
+    return None
+
+
+def results(message: Any) -> Iterator[Result]:
+    """Ends of actions: actionlib results, status arrays of ROS 1 and ROS 2, MoveIt error codes."""
+    if hasattr(message, "status_list"):
+        for each in message.status_list:
+            ros2 = hasattr(each, "goal_info")
+            if int(each.status) in ENDED["action" if ros2 else "actionlib"]:
+                key = (
+                    bytes(np.asarray(each.goal_info.goal_id.uuid, dtype=np.uint8)).hex() if ros2 else each.goal_id.id
+                )
+                succeeded = ACTION_SUCCEEDED if ros2 else ACTIONLIB_SUCCEEDED
+                yield Result(str(key), int(each.status) == succeeded, f"status {int(each.status)}")
+        return
+    if not hasattr(message, "status"):
+        return
+    status = message.status
+    success = int(status.status) == ACTIONLIB_SUCCEEDED
+    code = getattr(getattr(getattr(message, "result", None), "error_code", None), "val", None)
+    if code is not None:
+        success = success and int(code) == MOVEIT_SUCCESS
+    yield Result(str(status.goal_id.id), success, str(status.text or f"status {int(status.status)}"))
+
+
+def held(message: Any) -> bool | None:
+    """Whether a spot_ros2 manipulator state says that the gripper holds something; None for other messages."""
+    value = getattr(message, "is_gripper_holding_item", None)
+    return None if value is None else bool(value)
+
+
+def body_pose(message: Any) -> tuple[str, Matrix] | None:
+    """(frame, pose) of PoseStamped, PoseWithCovarianceStamped or Odometry."""
+    posed = getattr(message, "pose", None)
+    if posed is None:
+        return None
+    inner = posed.pose if hasattr(posed, "pose") else posed
+    header = getattr(message, "header", None)
+    return (getattr(header, "frame_id", "") or "map"), _pose(inner)
+
+
+def _pose(pose: Any) -> Matrix:
+    return matrix_of(pose.position, pose.orientation)

@@ -1,0 +1,77 @@
+"""Where is one frame seen from another? The last transforms of tf, chained; static ones do not age."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+Matrix = npt.NDArray[np.float64]
+MAX_CHAIN = 50
+
+
+@final
+@dataclass(slots=True)
+class FrameBuffer:
+    """Child frames with their parent and the transform between them."""
+
+    _links: dict[str, tuple[str, Matrix]] = field(default_factory=dict)
+
+    def add(self, parent: str, child: str, transform: Any) -> None:
+        """Takes a geometry_msgs/Transform."""
+        self._links[plain(child)] = (plain(parent), matrix_of(transform.translation, transform.rotation))
+
+    def lookup(self, target: str, source: str) -> Matrix | None:
+        """target_tform_source, shape (4, 4); None when no chain joins the two."""
+        to_target, to_source = self._chain(plain(target)), self._chain(plain(source))
+        for frame, from_source in to_source.items():
+            if frame in to_target:
+                return np.linalg.inv(to_target[frame]) @ from_source
+        return None
+
+    def links(self) -> list[tuple[str, str, Matrix]]:
+        """(parent, child, parent_tform_child) of everything known, by child."""
+        return [(parent, child, transform) for child, (parent, transform) in sorted(self._links.items())]
+
+    def _chain(self, frame: str) -> dict[str, Matrix]:
+        """Every ancestor of a frame with ancestor_tform_frame, the frame itself first."""
+        chain, at, total = {frame: np.eye(4)}, frame, np.eye(4)
+        while at in self._links and len(chain) < MAX_CHAIN:
+            at, transform = self._links[at][0], self._links[at][1]
+            total = transform @ total
+            if at in chain:
+                break
+            chain[at] = total
+        return chain
+
+
+def plain(frame: str) -> str:
+    """A frame's name without its leading slash."""
+    return frame.lstrip("/")
+
+
+def matrix_of(position: Any, rotation: Any) -> Matrix:
+    """A pose as a homogeneous matrix, shape (4, 4); a zero quaternion counts as none."""
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    size = x * x + y * y + z * z + w * w
+    s = 2.0 / size if size > 1e-12 else 0.0
+    turned = np.array(
+        [
+            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+        ]
+    )
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turned, (position.x, position.y, position.z)
+    return matrix
+
+
+def quaternion_of(matrix: Matrix) -> tuple[float, float, float, float]:
+    """The rotation of a matrix as (x, y, z, w)."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(matrix[:3, :3]).as_quat()
+    return float(x), float(y), float(z), float(w)

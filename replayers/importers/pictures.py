@@ -1,0 +1,65 @@
+"""How do ROS pictures and maps become Foxglove's? JPEG and PNG pass as they are; raw pictures are packed as JPEG."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+
+from recorders.viewer import timestamp
+from workbench.worlds.occupancy import OccupancyGrid
+
+MODES = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
+"""Encodings of raw pictures that can be packed, with their bytes a pixel."""
+QUALITY = 80
+MAX_PIXELS = 40_000_000
+
+
+def compressed(message: Any, stamp_ns: int) -> CompressedImage | None:
+    """A sensor_msgs/CompressedImage as it is; None for what is no JPEG or PNG (a compressed depth image)."""
+    data = bytes(np.asarray(message.data, dtype=np.uint8))
+    kind = "jpeg" if data[:2] == b"\xff\xd8" else "png" if data[:4] == b"\x89PNG" else None
+    if kind is None:
+        return None
+    return CompressedImage(
+        timestamp=timestamp(stamp_ns), frame_id=message.header.frame_id.lstrip("/"), data=data, format=kind
+    )
+
+
+def packed(message: Any, stamp_ns: int) -> CompressedImage | None:
+    """A sensor_msgs/Image as JPEG; None for encodings that are no picture (depth) or sizes that do not fit."""
+    from PIL import Image
+
+    depth = MODES.get(message.encoding)
+    rows, columns, step = int(message.height), int(message.width), int(message.step)
+    data = np.asarray(message.data, dtype=np.uint8)
+    if depth is None or not 0 < rows * columns <= MAX_PIXELS or step < columns * depth or data.size < rows * step:
+        return None
+    pixels = data[: rows * step].reshape(rows, step)[:, : columns * depth].reshape(rows, columns, depth)
+    if message.encoding.startswith("bgr"):
+        pixels = pixels[:, :, [2, 1, 0, *range(3, depth)]]
+    picture = Image.fromarray(pixels[:, :, 0] if depth == 1 else np.ascontiguousarray(pixels[:, :, :3]))
+    stream = io.BytesIO()
+    picture.save(stream, "JPEG", quality=QUALITY)
+    return CompressedImage(
+        timestamp=timestamp(stamp_ns),
+        frame_id=message.header.frame_id.lstrip("/"),
+        data=stream.getvalue(),
+        format="jpeg",
+    )
+
+
+def occupancy(message: Any) -> OccupancyGrid | None:
+    """A nav_msgs/OccupancyGrid; unknown cells count as occupied. None when its sizes do not fit."""
+    info = message.info
+    cells = np.asarray(message.data, dtype=np.int8)
+    if info.width * info.height != cells.size or cells.size == 0 or not info.resolution > 0:
+        return None
+    values = cells.reshape(info.height, info.width)
+    return OccupancyGrid(
+        origin=(float(info.origin.position.x), float(info.origin.position.y)),
+        resolution_m=float(info.resolution),
+        occupied=(values >= 50) | (values < 0),
+    )
