@@ -18,7 +18,7 @@ from recorders.writer import CHUNK_BYTES, KEEP_FREE_BYTES, McapWriter
 from workbench.errors import BadValue
 
 PART_METADATA = "lios.part"
-"""Which part of a split log a file is: run, part (from 0), before (the file before it)."""
+"""Which part of a split log a file is: part (from 0), before (the file before it)."""
 
 REPEATED = ("lios.repeated", "true")
 """Channel metadata of what a part only says once more: on the topic as ever, and left out when parts are merged."""
@@ -210,9 +210,6 @@ class LogFiles:
         self._part = self._open_part()
         before.writer.close()
         self._standing.write_to(self._part, log_time)
-        self._part.writer.add_metadata(
-            PART_METADATA, {"part": str(len(self.parts) - 1), "before": before.writer.path.name}
-        )
         self._part.writer.flush()
 
     def _open_part(self) -> Part:
@@ -226,5 +223,8 @@ class LogFiles:
             compression=self._compression,
             keep_free_bytes=self._keep_free_bytes,
         )
+        if not self._split.never:
+            before = self.parts[-1].name if self.parts else ""
+            writer.add_metadata(PART_METADATA, {"part": str(len(self.parts)), "before": before})
         self.parts.append(path)
         return Part(writer)

@@ -107,12 +107,13 @@ class Tables:
         Raises:
             KeyError: no such table.
         """
-        return pa.concat_tables(self._parts(name)).unify_dictionaries()
+        return pa.concat_tables(self.parts(name)).unify_dictionaries()
 
     def _frame(self, name: str) -> pd.DataFrame:
         return self.arrow(name).to_pandas(types_mapper=_pandas_type)
 
-    def _parts(self, name: str) -> Iterator[pa.Table]:
+    def parts(self, name: str) -> Iterator[pa.Table]:
+        """A table as Arrow: first empty, with its columns, then log by log."""
         yield SCHEMAS[name].empty_table()
         for source in self.sources:
             try:

@@ -43,7 +43,7 @@ def test_parts_follow_each_other_without_a_gap_and_repeat_what_stands(tmp_path: 
         assert attachment(part, "place.json") == b"{}"
         assert metadata(part, "lios.run") == {"run_id": "r"}
         assert _data(part, "/map") == [b"the map"]
-        assert (metadata(part, PART_METADATA) or {}).get("part") == (str(number) if number else None)
+        assert (metadata(part, PART_METADATA) or {})["part"] == str(number)
         stamps = [m.log_time for m in messages(part)]
         assert stamps == sorted(stamps)
 

@@ -1,0 +1,59 @@
+"""`lios export`: logs as Parquet or CSV."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.errors import BadValue
+from workbench.terminal import emit_json, say
+
+
+def export(
+    where: Annotated[list[str], typer.Argument(help="Logs, folders or patterns.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The folder to make.")],
+    file_format: Annotated[str, typer.Option("--format", help="parquet or csv.")] = "parquet",
+    table: Annotated[
+        list[str] | None, typer.Option("--table", "-t", help="Only this table; may be repeated.")
+    ] = None,
+    partition_by: Annotated[
+        str, typer.Option("--partition-by", help="place, scenario, strategy, source, run_id; commas between.")
+    ] = "",
+    force: Annotated[bool, typer.Option("--force", help="Replace a folder that exists.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+) -> None:
+    """Write the tables of logs: runs, decisions, observations, beliefs, find_costs, plans, actions, poses.
+
+    Examples:
+
+        lios export run.mcap -o tables/
+
+        lios export logs/ -o tables/ --partition-by scenario,strategy
+
+        lios export logs/ -o csv/ --format csv -t runs -t actions
+    """
+    from replayers.exporting import export as write
+    from replayers.exporting import table_names
+    from replayers.frames import find_logs
+
+    if file_format not in ("parquet", "csv"):
+        raise BadValue("--format", file_format, "parquet or csv")
+    done = write(
+        find_logs(where),
+        output,
+        tables=table_names(table or ()),
+        file_format="csv" if file_format == "csv" else "parquet",
+        partition_by=[name.strip() for name in partition_by.split(",") if name.strip()],
+        force=force,
+    )
+    if as_json:
+        problems = [{"file": problem.path, "reason": problem.reason} for problem in done.problems]
+        emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems})
+    for name, count in done.rows.items():
+        say(f"{name}: {count:,} rows")
+    for problem in done.problems:
+        say(f"left out: {problem.reason}")
+    if done.problems:
+        raise typer.Exit(3)

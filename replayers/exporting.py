@@ -1,0 +1,152 @@
+"""How do logs become files for other tools? Parquet or CSV, a table each; partitioned Parquet for folders of logs.
+
+Parquet carries each column's description as field metadata. CSV writes lists as JSON.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import pandas as pd
+import pyarrow as pa
+import pyarrow.dataset as ds
+import pyarrow.parquet as pq
+
+from replayers.arrow import BUILDERS
+from replayers.columns import SCHEMAS
+from replayers.frames import LogSource, Problem, Tables
+from workbench.errors import BadValue, OutputExists, UnknownName
+
+Format = Literal["parquet", "csv"]
+PARTITIONS = ("place", "scenario", "strategy", "source", "run_id")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        rows: per table.
+        problems: logs left out, and why.
+    """
+
+    folder: Path
+    rows: dict[str, int]
+    problems: tuple[Problem, ...]
+
+
+def table_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Known tables, all when none is named.
+
+    Raises:
+        UnknownName: no such table.
+    """
+    wanted = tuple(names) or tuple(SCHEMAS)
+    for name in wanted:
+        if name not in SCHEMAS:
+            raise UnknownName("table", name, SCHEMAS)
+    return wanted
+
+
+def export(
+    paths: Sequence[Path],
+    folder: Path,
+    *,
+    tables: Sequence[str],
+    file_format: Format,
+    partition_by: Sequence[str] = (),
+    force: bool = False,
+) -> Exported:
+    """Writes FOLDER/runs.parquet, FOLDER/actions.parquet, ...
+
+    With partition_by: FOLDER/actions/strategy=model-lios/part-0.parquet, as DuckDB, pandas and polars read it.
+
+    Raises:
+        OutputExists: the folder holds something, and force is not given.
+        BadValue: partitions of CSV, or by a column that is none of PARTITIONS.
+    """
+    for column in partition_by:
+        if column not in PARTITIONS or file_format == "csv":
+            raise BadValue("--partition-by", column, f"of Parquet, by {', '.join(PARTITIONS)}")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())) and not force:
+        raise OutputExists(folder)
+    draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
+    source = Tables([LogSource(path) for path in paths])
+    rows: dict[str, int] = {}
+    try:
+        draft.mkdir(parents=True)
+        for name in tables:
+            rows[name] = (
+                _partitioned(source, name, draft, partition_by)
+                if partition_by
+                else _one_file(source, name, draft, file_format)
+            )
+        if folder.is_dir():
+            shutil.rmtree(folder)
+        draft.rename(folder)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+    return Exported(folder=folder, rows=rows, problems=tuple(source.problems))
+
+
+def _one_file(source: Tables, name: str, folder: Path, file_format: Format) -> int:
+    """A table's file, log by log, so that memory holds one log's rows."""
+    count = 0
+    if file_format == "csv":
+        with open(folder / f"{name}.csv", "w", encoding="utf-8", newline="") as stream:
+            for number, part in enumerate(source.parts(name)):
+                _csv_frame(part).to_csv(stream, index=False, header=number == 0)
+                count += part.num_rows
+        return count
+    schema = plain(SCHEMAS[name])
+    with pq.ParquetWriter(folder / f"{name}.parquet", schema, compression="zstd") as writer:
+        for part in source.parts(name):
+            if part.num_rows:
+                writer.write_table(part.cast(schema))
+                count += part.num_rows
+    return count
+
+
+def _partitioned(source: Tables, name: str, folder: Path, by: Sequence[str]) -> int:
+    """A table as a folder of files by the values of columns, taken from the run where the table has them not."""
+    parts: list[pa.Table] = []
+    for log in source.sources:
+        (part,) = list(Tables([log], source.problems).parts(name))[1:] or [None]
+        if part is None:
+            continue
+        part = part.cast(plain(SCHEMAS[name]))
+        run = BUILDERS["runs"](log).to_pylist()[0]
+        for column in by:
+            if column not in part.column_names:
+                part = part.append_column(column, pa.array([run[column]] * part.num_rows, type=pa.string()))
+        parts.append(part)
+    if not parts:
+        return 0
+    table = pa.concat_tables(parts)
+    kinds = pa.schema([(column, pa.string()) for column in by])
+    ds.write_dataset(table, folder / name, format="parquet", partitioning=ds.partitioning(kinds, flavor="hive"))
+    return table.num_rows
+
+
+def plain(schema: pa.Schema) -> pa.Schema:
+    """A schema with text instead of dictionaries, which differ from log to log; descriptions stay."""
+    return pa.schema(
+        [
+            pa.field(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type, metadata=f.metadata)
+            for f in schema
+        ]
+    )
+
+
+def _csv_frame(part: pa.Table) -> pd.DataFrame:
+    frame = part.cast(plain(part.schema)).to_pandas()
+    for field in part.schema:
+        if pa.types.is_list(field.type):
+            frame[field.name] = [msgspec.json.encode(list(value)).decode() for value in frame[field.name]]
+    return frame

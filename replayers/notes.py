@@ -1,0 +1,128 @@
+"""What did a person want to remember of a run? Notes: Foxglove events on /notes, added to a log that is closed.
+
+Nothing that is in the log is rewritten but its summary; every byte before that stays where it was.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.KeyValuePair_pb2 import KeyValuePair
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from recorders.channel_spec import protobuf_channel
+from recorders.log_index import LogIndex
+from recorders.writer import McapWriter
+from replayers.reader import messages, open_log, read_index
+from replayers.times import moment
+from workbench.errors import Malformed
+from workbench.runs.vocabulary import NANO
+
+NOTE_TOPIC = "/notes"
+
+
+class NotClosed(Malformed):
+    """A log without an index: still being recorded, or cut off."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"{path}: it is still being recorded, or was cut off. Make its index first: lios recover {path}"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """A note.
+
+    Attributes:
+        start_ns, end_ns: what it is about.
+        written_ns: when it was written; 0 where that is not known.
+    """
+
+    text: str
+    start_ns: int
+    end_ns: int
+    author: str = ""
+    written_ns: int = 0
+
+
+def add_note(
+    path: Path | str, text: str, *, at: str = "", until: str = "", author: str = "", now_ns: int | None = None
+) -> Note:
+    """Adds a note to a closed log.
+
+    Args:
+        at, until: as replayers.times.moment reads them; by default the log's end, and the same moment.
+        now_ns: when the note is written.
+
+    Raises:
+        NotClosed: the log has no index.
+        BadValue: a time that is none.
+    """
+    path = Path(path)
+    index = _index_of(path)
+    start_ns = moment(at, start_ns=index.first_ns, option="--at") if at else index.last_ns
+    end_ns = moment(until, start_ns=index.first_ns, option="--until") if until else start_ns
+    note = Note(
+        text=text,
+        start_ns=start_ns,
+        end_ns=max(end_ns, start_ns),
+        author=author,
+        written_ns=time.time_ns() if now_ns is None else now_ns,
+    )
+    spec = protobuf_channel(NOTE_TOPIC, Event)
+    with McapWriter.append_to(path, index) as writer:
+        known = [c.id for c in index.channels.values() if c.topic == NOTE_TOPIC and c.message_encoding == "protobuf"]
+        if known:
+            channel = known[0]
+        else:
+            schema = writer.add_schema(spec.schema_name, spec.schema_encoding, spec.schema_data)
+            channel = writer.add_channel(spec.topic, spec.message_encoding, schema)
+        writer.add_message(channel, _encoded(note), log_time=note.start_ns, publish_time=note.written_ns)
+    return note
+
+
+def notes_of(path: Path | str) -> list[Note]:
+    """All notes of a log, by the time that they are about."""
+    found: list[Note] = []
+    for message in messages(path, topics=NOTE_TOPIC.__eq__):
+        event = Event.FromString(message.data)
+        pairs = {pair.key: pair.value for pair in event.metadata}
+        found.append(
+            Note(
+                text=pairs.get("note", ""),
+                start_ns=_ns(event.start_time),
+                end_ns=_ns(event.end_time),
+                author=pairs.get("author", ""),
+                written_ns=message.publish_time,
+            )
+        )
+    return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
+
+
+def _index_of(path: Path) -> LogIndex:
+    with open_log(path) as stream:
+        index = read_index(stream)
+    if index is None or not os.access(path, os.W_OK):
+        raise NotClosed(path)
+    return index
+
+
+def _encoded(note: Note) -> bytes:
+    pairs = [KeyValuePair(key="note", value=note.text)]
+    if note.author:
+        pairs.append(KeyValuePair(key="author", value=note.author))
+    event = Event(start_time=_stamp(note.start_ns), end_time=_stamp(note.end_ns), metadata=pairs)
+    return event.SerializeToString(deterministic=True)
+
+
+def _stamp(ns: int) -> Timestamp:
+    return Timestamp(seconds=ns // NANO, nanos=ns % NANO)
+
+
+def _ns(stamp: Timestamp) -> int:
+    return stamp.seconds * NANO + stamp.nanos

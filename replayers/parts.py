@@ -1,0 +1,109 @@
+"""How is a long log cut into parts that each open alone? What stands is said again: attachments, metadata, map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import final
+
+from mcap.records import Attachment, Channel, Metadata
+
+from recorders.narrator import LATCHED
+from recorders.sinks import PART_METADATA, REPEATED
+from replayers.copying import ChannelKey, Copier, Loss, Style, channel_key, contents
+from replayers.reader import Message
+from workbench.errors import BadValue
+from workbench.runs.vocabulary import NANO
+
+STANDING_TOPICS = (*LATCHED, "/tf_static", "/search/truth")
+"""Whose last message is said once more at the start of every part."""
+
+
+@final
+class Parts:
+    """Writes messages to one part after another."""
+
+    def __init__(
+        self, source: Path, output: Path, style: Style, *, part_s: float | None, part_bytes: int | None
+    ) -> None:
+        if (part_s is None) == (part_bytes is None) or (part_s or 1) <= 0 or (part_bytes or 1) <= 0:
+            raise BadValue("split", (part_s, part_bytes), "by --every seconds or by --size bytes, more than 0")
+        self._source, self._output, self._style = source, output, style
+        self._part_ns = None if part_s is None else round(part_s * NANO)
+        self._part_bytes = part_bytes
+        self._around: list[Attachment | Metadata] = []
+        self._standing: dict[ChannelKey, Message] = {}
+        self._first_ns: int | None = None
+        self.paths: list[Path] = []
+        self._copier = self._open()
+
+    def messages(self, loss: Loss) -> Iterator[Message]:
+        """The messages of the source; attachments and metadata go to every part."""
+        for part in contents(self._source, loss):
+            if isinstance(part, Message):
+                yield part
+            elif isinstance(part, Attachment | Metadata):
+                self._around.append(part)
+                self._put(part)
+
+    def copy(self, message: Message) -> None:
+        if self._is_full(message.log_time):
+            self._next(message.log_time)
+        if self._first_ns is None:
+            self._first_ns = message.log_time
+        self._copier.copy(message)
+        if message.topic in STANDING_TOPICS:
+            self._standing[channel_key(message.channel, message.schema)] = message
+
+    def close(self) -> None:
+        self._copier.close()
+
+    def discard(self) -> None:
+        """Takes all parts away."""
+        self._copier.discard()
+        for path in self.paths:
+            path.unlink(missing_ok=True)
+
+    def _is_full(self, log_time: int) -> bool:
+        if self._first_ns is None:
+            return False
+        if self._part_ns is not None:
+            return log_time - self._first_ns >= self._part_ns
+        writer = self._copier.writer
+        return writer.bytes_written + writer.bytes_in_hand >= (self._part_bytes or 0)
+
+    def _next(self, log_time: int) -> None:
+        self._copier.close()
+        self._copier = self._open()
+        self._first_ns = None
+        for part in self._around:
+            self._put(part)
+        for message in self._standing.values():
+            again = _repeating(message.channel)
+            self._copier.copy(replace(message, channel=again, log_time=log_time))
+
+    def _put(self, part: Attachment | Metadata) -> None:
+        if isinstance(part, Attachment):
+            self._copier.attach(part)
+        elif part.name != PART_METADATA:
+            self._copier.describe(part)
+
+    def _open(self) -> Copier:
+        path = self._output.with_name(f"{self._output.stem}_{len(self.paths):04d}{self._output.suffix or '.mcap'}")
+        copier = Copier(path, self._style)
+        before = self.paths[-1].name if self.paths else ""
+        copier.writer.add_metadata(PART_METADATA, {"part": str(len(self.paths)), "before": before})
+        self.paths.append(path)
+        return copier
+
+
+def _repeating(channel: Channel) -> Channel:
+    key, value = REPEATED
+    return Channel(
+        id=channel.id,
+        topic=channel.topic,
+        message_encoding=channel.message_encoding,
+        metadata={**channel.metadata, key: value},
+        schema_id=channel.schema_id,
+    )

@@ -1,0 +1,228 @@
+"""How is a log filtered, merged, split, packed anew? Streaming from the one reader to the one writer.
+
+Messages, attachments and metadata of topics that nobody here knows pass through untouched.
+"""
+
+from __future__ import annotations
+
+import heapq
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mcap.records import Attachment, Header, Metadata
+
+from recorders.sinks import PART_METADATA, REPEATED
+from replayers.copying import Copier, Loss, Style, contents
+from replayers.describe import describe
+from replayers.reader import Message
+from workbench.errors import BadValue, Malformed
+from workbench.runs.vocabulary import NANO
+
+COMPACT_CHUNK_BYTES = 4 << 20
+Told = Callable[[Iterator[Message]], Iterable[Message]]
+"""Wraps the messages on their way, for a progress bar."""
+
+
+class MixedRuns(Malformed):
+    """Logs that disagree on something of which one file should hold one."""
+
+    def __init__(self, name: str, path: Path) -> None:
+        super().__init__(
+            f"{path}: its {name} is another one than that of the logs before it. "
+            "Merge logs of one run, or give --allow-duplicates."
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rewritten:
+    """What became of logs.
+
+    Attributes:
+        dropped: messages that were not wanted.
+    """
+
+    outputs: tuple[Path, ...]
+    messages: int
+    dropped: int
+    loss: Loss
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """Which messages are wanted.
+
+    Attributes:
+        include, exclude: topics must match one of include (if any) and none of exclude; whole names.
+        start_ns, end_ns: log times, end exclusive.
+    """
+
+    include: tuple[re.Pattern[str], ...] = ()
+    exclude: tuple[re.Pattern[str], ...] = ()
+    start_ns: int = 0
+    end_ns: int | None = None
+    attachments: bool = True
+    metadata: bool = True
+
+    def topic(self, name: str) -> bool:
+        included = not self.include or any(p.fullmatch(name) for p in self.include)
+        return included and not any(p.fullmatch(name) for p in self.exclude)
+
+    def message(self, message: Message) -> bool:
+        if message.log_time < self.start_ns or (self.end_ns is not None and message.log_time >= self.end_ns):
+            return False
+        return self.topic(message.topic)
+
+
+def patterns(texts: Sequence[str], option: str) -> tuple[re.Pattern[str], ...]:
+    """Compiled topic expressions.
+
+    Raises:
+        BadValue: one that is no regular expression.
+    """
+    try:
+        return tuple(re.compile(text) for text in texts)
+    except re.error as error:
+        raise BadValue(option, list(texts), f"regular expressions ({error})") from None
+
+
+def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Told = iter) -> Rewritten:
+    """A log with the wanted messages only. Also compacts: the new file's chunks are full."""
+    loss, counts = Loss(), {"kept": 0, "dropped": 0}
+    _not_itself([source], output)
+    copier = Copier(output, style, profile=_profile(source))
+
+    def flow() -> Iterator[Message]:
+        for part in contents(source, loss):
+            if isinstance(part, Message):
+                yield part
+            elif isinstance(part, Attachment) and wanted.attachments:
+                copier.attach(part)
+            elif isinstance(part, Metadata) and wanted.metadata:
+                copier.describe(part)
+
+    try:
+        for message in told(flow()):
+            if wanted.message(message):
+                copier.copy(message)
+                counts["kept"] += 1
+            else:
+                counts["dropped"] += 1
+        copier.close()
+    except BaseException:
+        copier.discard()
+        raise
+    return Rewritten(outputs=(output,), messages=counts["kept"], dropped=counts["dropped"], loss=loss)
+
+
+def merged(
+    sources: Sequence[Path], output: Path, style: Style, *, allow_duplicates: bool = False, told: Told = iter
+) -> Rewritten:
+    """One log of several, by log time. Equal attachments, metadata and channels become one.
+
+    Parts of a split log become the log again: what later parts only repeat is left out.
+
+    Raises:
+        MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
+    """
+    _not_itself(sources, output)
+    loss = Loss()
+    copier = Copier(output, style, profile=_common_profile(sources))
+    around = _Around(copier, allow_duplicates)
+    count = 0
+    try:
+        flows = [_flow_of(number, source, loss, around) for number, source in enumerate(sources)]
+        ordered = heapq.merge(*flows, key=lambda entry: (entry[0], entry[1]))
+        for message in told(message for _, _, message in ordered):
+            copier.copy(message)
+            count += 1
+        copier.close()
+    except BaseException:
+        copier.discard()
+        raise
+    return Rewritten(outputs=(output,), messages=count, dropped=around.repeated, loss=loss)
+
+
+def split_up(
+    source: Path,
+    output: Path,
+    style: Style,
+    *,
+    part_s: float | None = None,
+    part_bytes: int | None = None,
+    told: Told = iter,
+) -> Rewritten:
+    """A log in parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ..."""
+    from replayers.parts import Parts
+
+    loss = Loss()
+    parts = Parts(source, output, style, part_s=part_s, part_bytes=part_bytes)
+    count = 0
+    try:
+        for message in told(parts.messages(loss)):
+            parts.copy(message)
+            count += 1
+        parts.close()
+    except BaseException:
+        parts.discard()
+        raise
+    return Rewritten(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
+
+
+@dataclass(slots=True)
+class _Around:
+    """Attachments and metadata of several logs on their way to one."""
+
+    copier: Copier
+    allow_duplicates: bool
+    seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)
+    repeated: int = 0
+
+    def take(self, part: Attachment | Metadata, path: Path) -> None:
+        if part.name == PART_METADATA:
+            return
+        kind = type(part).__name__.lower()
+        content = part.data if isinstance(part, Attachment) else repr(sorted(part.metadata.items())).encode()
+        known = self.seen.setdefault((kind, part.name), set())
+        if content in known:
+            return
+        if known and not self.allow_duplicates:
+            raise MixedRuns(f"{kind} {part.name}", path)
+        known.add(content)
+        if isinstance(part, Attachment):
+            self.copier.attach(part)
+        else:
+            self.copier.describe(part)
+
+
+def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator[tuple[int, int, Message]]:
+    key, value = REPEATED
+    for part in contents(source, loss):
+        if isinstance(part, Message):
+            if part.channel.metadata.get(key) == value:
+                around.repeated += 1
+            else:
+                yield part.log_time, number, part
+        elif not isinstance(part, Header):
+            around.take(part, source)
+
+
+def seconds(ns: int) -> float:
+    return ns / NANO
+
+
+def _not_itself(sources: Sequence[Path], output: Path) -> None:
+    for source in sources:
+        if output.exists() and source.exists() and output.samefile(source):
+            raise BadValue("output", str(output), "another file than what is read")
+
+
+def _profile(source: Path) -> str:
+    header = describe(source).index.header
+    return header.profile if header else ""
+
+
+def _common_profile(sources: Sequence[Path]) -> str:
+    profiles = {_profile(source) for source in sources}
+    return profiles.pop() if len(profiles) == 1 else ""
