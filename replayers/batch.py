@@ -14,7 +14,6 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from replayers.origin import write_replay_log
 from replayers.replay import Ground, Settings, ground_of, replay_on
 from replayers.run import read
 from replayers.sandbox import is_foreign
@@ -139,6 +138,8 @@ def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted)
     record = stored(ground, made, key=key)
     if path is not None:
         if wanted.write_logs:
+            from replayers.origin import write_replay_log
+
             write_replay_log(log_path(path), ground, made, force=True)
         write_replay(path, record)
     return record

@@ -9,13 +9,11 @@ goal any more: the run then fails.
 from __future__ import annotations
 
 from collections import Counter
-from functools import lru_cache
 from math import inf
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse.csgraph import shortest_path
 
 from replayers.evidence import Evidence
 from replayers.relevance import Relevance
@@ -25,6 +23,9 @@ from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 Floats = npt.NDArray[np.float64]
+
+ROUNDING = 1e-12
+"""Relative; sums of legs in another order must not come out above a bound."""
 
 
 @final
@@ -126,12 +127,8 @@ class StillToWalk:
 
 
 def shortest_metres(metres: Floats) -> Floats:
-    """All-pairs metres with detours allowed: at most what is logged, and a metric."""
-    return _shortest(metres.tobytes(), metres.shape[0])
-
-
-@lru_cache(maxsize=64)
-def _shortest(data: bytes, size: int) -> Floats:
-    metres = np.frombuffer(data, dtype=np.float64).reshape(size, size)
-    found = shortest_path(np.where(metres > 0, metres, 1e-12), method="FW")
-    return np.asarray(found, dtype=np.float64) * (1 - 1e-12)
+    """All-pairs metres with detours allowed: at most what is logged, and a metric (Floyd and Warshall)."""
+    found = np.array(metres, dtype=np.float64)
+    for via in range(len(found)):
+        np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
+    return found * (1 - ROUNDING)
