@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
 from workbench.evaluation.search_experiment import (
     Experiment,
@@ -79,7 +80,14 @@ class SearchRequest:
         return self.houses or shipped_houses()
 
     def experiment(self) -> Experiment:
-        """The policies and what they believe. Raises UnknownName."""
+        """The policies and what they believe.
+
+        Raises:
+            UnknownName: a policy or an estimator that does not exist.
+            InputError: weights that cannot be read.
+        """
+        for name in (self.estimator, self.paper_estimator):
+            estimator(name)
         return Experiment(
             policies=policies_named(self.policies),
             estimator=self.estimator,
