@@ -53,7 +53,6 @@ class Staged:
     task: Task
     known: tuple[ContainerId, ...]
     costs: ActionCosts
-    estimator: Estimator
 
 
 class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
@@ -62,12 +61,14 @@ class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         cost: what is charged: the run's own cost when done, the failure cost otherwise.
         predicted_cost: what the first plan was expected to cost; None without a plan.
+        estimator: what believed, with a hash of its weights.
         optimal: share of the plans that were proven optimal over the places they considered.
         belief_s, planning_s: wall-clock seconds of every decision.
     """
 
     scenario: str
     strategy: str
+    estimator: str
     trial: int
     house: str
     house_index: int
@@ -88,8 +89,8 @@ class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
     planning_s: tuple[float, ...]
 
 
-Tap = Callable[[Staged, str, Iterator[Event]], Iterator[Event]]
-"""Sees the events of a run go by, for recording: (trial, strategy's name, events) -> the same events."""
+Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]
+"""Sees the events of a run go by, for recording: (trial, strategy, estimator, events) -> the same events."""
 
 
 def trial_seed(scenario: str, trial: int, seed: int) -> int:
@@ -134,7 +135,7 @@ def trial_keys(
     )
 
 
-def stage(key: TrialKey, *, estimator: str, assets: Path | None = None, costs: ActionCosts = SIMULATION) -> Staged:
+def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION) -> Staged:
     """The trial's house, task and start.
 
     A house may support a scenario by one seed and not by another (what Coffee adds stands where it may not be
@@ -161,22 +162,20 @@ def stage(key: TrialKey, *, estimator: str, assets: Path | None = None, costs: A
             task=task,
             known=known,
             costs=costs,
-            estimator=estimator_named(estimator),
         )
     raise AssertionError("unreachable")
 
 
-def run_staged(staged: Staged, strategy: str, *, tap: Tap | None = None) -> TaskRow:
+def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None = None) -> TaskRow:
     """One trial by one strategy. An error of the strategy is a row with status "error", not the end of the rest."""
     planned: list[Planned] = []
     ended: Ended | None = None
+    believer = estimator_named(estimator)
     try:
         made = strategy_named(strategy, house=staged.house)
         world = SimulatedWorld(staged.house, staged.navigation, known=staged.known)
-        events = run_task(
-            world, made, staged.estimator, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31
-        )
-        for event in tap(staged, made.name, events) if tap else events:
+        events = run_task(world, made, believer, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31)
+        for event in tap(staged, made.name, believer, events) if tap else events:
             if isinstance(event, Planned):
                 planned.append(event)
             elif isinstance(event, Ended):
@@ -184,15 +183,18 @@ def run_staged(staged: Staged, strategy: str, *, tap: Tap | None = None) -> Task
     except LiosError:
         raise
     except Exception as error:  # noqa: BLE001  a user's strategy may raise anything; the other trials go on
-        return _row(staged, strategy, planned, None, f"{type(error).__name__}: {error}")
-    return _row(staged, strategy, planned, ended, "no end")
+        return _row(staged, strategy, believer, planned, None, f"{type(error).__name__}: {error}")
+    return _row(staged, strategy, believer, planned, ended, "no end")
 
 
-def _row(staged: Staged, strategy: str, planned: list[Planned], ended: Ended | None, why: str) -> TaskRow:
+def _row(
+    staged: Staged, strategy: str, believer: Estimator, planned: list[Planned], ended: Ended | None, why: str
+) -> TaskRow:
     solved = [p for p in planned if p.made.plan.status is PlanStatus.SOLVED]
     return TaskRow(
         scenario=staged.key.scenario,
         strategy=strategy,
+        estimator=believer.name,
         trial=staged.key.trial,
         house=staged.house.plan.name,
         house_index=staged.key.house_index,

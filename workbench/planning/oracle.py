@@ -15,7 +15,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import locations_that_matter, problem_of
 from workbench.planning.solver import BuiltIn, Solver
 from workbench.planning.strategy import Decision, View
-from workbench.planning.tasks import Holding, Task
+from workbench.planning.tasks import Holding, Task, goal_locations
 from workbench.search.find_costs import SearchStop
 from workbench.search.oracle import oracle_policy
 from workbench.worlds.house import ContainerId, House, ItemId, ItemType, LocationId
@@ -77,7 +77,15 @@ def _with_looks(plan: Plan, view: View) -> Decision:
         if step.origin in unsearched and any(item not in seen for item in step.items):
             return _looking_before(plan, k, view, holding=holding)
         holding = {"pick": True, "place": False}.get(step.action, holding)
+    wanted = [place for place in goal_locations(view.task.goal) if place in unsearched]
+    if plan.status is PlanStatus.SOLVED and not plan.steps and wanted:
+        return Decision(plan=plan, look_on_the_way=(min(wanted, key=lambda place: _distance(view, place)),))
     return Decision(plan=plan)
+
+
+def _distance(view: View, place: LocationId) -> float:
+    """The goal is met by what nobody has seen yet: the nearest of its places is looked into first."""
+    return view.knowledge.travel.between(view.knowledge.robot_at, place) or 0.0
 
 
 def _looking_before(plan: Plan, k: int, view: View, *, holding: bool) -> Decision:

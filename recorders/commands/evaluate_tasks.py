@@ -1,0 +1,155 @@
+"""`lios evaluate tasks`: the paper's results table, with intervals, on this machine or on a Dask cluster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def tasks(
+    houses: Annotated[
+        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+    ] = None,
+    scenarios: Annotated[
+        str, typer.Option("--scenarios", help="all (the paper's five), or names: deliver-N, any-of-N, FILE.yaml, ...")
+    ] = "all",
+    strategies: Annotated[
+        str, typer.Option("--strategies", "-s", help="all, paper, or names; module:Class and NAME@SOLVER too.")
+    ] = "all",
+    trials: Annotated[int, typer.Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
+    workers: Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")] = 1,
+    scheduler: Annotated[
+        str, typer.Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
+    ] = "",
+    split: Annotated[
+        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+    ] = "test",
+    estimator: Annotated[str, typer.Option("--estimator", help="What our strategies believe.")] = "best",
+    paper_estimator: Annotated[
+        str, typer.Option("--paper-estimator", help="What the paper's five strategies believe.")
+    ] = "fcnn",
+    seed: Annotated[int, typer.Option("--seed", help="Of houses, tasks, starts and the bootstrap.")] = 0,
+    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    record: Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="A folder for the trials and the table; resumable.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Begin again in a folder that holds trials.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Measure strategies on tasks: the paper's table of five scenarios.
+
+    The same trials for every strategy, the oracle always among them. A run that was stopped goes on where it was
+    when the same command is given again; costs are the same at any number of workers.
+
+    Examples:
+
+        lios evaluate tasks --workers 2 -o out
+
+        lios evaluate tasks --scenarios deliver-3,coffee --strategies paper,conditioned-lios --trials 20 -o out
+
+        lios evaluate tasks --scheduler tcp://10.0.0.1:8786 --record -o out
+    """
+    from recorders.task_recording import RecordTo
+    from workbench.errors import BadValue
+    from workbench.evaluation import task_experiment as experiment
+    from workbench.terminal import emit_json, progress, say
+    from workbench.worlds.shipped import shipped_houses
+
+    if record and output is None:
+        raise BadValue("-o/--output", None, "a folder, for --record to record to")
+    request = experiment.TaskRequest(
+        houses=str((houses or shipped_houses()).absolute()),
+        split=split,
+        scenarios=experiment.scenario_list(scenarios),
+        strategies=experiment.strategy_list(strategies),
+        trials=trials,
+        seed=seed,
+        estimator=estimator,
+        paper_estimator=paper_estimator,
+        assets=str(assets.absolute()) if assets else "",
+    )
+    planned = experiment.plan_trials(request)
+    _say_refused(planned)
+    if dry_run:
+        cells = [
+            {"scenario": s, "strategy": n, "trials": sum(k.scenario == s for k in planned.keys)}
+            for s in request.scenarios
+            for n in request.strategies
+        ]
+        emit_json({"cells": cells}) if json else say(f"{sum(c['trials'] for c in cells)} runs")
+        return
+    store = experiment.TrialStore(output, request, force=force) if output else None
+    done = list(store.rows) if store else []
+    tap = RecordTo(folder=output / "logs") if record and output else None
+    units = experiment.units_left(request, planned.keys, done, tap)
+    if done:
+        say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
+    results = experiment.run_units(units, workers=workers, scheduler=scheduler)
+    for rows in progress(results, title="Running", total=len(units)):
+        done += rows
+        if store:
+            store.add(rows)
+    if store:
+        store.close()
+    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, done))
+    if output:
+        _write(answer, output)
+    emit_json(answer) if json else _show(answer, output)
+
+
+def _answer(request: Any, planned: Any, rows: Any) -> dict[str, Any]:
+    from workbench.evaluation.task_table import pairs, table
+
+    return {
+        "houses": request.houses,
+        "split": request.split,
+        "seed": request.seed,
+        "rows": table(rows, seed=request.seed),
+        "pairs": pairs(rows, seed=request.seed),
+        "supported": planned.houses,
+        "refused": [{"scenario": s, "house": h, "lacks": why} for s, h, why in planned.refused],
+    }
+
+
+def _write(answer: dict[str, Any], folder: Path) -> None:
+    import msgspec
+
+    from workbench.evaluation.task_table import markdown
+
+    (folder / "table.json").write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
+    (folder / "table.md").write_text(markdown(answer["rows"]), encoding="utf-8")
+
+
+def _say_refused(planned: Any) -> None:
+    from workbench.terminal import say
+
+    for scenario, fine in planned.houses.items():
+        refused = [(house, lacks) for s, house, lacks in planned.refused if s == scenario]
+        if not refused:
+            continue
+        say(f"{scenario}: {fine} houses support it, {len(refused)} do not:")
+        for house, lacks in refused:
+            say(f"  {house}: {lacks}")
+
+
+SHOWN = ("scenario", "strategy", "trials", "success_rate", "mean_cost", "against_model_lios", "searches")
+TIMES = ("replan_p50_s", "replan_p95_s")
+
+
+def _show(answer: dict[str, Any], output: Path | None) -> None:
+    from workbench.terminal import emit_table, say
+
+    emit_table(answer["rows"], columns=(*SHOWN, *TIMES))
+    for pair in answer["pairs"]:
+        if pair["b"] != "model-lios" or pair["a"] == "conditioned-lios":
+            low, high = pair["share_ci95"]
+            say(
+                f"{pair['scenario']}: {pair['a']} against {pair['b']}: {100 * pair['share']:+.1f} % "
+                f"[{100 * low:+.1f}, {100 * high:+.1f}]"
+            )
+    if output:
+        say(f"Written to {output}. Next: lios report {output}")

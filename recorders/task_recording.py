@@ -1,0 +1,76 @@
+"""How are task trials recorded while they are evaluated? Each to OUTPUT/logs/SCENARIO/TRIAL-STRATEGY.mcap."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from recorders.provenance import revision
+from recorders.recorder import RunRecorder
+from workbench import __version__
+from workbench.beliefs.belief import Estimator
+from workbench.evaluation.task_trials import Staged
+from workbench.execution.events import Event
+from workbench.runs.place import Place
+from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordTo:
+    """A tap that writes what goes by. It travels to workers, so it holds a folder and nothing open."""
+
+    folder: Path
+
+    def __call__(
+        self, staged: Staged, strategy: str, estimator: Estimator, events: Iterator[Event]
+    ) -> Iterator[Event]:
+        path = log_path(self.folder, staged.key.scenario, staged.key.trial, strategy)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        first = next(events)
+        with RunRecorder(
+            path,
+            info=_info(staged, strategy, estimator, first),
+            place=Place.of(staged.house.plan, staged.navigation),
+            task=staged.task,
+            costs=staged.costs,
+            truth=staged.house.contents,
+            force=True,
+        ) as recorder:
+            recorder.record(first)
+            yield first
+            for event in events:
+                recorder.record(event)
+                yield event
+
+
+def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
+    """Where a trial's log stands."""
+    return folder / _plain(scenario) / f"{trial:04d}-{_plain(strategy)}.mcap"
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9+._-]+", "-", Path(name).name)
+
+
+def _info(staged: Staged, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
+    code = revision()
+    key = staged.key
+    identity = f"{staged.house.plan.name}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}"
+    return RunInfo(
+        run_id=hashlib.sha256(identity.encode()).hexdigest()[:12],
+        schema_version=SCHEMA_VERSION,
+        place=staged.house.plan.name,
+        scenario=staged.task.scenario,
+        strategy=strategy,
+        estimator=estimator.name,
+        seed=key.seed,
+        started=Stamp.of(first.stamp_ns),
+        title=staged.task.title,
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+        weights_sha256=estimator.name.partition("@")[2],
+    )

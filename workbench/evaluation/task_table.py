@@ -1,0 +1,160 @@
+"""What do the task trials say? The paper's Table I with intervals, and what stands behind its figures.
+
+Intervals draw whole houses (statistics.py). Differences are paired: the same trials by two strategies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
+from workbench.evaluation.task_trials import TaskRow
+from workbench.planning.scenarios import PAPER_TITLES
+from workbench.planning.strategies import PAPER_NAMES
+
+REFERENCE = "model-lios"
+"""Paired differences are given against it: the paper's own strategy."""
+OURS = (("conditioned-lios", "model-lios"), ("scout-lios", "conditioned-lios"))
+WIN = 1e-6
+
+
+def table(rows: Sequence[TaskRow], *, seed: int = 0) -> list[dict[str, Any]]:
+    """One row for each scenario and strategy, in the order in which they first appear."""
+    answer: list[dict[str, Any]] = []
+    for scenario in dict.fromkeys(row.scenario for row in rows):
+        these = [row for row in rows if row.scenario == scenario]
+        best = _least_cost(these)
+        for strategy in dict.fromkeys(row.strategy for row in these):
+            mine = [row for row in these if row.strategy == strategy]
+            answer.append(_line(scenario, strategy, mine, these, best, seed))
+    return answer
+
+
+def pairs(rows: Sequence[TaskRow], *, seed: int = 0) -> list[dict[str, Any]]:
+    """Paired differences by scenario: every strategy against the reference, and ours against one another."""
+    answer: list[dict[str, Any]] = []
+    for scenario in dict.fromkeys(row.scenario for row in rows):
+        these = [row for row in rows if row.scenario == scenario]
+        names = list(dict.fromkeys(row.strategy for row in these))
+        wanted = [(name, REFERENCE) for name in names if name != REFERENCE]
+        wanted += [pair for pair in OURS if pair not in wanted]
+        answer += [
+            _pair(scenario, a, b, these, seed)
+            for a, b in wanted
+            if a in names and b in names and _common(these, a, b)
+        ]
+    return answer
+
+
+def _line(
+    scenario: str, strategy: str, mine: list[TaskRow], these: list[TaskRow], best: dict[int, float], seed: int
+) -> dict[str, Any]:
+    rng = np.random.default_rng(seed)
+    houses = [row.house for row in mine]
+    cost = mean_with_interval([row.cost for row in mine], houses, rng=rng)
+    seconds = np.array([b + p for row in mine for b, p in zip(row.belief_s, row.planning_s, strict=True)] or [0.0])
+    done = [row for row in mine if row.success and row.predicted_cost is not None]
+    predicted = np.array([row.predicted_cost or 0.0 for row in done])
+    against = _pair(scenario, strategy, REFERENCE, these, seed) if _common(these, strategy, REFERENCE) else None
+    return {
+        "scenario": scenario,
+        "strategy": strategy,
+        "trials": len(mine),
+        "houses": len(set(houses)),
+        "success_rate": sum(row.success for row in mine) / len(mine),
+        "mean_cost": cost.value,
+        "ci95": list(cost.interval),
+        "replan_p50_s": float(np.median(seconds)),
+        "replan_p95_s": float(np.quantile(seconds, 0.95)),
+        "replan_max_s": float(seconds.max()),
+        "decisions": float(np.mean([row.decisions for row in mine])),
+        "searches": float(np.mean([row.searches for row in mine])),
+        "travel_m": float(np.mean([row.travel_m for row in mine])),
+        "predicted_cost": float(predicted.mean()) if done else None,
+        "realised_cost": float(np.mean([row.cost for row in done])) if done else None,
+        "prediction_correlation": _correlation(done),
+        "wins": sum(row.cost <= best[row.trial] + WIN for row in mine) / len(mine),
+        "share_proven_optimal": float(np.mean([row.optimal for row in mine])),
+        "against_model_lios": against["share"] if against else None,
+        "against_model_lios_ci95": against["share_ci95"] if against else None,
+        "estimator": mine[0].estimator,
+        "statuses": {s: sum(row.status == s for row in mine) for s in sorted({row.status for row in mine})},
+        "planning_share": _planning_share(mine),
+    }
+
+
+def _planning_share(mine: list[TaskRow]) -> float | None:
+    """Which share of the seconds went to planning rather than believing."""
+    belief, planning = sum(sum(r.belief_s) for r in mine), sum(sum(r.planning_s) for r in mine)
+    return planning / (belief + planning) if belief + planning > 0 else None
+
+
+def _correlation(done: list[TaskRow]) -> float | None:
+    if len(done) < 3:
+        return None
+    predicted = np.array([row.predicted_cost for row in done], dtype=float)
+    realised = np.array([row.cost for row in done])
+    if predicted.std() == 0 or realised.std() == 0:
+        return None
+    return float(np.corrcoef(predicted, realised)[0, 1])
+
+
+def _least_cost(these: list[TaskRow]) -> dict[int, float]:
+    """Per trial the least cost of any strategy that does not know the truth."""
+    best: dict[int, float] = {}
+    for row in these:
+        if row.strategy != "oracle":
+            best[row.trial] = min(row.cost, best.get(row.trial, float("inf")))
+    for row in these:
+        best.setdefault(row.trial, row.cost)
+    return best
+
+
+def _common(these: list[TaskRow], a: str, b: str) -> bool:
+    return bool({r.trial for r in these if r.strategy == a} & {r.trial for r in these if r.strategy == b})
+
+
+def _pair(scenario: str, a: str, b: str, these: list[TaskRow], seed: int) -> dict[str, Any]:
+    first = {row.trial: row for row in these if row.strategy == a}
+    second = {row.trial: row for row in these if row.strategy == b}
+    trials = sorted(first.keys() & second.keys())
+    costs_a = np.array([first[t].cost for t in trials])
+    costs_b = np.array([second[t].cost for t in trials])
+    houses = [first[t].house for t in trials]
+    difference = paired_difference(costs_a, costs_b, houses, rng=np.random.default_rng(seed))
+    share: Estimate = ratio_with_interval(costs_a - costs_b, costs_b, houses, rng=np.random.default_rng(seed))
+    return {
+        "scenario": scenario,
+        "a": a,
+        "b": b,
+        "trials": len(trials),
+        "difference": difference.value,
+        "ci95": list(difference.interval),
+        "share": share.value,
+        "share_ci95": list(share.interval),
+        "a_wins": float((costs_a < costs_b - WIN).mean()),
+        "b_wins": float((costs_b < costs_a - WIN).mean()),
+    }
+
+
+def markdown(lines: Sequence[dict[str, Any]]) -> str:
+    """The table in the paper's manner: strategies down, scenarios across, cost and success of each."""
+    scenarios = list(dict.fromkeys(line["scenario"] for line in lines))
+    strategies = list(dict.fromkeys(line["strategy"] for line in lines))
+    cells = {(line["scenario"], line["strategy"]): line for line in lines}
+    head = "| Strategy | " + " | ".join(f"{PAPER_TITLES.get(s, s)} cost | Succ." for s in scenarios) + " |"
+    out = [head, "|---|" + "---:|---:|" * len(scenarios)]
+    for strategy in strategies:
+        words = [PAPER_NAMES.get(strategy, strategy)]
+        for scenario in scenarios:
+            line = cells.get((scenario, strategy))
+            if line is None:
+                words += ["-", "-"]
+                continue
+            low, high = line["ci95"]
+            words += [f"{line['mean_cost']:.1f} [{low:.1f}, {high:.1f}]", f"{100 * line['success_rate']:.0f} %"]
+        out.append("| " + " | ".join(words) + " |")
+    return "\n".join(out) + "\n"
