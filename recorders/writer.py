@@ -189,8 +189,8 @@ class McapWriter:
             self.flush(sync=False)
 
     def add_attachment(self, name: str, media_type: str, data: bytes, *, log_time: int, create_time: int = 0) -> None:
-        """Writes an attachment at once, outside chunks."""
-        self.flush(sync=False)
+        """Writes an attachment at once, outside chunks; messages in hand stay in hand."""
+        self._check_open()
         record = record_bytes(
             Attachment(create_time=create_time, log_time=log_time, name=name, media_type=media_type, data=data)
         )
@@ -207,8 +207,8 @@ class McapWriter:
         self._index.attachments.append(entry)
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Writes a metadata record at once, outside chunks."""
-        self.flush(sync=False)
+        """Writes a metadata record at once, outside chunks; messages in hand stay in hand."""
+        self._check_open()
         record = record_bytes(Metadata(name=name, metadata=dict(values)))
         entry = MetadataIndex(offset=self._offset, length=len(record), name=name)
         self._put(record)

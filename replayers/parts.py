@@ -27,7 +27,7 @@ class Parts:
     def __init__(
         self, source: Path, output: Path, style: Style, *, part_s: float | None, part_bytes: int | None
     ) -> None:
-        if (part_s is None) == (part_bytes is None) or (part_s or 1) <= 0 or (part_bytes or 1) <= 0:
+        if (part_s is None) == (part_bytes is None) or not (1 if part_s is None else part_s) > 0 or part_bytes == 0:
             raise BadValue("split", (part_s, part_bytes), "by --every seconds or by --size bytes, more than 0")
         self._source, self._output, self._style = source, output, style
         self._part_ns = None if part_s is None else round(part_s * NANO)

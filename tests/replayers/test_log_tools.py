@@ -1,0 +1,244 @@
+"""Filter, merge, split, compact, convert, note, cat: nothing changes but what was asked for."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
+from sample_logs import T0, killed_toy_log, toy_info, write_toy_log
+
+from replayers.doctor import examine
+from replayers.findings import Verdict
+from replayers.notes import add_note, notes_of
+from replayers.reader import messages
+from replayers.run import read
+from replayers.times import moment
+from workbench import cli
+from workbench.errors import BadValue
+from workbench.runs.vocabulary import NANO
+
+Facts = tuple[str, int, int, int, bytes]
+
+
+def _facts(path: Path) -> list[Facts]:
+    return [(m.topic, m.log_time, m.publish_time, m.sequence, m.data) for m in messages(path)]
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    return write_toy_log(tmp_path / "a.mcap")
+
+
+@pytest.fixture
+def foreign(tmp_path: Path) -> Path:
+    """A log of another writer: an image topic with a schema that nobody here knows, and one without any."""
+    path = tmp_path / "foreign.mcap"
+    with open(path, "wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="ros2", library="other")
+        schema = writer.register_schema("acme/Image", "acme", b"\x00\xffstructure")
+        image = writer.register_channel("/camera", "acme", schema, {"calibration": "k"})
+        bare = writer.register_channel("/bare", "", 0)
+        for i in range(20):
+            writer.add_message(image, T0 + i * NANO, bytes([i]) * 1000, T0 + i, sequence=100 + i)
+            writer.add_message(bare, T0 + i * NANO, b"\x00", T0, sequence=7)
+        writer.add_attachment(1, 2, "picture.png", "image/png", b"\x89PNG")
+        writer.add_metadata("acme", {"a": "b"})
+        writer.finish()
+    return path
+
+
+def _lios(*args: str | Path) -> int:
+    return cli.run([str(arg) for arg in args])
+
+
+def test_unknown_topics_pass_through_everything_untouched(foreign: Path, tmp_path: Path):
+    want = sorted(_facts(foreign))
+    assert _lios("log", "filter", foreign, "-o", tmp_path / "f.mcap") == 0
+    assert _lios("log", "compact", foreign, "-o", tmp_path / "c.mcap", "--compression", "lz4") == 0
+    assert _lios("log", "convert", foreign, "-o", tmp_path / "v.mcap", "--compression", "none") == 0
+    assert _lios("recover", foreign, "-o", tmp_path / "r.mcap") == 0
+    assert _lios("log", "merge", foreign, "-o", tmp_path / "m.mcap") == 0
+    for name in ("f", "c", "v", "r", "m"):
+        path = tmp_path / f"{name}.mcap"
+        assert sorted(_facts(path)) == want
+        with open(path, "rb") as stream:
+            reader = make_reader(stream, validate_crcs=True)
+            (channel,) = {c.metadata["calibration"] for _, c, _ in reader.iter_messages(topics=["/camera"])}
+            schemas = {(s.name, s.encoding, s.data) for s, _, _ in reader.iter_messages(topics=["/camera"]) if s}
+            assert channel == "k"
+            assert schemas == {("acme/Image", "acme", b"\x00\xffstructure")}
+            assert [(a.name, a.create_time, a.log_time, a.data) for a in reader.iter_attachments()] == [
+                ("picture.png", 1, 2, b"\x89PNG")
+            ]
+            assert {m.name for m in reader.iter_metadata()} >= {"acme"}
+
+
+def test_filter_keeps_the_wanted_topics_and_times(log: Path, tmp_path: Path):
+    out = tmp_path / "f.mcap"
+    assert _lios("log", "filter", log, "-o", out, "-y", "/search/.*", "-n", ".*plan", "-S", "3", "-E", "8") == 0
+    want = [
+        f for f in _facts(log)
+        if f[0].startswith("/search/") and f[0] != "/search/plan" and T0 + 3 * NANO <= f[1] < T0 + 8 * NANO
+    ]  # fmt: skip
+    assert _facts(out) == want
+    assert len(want) > 3
+    assert read(out).info == toy_info()
+
+
+def test_a_topic_expression_must_match_the_whole_name(log: Path, tmp_path: Path):
+    assert _lios("log", "filter", log, "-o", tmp_path / "f.mcap", "-y", "/search") == 0
+    assert _facts(tmp_path / "f.mcap") == []
+
+
+def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path):
+    assert _lios("log", "split", log, "-o", tmp_path / "p" / "part.mcap", "--every", "4") == 0
+    parts = sorted((tmp_path / "p").glob("*.mcap"))
+    assert len(parts) == 4
+    for part in parts:
+        assert read(part).place.plan == read(log).place.plan
+        assert {"/map", "/viz/scene"} <= {m.topic for m in messages(part)}
+        assert examine(part).verdict is Verdict.FINE
+    assert _lios("log", "merge", *parts, "-o", tmp_path / "m.mcap") == 0
+    assert sorted(_facts(tmp_path / "m.mcap")) == sorted(_facts(log))
+    assert examine(tmp_path / "m.mcap").verdict is Verdict.FINE
+
+
+def test_merge_orders_by_time_and_refuses_two_runs(log: Path, foreign: Path, tmp_path: Path):
+    assert _lios("log", "merge", log, foreign, "-o", tmp_path / "m.mcap") == 0
+    stamps = [m.log_time for m in messages(tmp_path / "m.mcap")]
+    assert stamps == sorted(stamps)
+    assert len(stamps) == len(_facts(log)) + len(_facts(foreign))
+    assert read(tmp_path / "m.mcap").info == toy_info()
+    other = write_toy_log(tmp_path / "b.mcap", settings={"x": 1})
+    assert _lios("log", "merge", log, other, "-o", tmp_path / "n.mcap") == 2
+    assert not (tmp_path / "n.mcap").exists()
+
+
+def test_compact_makes_few_chunks_of_many(log: Path, tmp_path: Path):
+    assert _lios("log", "compact", log, "-o", tmp_path / "c.mcap") == 0
+    with open(log, "rb") as a, open(tmp_path / "c.mcap", "rb") as b:
+        before, after = (make_reader(stream).get_summary() for stream in (a, b))
+    assert before is not None
+    assert after is not None
+    assert len(before.chunk_indexes) >= 4
+    assert len(after.chunk_indexes) == 1
+    assert (tmp_path / "c.mcap").stat().st_size < log.stat().st_size
+    assert read(tmp_path / "c.mcap").plans == read(log).plans
+
+
+def test_convert_to_lines_decodes_every_message(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert _lios("log", "convert", log, "-o", tmp_path / "a.jsonl") == 0
+    lines = [json.loads(line) for line in (tmp_path / "a.jsonl").read_text().splitlines()]
+    assert len(lines) == len(_facts(log))
+    (outcome,) = [line["data"] for line in lines if line["topic"] == "/search/outcome"]
+    assert outcome["cost"] == 11.0
+    pose = next(line["data"] for line in lines if line["topic"] == "/robot/pose")
+    assert pose["pose"]["position"]["x"] == 1.0
+    assert _lios("log", "convert", log, "-o", tmp_path / "a.bag") == 2
+    assert "only .mcap and .jsonl" in capsys.readouterr().err
+
+
+def test_cat_prints_what_is_asked_for(log: Path, foreign: Path, capsys: pytest.CaptureFixture[str]):
+    assert _lios("log", "cat", log, "--topics", "/search/outcome", "--json") == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert json.loads(line)["data"]["status"] == "done"
+    assert _lios("log", "cat", foreign, "--limit", "3") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 3
+    assert '{"bytes":1000}' in lines[0]
+
+
+def test_a_note_changes_nothing_else(log: Path):
+    before, facts = log.read_bytes(), _facts(log)
+    add_note(log, "door was stuck", at="12.4", author="me", now_ns=5)
+    add_note(log, "naïve 'quotes' ✓", at="3", until="4.5", now_ns=6)
+    found = notes_of(log)
+    assert [(n.text, n.start_ns - T0, n.end_ns - T0, n.author, n.written_ns) for n in found] == [
+        ("naïve 'quotes' ✓", 3 * NANO, 4_500_000_000, "", 6),
+        ("door was stuck", 12_400_000_000, 12_400_000_000, "me", 5),
+    ]
+    after = log.read_bytes()
+    common = next(i for i, (a, b) in enumerate(zip(before, after, strict=False)) if a != b)
+    with open(log, "rb") as stream:
+        summary = make_reader(stream, validate_crcs=True).get_summary()
+    assert summary is not None
+    assert common > max(c.chunk_start_offset for c in summary.chunk_indexes[:-2])
+    assert [f for f in _facts(log) if f[0] != "/notes"] == facts
+    assert examine(log).verdict is Verdict.FINE
+    (schema,) = {m.schema.name for m in messages(log, topics="/notes".__eq__) if m.schema}
+    assert schema == "foxglove.Event"
+    assert read(log).complete
+
+
+def test_a_note_to_a_log_that_is_still_open_is_refused(tmp_path: Path):
+    path = killed_toy_log(tmp_path / "k.mcap")
+    before = path.read_bytes()
+    assert _lios("log", "note", path, "x") == 2
+    assert path.read_bytes() == before
+
+
+def test_damage_is_told_and_exits_with_3(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    with open(log, "rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    data = bytearray(log.read_bytes())
+    data[summary.chunk_indexes[2].chunk_start_offset + 60] ^= 0xFF
+    log.write_bytes(data)
+    assert _lios("log", "filter", log, "-o", tmp_path / "f.mcap") == 3
+    assert "Something was lost" in capsys.readouterr().err
+    assert _lios("doctor", log, "--json") == 1
+    examined = json.loads(capsys.readouterr().out)
+    assert examined["verdict"] == "faulty"
+    assert set(examined["findings"][0]) == {"level", "where", "what", "fix"}
+    assert _lios("recover", log, "-o", tmp_path / "r.mcap", "--json") == 3
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["lossy"]
+    assert answer["messages_lost"] > 0
+    assert _lios("doctor", tmp_path / "r.mcap") == 0
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["log", "filter", "{log}", "-o", "{log}", "--force"],
+        ["log", "filter", "{log}", "-o", "{tmp}/x.mcap", "-y", "("],
+        ["log", "filter", "{log}", "-o", "{tmp}/x.mcap", "-S", "noon"],
+        ["log", "filter", "{log}", "-o", "{tmp}/x.mcap", "-S", "5", "-E", "4"],
+        ["log", "filter", "{log}", "-o", "{tmp}/x.mcap", "--compression", "zip"],
+        ["log", "filter", "{tmp}/none.mcap", "-o", "{tmp}/x.mcap"],
+        ["log", "split", "{log}", "-o", "{tmp}/x.mcap"],
+        ["log", "split", "{log}", "-o", "{tmp}/x.mcap", "--every", "0"],
+        ["log", "cat", "{tmp}"],
+        ["info", "{tmp}/none.mcap"],
+        ["list", "{tmp}/none"],
+        ["list", "{tmp}", "--sort", "beauty"],
+        ["doctor", "{tmp}/none.mcap"],
+        ["recover", "{log}", "-o", "{log}"],
+        ["export", "{log}", "-o", "{tmp}/t", "-t", "feelings"],
+        ["export", "{log}", "-o", "{tmp}/t", "--format", "xml"],
+        ["export", "{log}", "-o", "{tmp}/t", "--partition-by", "cost"],
+    ],
+)
+def test_bad_usage_is_one_line_exit_2_and_leaves_nothing(
+    args: list[str], log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    before = log.read_bytes()
+    assert _lios(*(arg.format(log=log, tmp=tmp_path) for arg in args)) == 2
+    assert "Traceback" not in capsys.readouterr().err
+    assert {p.name for p in tmp_path.iterdir()} == {"a.mcap"}
+    assert log.read_bytes() == before
+
+
+def test_moments():
+    assert moment("12.4", start_ns=T0, option="-S") == T0 + 12_400_000_000
+    assert moment("2026-01-01T00:00:01.5Z", start_ns=0, option="-S") == T0 + 1_500_000_000
+    assert moment("2026-01-01T01:00:00+01:00", start_ns=0, option="-S") == T0
+    assert moment(str(T0), start_ns=5, option="-S") == T0
+    assert moment("-3", start_ns=1, option="-S") == 0
+    for text in ("nan", "inf", "soon", "", "1e99"):
+        with pytest.raises(BadValue):
+            moment(text, start_ns=0, option="-S")
