@@ -54,7 +54,8 @@ class Dashboard:
             self.follower.stop()
         for session in list(self.sessions.values()):
             session.stop()
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
 
 
 def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 8080) -> Dashboard:
