@@ -42,7 +42,9 @@ class RunRecorder:
     Args:
         path: the log to make.
         info: identity of the run.
-        place, task, costs: stored as attachments, so that the run can be replayed from the log alone.
+        place: stored as an attachment, as the next two, so that the run can be replayed from the log alone.
+        task: what is to be done.
+        costs: what actions cost.
         truth: what every container really holds; simulation only, hidden by readers unless asked.
         force: replace a log that exists.
         paths: draws the way ahead; the place's own ways if not given.

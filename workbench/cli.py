@@ -5,6 +5,7 @@ Exit codes: 0 fine, 1 failed, 2 bad usage or bad input, 3 finished with loss.
 
 from __future__ import annotations
 
+import inspect
 import sys
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
@@ -12,6 +13,7 @@ from typing import Any
 
 import click
 import typer
+from click.shell_completion import get_completion_class
 
 from workbench import __version__
 from workbench.errors import LiosError
@@ -65,7 +67,7 @@ class Commands(click.Group):
                 continue
             with formatter.section(title):
                 commands = [(n, self.get_command(ctx, n)) for n in names]
-                formatter.write_dl([(n, c.get_short_help_str(80)) for n, c in commands if c is not None])
+                formatter.write_dl([(n, c.get_short_help_str(120)) for n, c in commands if c is not None])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -90,8 +92,27 @@ def _load(name: str, entry: EntryPoint) -> click.Command:
 
         return click.Command(name, callback=unavailable, help="(cannot be loaded here)")
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    app.command(name=name)(function)
+    app.command(name=name, help=_examples_unwrapped(inspect.getdoc(function) or ""))(function)
     return typer.main.get_command(app)
+
+
+def _examples_unwrapped(text: str) -> str:
+    """Help in which no example is broken over two lines, so that each can be copied."""
+    words, found, examples = text.partition("Examples:")
+    if not found:
+        return text
+    # click keeps the lines of a paragraph that a backspace character begins.
+    paragraphs = [f"\b\n{paragraph.strip()}" for paragraph in examples.split("\n\n") if paragraph.strip()]
+    return "\n\n".join([words + found, *(p.replace("\n", "\n  ", 1) for p in paragraphs)])
+
+
+def _print_completion(ctx: click.Context, _: click.Parameter, shell: str | None) -> None:
+    if shell is None or ctx.resilient_parsing:
+        return
+    made = get_completion_class(shell)
+    assert made is not None, "the option allows only click's own shells"
+    emit_text(made(ctx.command, {}, "lios", "_LIOS_COMPLETE").source())
+    ctx.exit()
 
 
 def app() -> Commands:
@@ -103,7 +124,16 @@ def app() -> Commands:
         help="Record, replay, inspect and evaluate robot object search and task planning.",
         epilog="lios COMMAND --help shows examples. Start with: lios demo",
         no_args_is_help=True,
+        context_settings={"max_content_width": 100},
         params=[
+            click.Option(
+                ["--completion"],
+                type=click.Choice(["bash", "zsh", "fish"]),
+                callback=_print_completion,
+                is_eager=True,
+                expose_value=False,
+                help='Print what makes Tab complete commands and options: eval "$(lios --completion bash)"',
+            ),
             click.Option(["--debug"], is_flag=True, expose_value=False, help="Show tracebacks."),
         ],
     )

@@ -78,8 +78,7 @@ def expected_search(
     """The minimiser of Eq. 1 for one query: the whole order over its candidates, with partial costs.
 
     Raises:
-        ValueError: the item type is not in the belief.
-        The others as expected_find_costs.
+        ValueError: the item type is not in the belief, or what expected_find_costs raises.
     """
     check_limit(limit)
     here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
