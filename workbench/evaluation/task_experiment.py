@@ -7,7 +7,7 @@ The answer is made of the rows sorted by scenario, strategy and trial, so that i
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -208,7 +208,7 @@ def _on_dask(units: list[Unit], scheduler: str, workers: int) -> Iterator[list[T
 
 
 @contextmanager
-def _client(distributed: Any, scheduler: str, workers: int) -> Iterator[Any]:
+def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
     if scheduler == "local":
         with (
             distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
@@ -225,7 +225,7 @@ def _client(distributed: Any, scheduler: str, workers: int) -> Iterator[Any]:
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
+def _one_thread_each() -> Generator[None]:
     """Workers use one thread each: many processes with many threads are slower than many processes."""
     names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
