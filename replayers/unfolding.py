@@ -19,7 +19,8 @@ from replayers.relevance import Answer, Relevance, imputed_items
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import Acted, Ended, Event, RunStatus
 from workbench.execution.loop import run_task
-from workbench.planning.strategy import Strategy
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.planning.tasks import Task
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
@@ -132,6 +133,7 @@ class Unfolding:
         self.largest_picks = 0
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = max_steps
+        self._planner = Remembering(strategy, self._key) if merge else strategy
         self._estimator = estimator
         self._seed = seed
         self._merge = merge
@@ -232,7 +234,7 @@ class Unfolding:
     ) -> Iterator[Event]:
         return run_task(
             world,
-            self.strategy,
+            self._planner,
             self._estimator,
             self.evidence.task,
             costs=self.evidence.costs,
@@ -272,6 +274,29 @@ class Unfolding:
                 return
             told = Filled(container=question.container, live=question.live, answer=answer)
             yield from self._ends(below, cost, (*filled, told))
+
+
+@final
+class Remembering:
+    """A strategy that is asked once for each state that it can tell apart."""
+
+    def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
+        self._strategy = strategy
+        self._key = key
+        self._made: dict[Hashable, Decision] = {}
+
+    @property
+    def name(self) -> str:
+        return self._strategy.name
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        return self._strategy.relevant_types(task)
+
+    def decide(self, view: View) -> Decision:
+        key = self._key(view.knowledge)
+        if key not in self._made:
+            self._made[key] = self._strategy.decide(view)
+        return self._made[key]
 
 
 def no_time() -> float:
