@@ -24,7 +24,7 @@ from workbench.search.oracle import oracle_policy
 from workbench.search.orders import along
 from workbench.search.places import places
 from workbench.search.policies import POLICIES, policy, policy_names
-from workbench.search.policy import SearchPolicy, SearchQuery
+from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -94,6 +94,13 @@ class TestContract:
             item_type=MUG, origin=START, target=START, belief=empty, travel=toy_travel(), costs=SIMULATION
         )
         assert searcher.order(query) == ()
+        assert first_stop(searcher, query) is None
+
+    def test_its_first_stop_alone_is_the_first_of_its_order(self, searcher: SearchPolicy) -> None:
+        rng = np.random.default_rng(8)
+        for _ in range(20):
+            query = toy_query(dict(zip(ALL, rng.random(5), strict=True)))
+            assert first_stop(searcher, query) == searcher.order(query)[0].container
 
     def test_the_same_question_has_the_same_answer(self, searcher: SearchPolicy) -> None:
         query = toy_query({BED: 0.3})

@@ -20,7 +20,7 @@ from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import ActionCosts
 from workbench.search.oracle import oracle_policy
 from workbench.search.policies import policy
-from workbench.search.policy import SearchPolicy, SearchQuery
+from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
@@ -134,12 +134,14 @@ def search_trial(
         )
         first = first or query
         began = stopwatch()
-        stop = searcher.order(query)[0]
+        container = first_stop(searcher, query)
         decide_s += stopwatch() - began
-        there = LocationId(stop.container)
+        if container is None:
+            break
+        there = LocationId(container)
         cost += _metres(travel, knowledge.robot_at, there) + costs.search
-        held = house.contents[stop.container]
-        knowledge = knowledge.moved(there).seen(stop.container, held)
+        held = house.contents[container]
+        knowledge = knowledge.moved(there).seen(container, held)
         if any(item.type == item_type for item in held):
             return SearchTrial(
                 house=house.plan.name,

@@ -21,6 +21,7 @@ from workbench.search.orders import ExpectedSearch, along
 from workbench.search.places import Places, places
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import unconditioned
+from workbench.worlds.house import ContainerId
 
 LEADING = 10
 """Containers among which the first order is exact; a house with no more is solved exactly."""
@@ -60,6 +61,11 @@ class FullTour:
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         return self.search(query).stops
+
+    def first(self, query: SearchQuery) -> ContainerId | None:
+        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        order = self._order(here, query.belief.item_types.index(query.item_type), query)
+        return here.containers[order[0]] if len(order) else None
 
     def _order(self, here: Places, item: int, query: SearchQuery) -> npt.NDArray[np.intp]:
         n = len(here.containers)

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from typing import final
 
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit
-from workbench.search.engine import expected_search
+from workbench.search.engine import best_order, expected_search
 from workbench.search.find_costs import BeliefModel, SearchStop
 from workbench.search.orders import ExpectedSearch
+from workbench.search.places import places
 from workbench.search.policy import SearchQuery
+from workbench.worlds.house import ContainerId
 
 
 @final
@@ -35,3 +37,17 @@ class LeastExpectedCost:
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         return self.search(query).stops
+
+    def first(self, query: SearchQuery) -> ContainerId | None:
+        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        if not here.containers:
+            return None
+        order = best_order(
+            here,
+            query.belief.item_types.index(query.item_type),
+            costs=query.costs,
+            belief_model=self.belief_model,
+            limit=self.limit,
+            ranking=self.ranking,
+        )
+        return here.containers[order[0]]

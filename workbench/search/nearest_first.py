@@ -11,6 +11,7 @@ from workbench.search.find_costs import SearchStop
 from workbench.search.orders import along
 from workbench.search.places import Places, places
 from workbench.search.policy import SearchQuery
+from workbench.worlds.house import ContainerId, LocationId
 
 
 @final
@@ -23,6 +24,15 @@ class NearestFirst:
         here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
         return along(nearest_chain(here), here, item=item, model="independent", costs=query.costs).stops
+
+    def first(self, query: SearchQuery) -> ContainerId | None:
+        """The nearest alone."""
+        reachable = [c for c in query.belief.containers if query.travel.reaches(LocationId(c))]
+        if not reachable:
+            return None
+        row = query.travel.metres[query.travel.index(query.origin)]
+        at = [query.travel.index(LocationId(c)) for c in reachable]
+        return reachable[int(np.argmin(row[at]))]
 
 
 def nearest_chain(here: Places) -> list[int]:

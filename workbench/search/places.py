@@ -56,16 +56,19 @@ def places(
     Raises:
         LocationOutOfReach: an origin or target that is not on the axis of the travel costs.
     """
-    reachable = [j for j, c in enumerate(belief.containers) if travel.reaches(LocationId(c))]
-    containers = tuple(belief.containers[j] for j in reachable)
+    containers, probability = belief.containers, belief.probability
+    reachable = [j for j, c in enumerate(containers) if travel.reaches(LocationId(c))]
+    if len(reachable) < len(containers):
+        containers = tuple(containers[j] for j in reachable)
+        probability = np.ascontiguousarray(probability[:, reachable])
     at = np.array([travel.index(LocationId(c)) for c in containers], dtype=np.intp)
     starts, ends = _indices(travel, origins), _indices(travel, targets)
     return Places(
         containers=containers,
-        probability=np.ascontiguousarray(belief.probability[:, reachable]),
-        from_m=travel.metres[np.ix_(starts, at)],
-        to_m=travel.metres[np.ix_(at, ends)],
-        between_m=travel.metres[np.ix_(at, at)],
+        probability=probability,
+        from_m=travel.metres[starts[:, None], at],
+        to_m=travel.metres[at[:, None], ends],
+        between_m=travel.metres[at[:, None], at],
     )
 
 

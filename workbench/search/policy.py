@@ -8,7 +8,7 @@ from typing import Protocol
 from workbench.beliefs.belief import Belief
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import SearchStop
-from workbench.worlds.house import ItemType, LocationId
+from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
 
@@ -33,3 +33,20 @@ class SearchPolicy(Protocol):
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         """The intended order, best first; empty when nothing is left to search."""
         ...
+
+
+class FirstStopPolicy(SearchPolicy, Protocol):
+    """A policy that can say where it looks first without working out the rest."""
+
+    def first(self, query: SearchQuery) -> ContainerId | None:
+        """The container of the first stop of `order`; None when nothing is left to search."""
+        ...
+
+
+def first_stop(policy: SearchPolicy, query: SearchQuery) -> ContainerId | None:
+    """Where a policy looks first; None when nothing is left to search."""
+    first = getattr(policy, "first", None)
+    if first is not None:
+        return first(query)
+    order = policy.order(query)
+    return order[0].container if order else None
