@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -72,7 +73,7 @@ def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Iterat
             page = browser.new_page(viewport={"width": width, "height": height})
             page.set_default_timeout(PATIENCE_MS)
             page.goto(path.as_uri())
-            page.wait_for_function("window.lios !== undefined")
+            _wait_until_drawn(page)
             if page.locator("#sorry").is_visible():
                 raise PageFailed("this Chromium has no WebGL 2")
             yield page
@@ -80,6 +81,15 @@ def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Iterat
             raise PageFailed(_first_line(error)) from error
         finally:
             browser.close()
+
+
+def _wait_until_drawn(page: Page) -> None:
+    """Asks again and again; the page's own policy forbids a script that waits inside it."""
+    until = time.monotonic() + PATIENCE_MS / 1000
+    while not page.evaluate("window.lios !== undefined"):
+        if time.monotonic() > until:
+            raise PageFailed(f"nothing was drawn within {PATIENCE_MS / 1000:.0f} s")
+        page.wait_for_timeout(50)
 
 
 def _executable() -> str | None:

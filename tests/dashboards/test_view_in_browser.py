@@ -1,0 +1,222 @@
+"""The dashboard in a real browser: every panel, every control, two tabs, a reload, a server that comes back."""
+
+from __future__ import annotations
+
+import gc
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from chromium import chromium, colours_in, open_view, wait_for_second
+from playwright.sync_api import Browser, Page
+
+from dashboards.viser_app.server import Dashboard
+from dashboards.viser_app.serving import open_dashboard
+from recorders.trial import Wish, record_trial, trial_for
+from workbench.worlds.procthor import load_house
+from workbench.worlds.shipped import shipped_houses
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(600)]
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("view")
+    house = load_house(f"{shipped_houses()}:5")
+    made: list[Path] = []
+    for strategy in ("model-lios", "opt-greedy"):
+        trial = trial_for(Wish(find="book"), house, strategy=strategy, estimator="counts")
+        path = folder / f"{strategy}.mcap"
+        record_trial(trial, path)
+        made.append(path)
+    return made
+
+
+@pytest.fixture(scope="module")
+def dashboard(logs: list[Path]) -> Iterator[Dashboard]:
+    made = open_dashboard(logs, port=0)
+    yield made
+    made.stop()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, dashboard: Dashboard) -> Iterator[Page]:
+    opened = open_view(browser, dashboard.url)
+    yield opened
+    opened.close()
+
+
+def test_the_house_is_drawn_and_the_slider_moves_the_run(page: Page, tmp_path: Path) -> None:
+    page.wait_for_timeout(1500)
+    before = page.screenshot(path=tmp_path / "before.png")
+    assert colours_in(before, (0.05, 0.2, 0.6, 0.7)) > 200, "a house has many shades, an empty page one"
+    facts = page.locator(".lp .facts").inner_text()
+    slider = page.get_by_role("slider").first
+    slider.focus()
+    for _ in range(30):
+        slider.press("ArrowRight")
+    wait_for_second(page, 0.2, 9e9)
+    page.wait_for_function("(b) => document.querySelector('.lp .facts').innerText !== b", arg=facts)
+    page.wait_for_timeout(700)
+    assert page.screenshot(path=tmp_path / "after.png") != before
+
+
+@pytest.mark.parametrize(
+    ("tab", "words"),
+    [
+        ("Belief", "container"),
+        ("Plan", "Intended order of search"),
+        ("Find costs", "costs from"),
+        ("Plots", "Cost so far"),
+        ("Compare", "They part"),
+        ("Runs", "of 2 runs"),
+        ("View", "Walls"),
+    ],
+)
+def test_every_panel_says_its_part(page: Page, tab: str, words: str) -> None:
+    page.evaluate("window.liosCommand('seek 1')")
+    page.get_by_role("tab", name=tab, exact=True).or_(page.get_by_text(tab, exact=True)).first.click()
+    page.get_by_text(words).first.wait_for()
+
+
+def test_steps_by_button_and_by_key(page: Page) -> None:
+    page.get_by_text("« first", exact=True).click()
+    wait_for_second(page, 0.0, 0.0)
+    page.get_by_text("next ›", exact=True).click()
+    page.get_by_text("Decision 2 of").wait_for()
+    page.locator("canvas").first.hover()
+    page.keyboard.press("l")
+    page.get_by_text("Decision 3 of").wait_for()
+    page.keyboard.press("j")
+    page.get_by_text("Decision 2 of").wait_for()
+    page.keyboard.press("End")
+    page.get_by_text("done", exact=True).first.wait_for()
+    page.keyboard.press("Home")
+    wait_for_second(page, 0.0, 0.0)
+
+
+def test_play_moves_on_and_pause_stops(page: Page) -> None:
+    page.evaluate("window.liosCommand('seek 0')")
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_timeout(1500)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
+    wait_for_second(page, 0.3, 60.0)
+
+
+def test_a_click_on_the_strip_seeks(page: Page) -> None:
+    box = page.locator("[data-strip]").first.bounding_box()
+    assert box
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 20)
+    end = float(page.locator("[data-strip]").first.get_attribute("data-strip") or 0)
+    wait_for_second(page, 0.45 * end, 0.55 * end)
+
+
+def test_a_heading_sorts_its_table_and_stays_sorted(page: Page) -> None:
+    page.get_by_text("Belief", exact=True).first.click()
+    page.evaluate("window.liosCommand('seek 0')")
+    names = "[...document.querySelectorAll('table[data-table=beliefs] tbody tr')].map((r) => r.cells[1].innerText)"
+    page.locator("table[data-table=beliefs] th", has_text="container").click()
+    shown = page.evaluate(names)
+    assert shown == sorted(shown)
+    page.evaluate("window.liosCommand('decision 2')")
+    page.get_by_text("Decision 2 of").wait_for()
+    page.wait_for_timeout(500)
+    again = page.evaluate(names)
+    assert again == sorted(again)
+
+
+def test_where_runs_part_can_be_jumped_to(page: Page) -> None:
+    page.evaluate("window.liosCommand('seek 0')")
+    page.get_by_text("Compare", exact=True).first.click()
+    link = page.locator("[data-lios^='seek']").first
+    wanted = float((link.get_attribute("data-lios") or "").split()[1])
+    link.click()
+    wait_for_second(page, wanted - 0.01, wanted + 0.01)
+
+
+def test_a_reload_shows_the_same_moment(page: Page) -> None:
+    page.evaluate("window.liosCommand('seek 7.5')")
+    wait_for_second(page, 7.5, 7.5)
+    page.reload()
+    page.locator(".lp .facts").wait_for()
+    page.wait_for_timeout(1500)
+    wait_for_second(page, 7.49, 7.51)
+    page.wait_for_function(
+        "document.querySelector('.lp .cursor') && parseFloat(getComputedStyle("
+        "document.querySelector('.lp .cursor')).left) > 5"
+    )
+
+
+def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashboard, page: Page) -> None:
+    page.evaluate("window.liosCommand('seek 3')")
+    wait_for_second(page, 3.0, 3.0)
+    other = open_view(browser, dashboard.url + "/?at=11&runs=1")
+    wait_for_second(other, 11.0, 11.0)
+    other.get_by_text("opt-greedy").first.wait_for()
+    page.wait_for_timeout(500)
+    wait_for_second(page, 3.0, 3.0)
+    assert "model-lios" in page.locator(".lp h2 + p").first.inner_text()
+    other.close()
+
+
+def test_when_the_server_comes_back_so_does_the_view(browser: Browser, logs: list[Path]) -> None:
+    first = open_dashboard(logs, port=0)
+    port = first.server.get_port()
+    tab = open_view(browser, first.url)
+    tab.evaluate("window.liosCommand('seek 6')")
+    wait_for_second(tab, 6.0, 6.0)
+    first.stop()
+    second = _again(logs, port)
+    try:
+        deadline = time.monotonic() + 60
+        while not second.sessions and time.monotonic() < deadline:
+            tab.wait_for_timeout(200)
+        (session,) = second.sessions.values()
+        while session.state.at != 6.0 and time.monotonic() < deadline:
+            tab.wait_for_timeout(200)
+        assert session.state.at == 6.0
+    finally:
+        tab.close()
+        second.stop()
+
+
+def test_twenty_visits_leave_nothing_behind(browser: Browser, dashboard: Dashboard) -> None:
+    sizes: list[int] = []
+    for visit in range(20):
+        tab = browser.new_page(viewport={"width": 500, "height": 400})
+        tab.goto(dashboard.url)
+        tab.locator("canvas").first.wait_for()
+        tab.wait_for_timeout(400)
+        if visit % 3 == 0:
+            tab.evaluate("window.liosCommand?.('seek 2')")
+        tab.close()
+        gc.collect()
+        sizes.append(psutil.Process().memory_info().rss)
+    deadline = time.monotonic() + 20
+    while len(dashboard.sessions) > 1 and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert len(dashboard.sessions) <= 1, "only the tab of the other tests is still there"
+    views = [t for t in threading.enumerate() if t.name.startswith("view-")]
+    assert len(views) <= 2
+    grown_mb = (sizes[-1] - sizes[4]) / 1e6
+    assert grown_mb < 40, f"memory grew by {grown_mb:.0f} MB over fifteen visits"
+
+
+def _again(logs: list[Path], port: int) -> Dashboard:
+    """A new server where the old one was, as soon as the port is free."""
+    for _ in range(50):
+        try:
+            return open_dashboard(logs, port=port)
+        except OSError:
+            time.sleep(0.2)
+    return open_dashboard(logs, port=port)
