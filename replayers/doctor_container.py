@@ -19,6 +19,7 @@ from replayers.findings import Findings, Level
 from replayers.mcap_records import ChunkRecord, Raw, Record, Unreadable, records_in
 from replayers.reader import Damage, Message, read_index, scan
 
+DATA_END_BYTES = 13
 PROFILES = ("", "ros1", "ros2")
 RECOVER = "Save what is intact: lios recover"
 
@@ -216,6 +217,8 @@ def _check_end(walk: Walk, stream: BinaryIO) -> None:
     if walk.footer.summary_start == 0:
         findings.add(Level.WARNING, "summary", "the file has no index", RECOVER)
         return
+    if walk.footer.summary_start != walk.data_end[0] + DATA_END_BYTES:
+        findings.error("summary", "it does not begin where the data end", RECOVER)
     index = read_index(stream)
     if index is None:
         findings.error("summary", "the index at the end is damaged", RECOVER)
