@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -110,7 +111,7 @@ class Connection:
         self.address = address
         self.timeout_s = timeout_s
         self._credentials = credentials
-        sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=str(certificate or "") or None)
+        sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=str(certificate or _shipped_root()))
         self.robot = sdk.create_robot(address.host)
         self.robot.update_secure_channel_port(address.port)
         try:
@@ -163,6 +164,11 @@ class Connection:
             raise NoTimeSync(str(self.address)) from error
         endpoint = self.robot.time_sync.endpoint
         return SyncedClock(endpoint) if stepped is None else Stepped(stepped, endpoint)
+
+
+def _shipped_root() -> Path:
+    """Boston Dynamics' own root certificate, as the SDK ships it."""
+    return Path(str(files("bosdyn.client.resources") / "robot.pem"))
 
 
 def reason_of(error: BosdynError) -> str:

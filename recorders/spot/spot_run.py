@@ -1,4 +1,4 @@
-"""How is a task run on a robot and recorded? Localisation, lease, the closed loop, a log; and the lease given back."""
+"""How is a task run on a robot and recorded? Localisation, lease, the closed loop, a log; the lease is given back."""
 
 from __future__ import annotations
 

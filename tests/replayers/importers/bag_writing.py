@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from math import cos, hypot, sin
 from pathlib import Path
 from typing import Any
@@ -93,7 +94,7 @@ def trip(site: Site, *, speed: float = 1.0, every_s: float = 0.2) -> Iterator[Mo
         path = site.paths.path(here, target)
         assert path is not None
         yield Moment(at, (*path[0], 0.0), goal=stop)
-        for a, b in zip(path, path[1:], strict=False):
+        for a, b in pairwise(path):
             steps = max(1, round(hypot(b[0] - a[0], b[1] - a[1]) / speed / every_s))
             for i in range(1, steps + 1):
                 at += every_s

@@ -1,0 +1,71 @@
+"""A simulated robot for tests: the paper's home, configuration A, and logs opened again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+
+from recorders.spot.connection import Connection
+from recorders.spot.session import Rates
+from recorders.spot.simulated.clock import RobotClock, SteppedClock
+from recorders.spot.simulated.faults import read_faults
+from recorders.spot.simulated.server import SimulatedSpot
+from recorders.spot.simulated.session import simulated_robot
+from recorders.spot.site_tasks import delivery_of, site_task
+from recorders.spot.spot_run import RobotRun
+from recorders.spot.world import RunSettings
+from workbench.worlds.house import House
+from workbench.worlds.site import Site, load_site
+from workbench.worlds.site_configurations import arranged, pick_configuration
+
+FEW = Rates(state_hz=1.0, localization_hz=1.0, fiducials_hz=1.0, images_hz=0.05, grid_hz=0.05, image_ratio=0.25)
+"""Enough of everything, quickly."""
+
+
+def placed(configuration: str = "A") -> tuple[Site, House]:
+    home = load_site("paper_home")
+    return arranged(home, pick_configuration(home, configuration))
+
+
+@contextmanager
+def robot(
+    *faults: str, clock: RobotClock | None = None, configuration: str = "A", site: Site | None = None
+) -> Iterator[tuple[SimulatedSpot, Connection]]:
+    """A robot on stepped time unless another clock is given, and a connection to it."""
+    place, house = placed(configuration)
+    if site is not None:
+        place, house = site, House(plan=site.plan, contents=house.contents)
+    with simulated_robot(place, house, clock=clock or SteppedClock(), faults=read_faults(faults)) as both:
+        yield both
+
+
+def run_of(spot: SimulatedSpot, strategy: str = "conditioned-lios", **settings: Any) -> RobotRun:
+    site = spot.state.site
+    return RobotRun(
+        site=site,
+        task=site_task(delivery_of(load_site("paper_home")), site),
+        strategy=strategy,
+        estimator="counts",
+        rates=FEW,
+        settings=RunSettings(**settings),
+        truth=spot.state.house.contents,
+        own_estop=True,
+    )
+
+
+def is_free(spot: SimulatedSpot) -> bool:
+    """Whether nobody of ours has the lease."""
+    owner = spot.state.leases.owner
+    return owner is None or owner.client_name == "another-client"
+
+
+def messages(path: Path, topic: str | None = None) -> list[tuple[str, int, int, bytes]]:
+    """(topic, log_time, publish_time, data) of a log that was closed properly."""
+    with path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        topics = None if topic is None else [topic]
+        return [(c.topic, m.log_time, m.publish_time, m.data) for _, c, m in reader.iter_messages(topics=topics)]
