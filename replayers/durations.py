@@ -36,6 +36,17 @@ class Durations:
     def move_ns(self, metres: float) -> int:
         return round((self.move_s * (metres > 0) + self.metre_s * metres) * NANO)
 
+    def words(self) -> str:
+        """The figures with their residuals, in one line."""
+        left, counted = dict(self.residual_s), dict(self.samples)
+        return (
+            f"seconds by the log's own speeds: a move {self.move_s:.1f} s and {self.metre_s:.2f} s a metre "
+            f"(residual {left.get('move', 0):.1f} s over {counted.get('move', 0)}), "
+            f"a look {self.look_s:.1f} s ({left.get('look', 0):.1f} s over {counted.get('look', 0)}), "
+            f"a manipulation {self.manipulation_s:.1f} s "
+            f"({left.get('manipulation', 0):.1f} s over {counted.get('manipulation', 0)})"
+        )
+
     @property
     def look_ns(self) -> int:
         return round(self.look_s * NANO)

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from replayers.bounds import Bounds, Budget, bounds_of
+from replayers.bounds import NEAR, Bounds, Budget, bounds_of
 from replayers.drawn_worlds import DrawnWorlds, draw_worlds
 from replayers.durations import SIMULATED, Durations, fitted_durations
 from replayers.estimates import Estimate, costs_in, estimate_of
@@ -164,18 +164,19 @@ def ground_of(run: Run, settings: Settings) -> Ground:
         raise TruthNotRecorded(run.path)
     types = relevant_types(evidence.task.goal)
     estimator, note = estimator_for(evidence, types, name=settings.estimator)
-    robot = evidence.info.source == "spot"
+    robot = evidence.info.source not in ("simulation", "replay")
+    durations = fitted_durations(run.actions) if robot else SIMULATED
     ground = Ground(
         evidence=evidence,
         estimator=estimator,
         worlds=None,
-        durations=fitted_durations(run.actions) if robot else SIMULATED,
+        durations=durations,
         truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
         settings=settings,
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, estimator),
-        notes=tuple(n for n in (*evidence.notes, note) if n),
+        notes=tuple(n for n in (*evidence.notes, note, durations.words() if robot else "") if n),
     )
     return replace(ground, worlds=_worlds(ground, types))
 
@@ -238,7 +239,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         leaves=tree.leaves(most=MOST_LEAVES) or () if bounds.complete else (),
         stretches=tree.stretches,
         asked=tuple(tree.asked),
-        notes=ground.notes,
+        notes=(*ground.notes, *_wavers(tree, ended)),
     )
 
 
@@ -337,6 +338,16 @@ def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
         rng=np.random.default_rng(settings.seed),
         exists=relevance.must_exist,
     )
+
+
+def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
+    """A note where the strategy, asked the same again, went elsewhere before the first open container."""
+    again = tree.advance(tree.root)
+    unseen = again.question.container if again.question else None
+    look = tree.evidence.costs.search if again.question else 0.0
+    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
+        return ()
+    return (f"{tree.strategy.name} is not deterministic: asked again it decided otherwise; its bounds do not hold",)
 
 
 def _without_words(planner: Strategy) -> Strategy:

@@ -95,7 +95,7 @@ def replay(
     rows = [_row(o) for o in outcomes]
     next_look = _look_next(outcomes, files, settings) if look_next else None
     if json:
-        answer: dict[str, Any] = {"rows": rows, "seed": seed}
+        answer: dict[str, Any] = {"rows": rows, "pairs": _pairs(outcomes), "seed": seed}
         if next_look is not None:
             answer["look_next"] = next_look
         emit_json(answer)
@@ -146,6 +146,25 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "reason": outcome.reason,
         "notes": outcome.notes,
     }
+
+
+def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
+    """Every pair of strategies over one log, in the same world."""
+    from itertools import combinations
+
+    from replayers.comparing import difference
+    from replayers.stored_replays import StoredReplay
+
+    bounded = [o for o in outcomes if isinstance(o, StoredReplay) and o.bounds is not None]
+    found: list[dict[str, Any]] = []
+    for a, b in combinations(bounded, 2):
+        if a.sha256 == b.sha256:
+            apart = difference(a, b)
+            found.append({"log": a.log, "a": a.strategy, "b": b.strategy, "verdict": apart.verdict,
+                          "difference_lower": apart.least, "difference_upper": apart.most,
+                          "chance_a_cheaper": apart.chance[0] if apart.chance else None,
+                          "chance_equal": apart.chance[1] if apart.chance else None})  # fmt: skip
+    return found
 
 
 def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *, several: bool) -> None:

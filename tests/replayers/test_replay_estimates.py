@@ -16,6 +16,7 @@ from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.replay import Settings, ground_of, replay_strategy
 from replayers.telling_look import rank_looks
 from workbench.beliefs.belief import Belief
+from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import find_task
 from workbench.worlds.house import START, ItemType
 
@@ -141,3 +142,22 @@ def test_the_most_telling_look_is_the_one_that_decides_who_wins(tmp_path: Path) 
     assert looks[0].settles == pytest.approx(0.5)
     assert looks[0].narrows > 0
     assert looks[0].chance_found == 0.5
+
+
+def test_a_strategy_that_decides_otherwise_when_asked_again_is_named(tmp_path: Path) -> None:
+    class Wavers(InOrder):
+        """Turns its order round with every run that it begins."""
+
+        turns: list[int] = []  # noqa: RUF012
+
+        def decide(self, view: View) -> Decision:
+            if view.knowledge.robot_at == START:
+                self.turns.append(1)
+            order = self.order if len(self.turns) % 2 else self.order[::-1]
+            return InOrder(order).decide(view)
+
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=0))
+    made = replay_strategy(ground, Wavers((TABLE, COUNTER, BED, DESK)))
+    assert any("not deterministic" in note for note in made.notes)
+    steady = replay_strategy(ground, InOrder((TABLE, COUNTER)))
+    assert not any("not deterministic" in note for note in steady.notes)
