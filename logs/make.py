@@ -1,0 +1,78 @@
+"""Makes the sample logs of this folder again: `python logs/make.py [FOLDER] [--spot]`.
+
+The same seeds give the same runs: all topics under /search/ but /search/timing hold the same bytes.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from recorders.trial import Wish, record_trial, trial_for
+from workbench.worlds.procthor import load_house
+from workbench.worlds.shipped import shipped_houses
+
+HERE = Path(__file__).resolve().parent
+ESTIMATOR = "counts"
+
+SIMULATED: Mapping[str, tuple[int, Wish, str]] = {
+    "find-greedy": (9, Wish(find="mug"), "greedy"),
+    "find-lios": (9, Wish(find="mug"), "lios"),
+    "find-conditioned-lios": (9, Wish(find="mug"), "conditioned-lios"),
+    "deliver-3": (5, Wish(scenario="deliver-3"), "model-lios"),
+    "breakfast": (5, Wish(scenario="breakfast"), "model-lios"),
+}
+"""Log, shipped house, task, strategy."""
+
+CUT_FROM, CUT_AT = "deliver-3", 0.6
+"""The log that is cut off, and what share of its bytes is left."""
+
+SPOT_HOMES, SPOT_STRATEGY = ("A", "B", "C", "D"), "model-lios"
+
+
+def make_simulated(folder: Path) -> list[Path]:
+    """Records the simulated runs and cuts one off."""
+    made = []
+    for name, (house, wish, strategy) in SIMULATED.items():
+        trial = trial_for(wish, load_house(f"{shipped_houses()}:{house}"), strategy=strategy, estimator=ESTIMATOR)
+        record_trial(trial, folder / f"{name}.mcap", force=True)
+        made.append(folder / f"{name}.mcap")
+    whole = (folder / f"{CUT_FROM}.mcap").read_bytes()
+    (folder / "cut-off.mcap").write_bytes(whole[: int(len(whole) * CUT_AT)])
+    return [*made, folder / "cut-off.mcap"]
+
+
+def make_spot(folder: Path) -> list[Path]:
+    """Runs the paper's four configurations on a simulated Spot; needs the extra "spot"."""
+    from replayers.commands.evaluate_spot import spot
+
+    spot(
+        strategies=SPOT_STRATEGY,
+        configurations=",".join(SPOT_HOMES),
+        estimator=ESTIMATOR,
+        output=folder,
+        cross=False,
+        force=True,
+    )
+    made = []
+    for home in SPOT_HOMES:
+        log = folder / f"spot-home-{home}.mcap"
+        (folder / f"spot_{home}_{SPOT_STRATEGY}.mcap").replace(log)
+        made.append(log)
+    return made
+
+
+def main() -> None:
+    words = [word for word in sys.argv[1:] if word != "--spot"]
+    folder = Path(words[0]) if words else HERE
+    folder.mkdir(parents=True, exist_ok=True)
+    made = make_simulated(folder)
+    if "--spot" in sys.argv:
+        made += make_spot(folder)
+    for log in made:
+        print(f"{log.stat().st_size / 1000:8.0f} kB  {log}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""The logs that ship are small, whole (but for the one that is not), and come out the same when made again."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+from console_blocks import ROOT
+from mcap.reader import make_reader
+
+from replayers.run import read
+from workbench import cli
+
+LOGS = ROOT / "logs"
+MAKE = runpy.run_path(str(LOGS / "make.py"))
+NAMES = sorted(path.stem for path in LOGS.glob("*.mcap"))
+
+
+def _repeatable(log: Path) -> list[tuple[str, int, bytes]]:
+    """What the same seed must give again: every /search/ topic but the wall-clock times of planning."""
+    with log.open("rb") as stream:
+        messages = make_reader(stream).iter_messages()
+        found = [(c.topic, m.log_time, m.data) for _, c, m in messages]
+    return [row for row in found if row[0].startswith("/search/") and row[0] != "/search/timing"]
+
+
+def test_all_are_there_and_small() -> None:
+    spot = [f"spot-home-{home}" for home in MAKE["SPOT_HOMES"]]
+    assert sorted([*MAKE["SIMULATED"], "cut-off", *spot]) == NAMES
+    assert all((LOGS / f"{name}.mcap").stat().st_size < 1_000_000 for name in NAMES)
+
+
+def test_readme_names_each() -> None:
+    readme = (LOGS / "README.md").read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"{name}.mcap" not in readme and not name.startswith("spot-home")] == []
+
+
+@pytest.fixture(scope="module")
+def remade(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("logs")
+    MAKE["make_simulated"](folder)
+    return folder
+
+
+@pytest.mark.parametrize("name", sorted(MAKE["SIMULATED"]))
+def test_made_again_it_is_the_same(name: str, remade: Path) -> None:
+    shipped = _repeatable(LOGS / f"{name}.mcap")
+    assert len(shipped) > 10
+    assert _repeatable(remade / f"{name}.mcap") == shipped, "run: python logs/make.py --spot"
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "cut-off"])
+def test_reads_as_a_whole_run(name: str) -> None:
+    run = read(LOGS / f"{name}.mcap")
+    assert run.complete
+    assert run.outcome is not None
+    assert run.outcome.status == "done"
+
+
+def test_the_cut_one_is_salvaged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["doctor", str(LOGS / "cut-off.mcap")]) == 3
+    assert not read(LOGS / "cut-off.mcap").complete
+    saved = tmp_path / "saved.mcap"
+    assert cli.run(["recover", str(LOGS / "cut-off.mcap"), "-o", str(saved)]) in (0, 3)
+    whole, kept = _repeatable(LOGS / "deliver-3.mcap"), _repeatable(saved)
+    assert kept
+    assert set(kept) <= set(whole)
+    capsys.readouterr()
