@@ -16,10 +16,10 @@ from mcap.records import Attachment, Channel, DataEnd, Footer, Header, MessageIn
 
 from recorders.log_index import MAGIC, LogIndex
 from replayers.findings import Findings, Level
-from replayers.mcap_records import ChunkRecord, Raw, Record, Unreadable, records_in
+from replayers.mcap_records import HEAD, ChunkRecord, Raw, Record, Unreadable, records_in
 from replayers.reader import Damage, Message, read_index, scan
 
-DATA_END_BYTES = 13
+DATA_END_BYTES = 4
 PROFILES = ("", "ros1", "ros2")
 RECOVER = "Save what is intact: lios recover"
 
@@ -217,7 +217,11 @@ def _check_end(walk: Walk, stream: BinaryIO) -> None:
     if walk.footer.summary_start == 0:
         findings.add(Level.WARNING, "summary", "the file has no index", RECOVER)
         return
-    if walk.footer.summary_start != walk.data_end[0] + DATA_END_BYTES:
+    stream.seek(walk.data_end[0])
+    if (
+        HEAD.unpack(stream.read(HEAD.size))[1] != DATA_END_BYTES
+        or walk.footer.summary_start != stream.tell() + DATA_END_BYTES
+    ):
         findings.error("summary", "it does not begin where the data end", RECOVER)
     index = read_index(stream)
     if index is None:

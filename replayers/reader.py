@@ -438,7 +438,8 @@ def _outside_chunks(path: Path | str, kind: type[McapRecord], name: str) -> Iter
             entries = index.attachments if kind is Attachment else index.metadata
             found = [record_at(stream, e.offset) for e in entries if e.name == name]
         else:
-            walk = scan(stream, path=path, on_damage=lambda damage: None, skip=NO_DATA | {Opcode.CHUNK})
+            unread = frozenset({int(Opcode.CHUNK), int(Opcode.MESSAGE_INDEX)})
+            walk = scan(stream, path=path, on_damage=lambda damage: None, skip=unread)
             found = [record for _, record in walk]
     for record in reversed(found):
         if isinstance(record, kind) and getattr(record, "name", None) == name:
