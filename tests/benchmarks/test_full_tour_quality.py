@@ -50,7 +50,7 @@ def test_eight_candidates_and_the_rest_as_it_comes_cost_little_more(
 ) -> None:
     eight, left_out, full, exact, close = [], [], [], [], []
     for query in validation_queries(procthor, every=4):
-        search = expected_search(query, belief_model="exists", limit=8)
+        search = expected_search(query, belief_model="marginal", limit=8)
         only = query.belief.item_types.index(query.item_type)
         whole = corrected_find_costs(
             query.belief, query.travel, origins=(START,), targets=(START,), costs=SIMULATION, scale=1.0
@@ -59,7 +59,7 @@ def test_eight_candidates_and_the_rest_as_it_comes_cost_little_more(
         left_out.append(search.missing)
         full.append(FullTour().search(query).cost)
         if 10 < len(query.belief.containers) <= EXACT_UP_TO:
-            best = expected_search(query, belief_model="exists", limit=EXACT_UP_TO, ranking="worth")
+            best = expected_search(query, belief_model="marginal", limit=EXACT_UP_TO, ranking="worth")
             exact.append(best.cost)
             close.append(full[-1])
     more, gap = sum(eight) / sum(full) - 1, sum(close) / sum(exact) - 1

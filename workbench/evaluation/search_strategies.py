@@ -21,6 +21,7 @@ NAMED: Mapping[str, str] = MappingProxyType(
         "conditioned-lios": "conditioned-lios",
         "oracle": "oracle",
         "most-probable": "workbench.evaluation.search_strategies:most_probable",
+        "marginal-lios": "workbench.evaluation.search_strategies:marginal_lios",
         "full-lios": "workbench.evaluation.search_strategies:full_lios",
     }
 )
@@ -33,11 +34,15 @@ def strategy_of(policy_name: str) -> str | None:
 
 def with_policy(policy_name: str) -> Strategy:
     """A strategy that searches by any policy that has a name."""
-    return Composed(name=policy_name, pricing=Expected(belief_model="exists"), policy=policy(policy_name))
+    return Composed(name=policy_name, pricing=Expected(belief_model="marginal"), policy=policy(policy_name))
 
 
 def most_probable(_: object = None) -> Strategy:
     return with_policy("most-probable")
+
+
+def marginal_lios(_: object = None) -> Strategy:
+    return with_policy("marginal-lios")
 
 
 def full_lios(_: object = None) -> Strategy:

@@ -42,7 +42,7 @@ def corrected_find_costs(
     origins: Sequence[LocationId],
     targets: Sequence[LocationId],
     costs: ActionCosts,
-    belief_model: BeliefModel = "exists",
+    belief_model: BeliefModel = "marginal",
     limit: int = PAPER_LIMIT,
     ranking: Ranking | None = None,
     scale: float | None = None,

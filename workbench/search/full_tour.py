@@ -44,7 +44,7 @@ class FullTour:
     """
 
     name: str = "full-lios"
-    belief_model: BeliefModel = "exists"
+    belief_model: BeliefModel = "marginal"
     leading: int = LEADING
     passes: int = PASSES
 

@@ -30,6 +30,7 @@ POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
         "conditioned-lios": lambda: LeastExpectedCost(
             name="conditioned-lios", belief_model="exists", ranking="worth"
         ),
+        "marginal-lios": lambda: LeastExpectedCost(name="marginal-lios", belief_model="marginal", ranking="worth"),
         "full-lios": lambda: FullTour(),
     }
 )

@@ -25,6 +25,7 @@ POLICY_COLOURS: Mapping[str, str] = MappingProxyType(
         "most-probable": PINK,
         "lios": ORANGE,
         "conditioned-lios": BLUE,
+        "marginal-lios": SKY,
         "full-lios": GREEN,
         "oracle": "#000000",
     }
