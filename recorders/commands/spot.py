@@ -222,6 +222,8 @@ def run(
                 connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
             )
     end = report.ended
+    if not report.lease_returned:
+        say("The lease could not be returned: the robot did not answer. It frees it by itself; check at the tablet.")
     if json:
         emit_json(
             {

@@ -21,12 +21,16 @@ import bosdyn.client
 from bosdyn.client.auth import InvalidLoginError, InvalidTokenError
 from bosdyn.client.exceptions import Error as BosdynError
 from bosdyn.client.exceptions import RpcError, UnauthenticatedError
+from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.time_sync import TimeSyncError
 
 from recorders.spot.clock import SessionClock, Stepped, SyncedClock
 from recorders.spot.errors import BadLogin, NoTimeSync, RobotUnreachable
 from recorders.spot.simulated.clock import SteppedClock
 from workbench.errors import BadValue, FileMissing
+
+ROBOT_ERRORS = (BosdynError, LeaseClientError)
+"""What bosdyn-client raises: its errors have two roots."""
 
 USERNAME, PASSWORD, CERTIFICATE = "BOSDYN_CLIENT_USERNAME", "BOSDYN_CLIENT_PASSWORD", "LIOS_SPOT_CERTIFICATE"
 TIME_SYNC_EVERY_S = 5.0
@@ -111,7 +115,8 @@ class Connection:
         self.address = address
         self.timeout_s = timeout_s
         self._credentials = credentials
-        sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=str(certificate or _shipped_root()))
+        root = str(certificate or _shipped_root())
+        sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=root)
         self.robot = sdk.create_robot(address.host)
         self.robot.update_secure_channel_port(address.port)
         try:
@@ -171,7 +176,7 @@ def _shipped_root() -> Path:
     return Path(str(files("bosdyn.client.resources") / "robot.pem"))
 
 
-def reason_of(error: BosdynError) -> str:
+def reason_of(error: Exception) -> str:
     """A bosdyn error in a few words: its class as words, without the gRPC dump."""
     name = type(error).__name__.removesuffix("Error")
     words = "".join(f" {ch.lower()}" if ch.isupper() and i else ch.lower() for i, ch in enumerate(name))

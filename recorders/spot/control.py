@@ -15,11 +15,10 @@ from typing import Self
 
 from bosdyn.api import basic_command_pb2, power_pb2, robot_state_pb2
 from bosdyn.client.estop import EstopEndpoint, EstopKeepAlive
-from bosdyn.client.exceptions import Error as BosdynError
 from bosdyn.client.lease import Lease, LeaseKeepAlive, NotActiveLeaseError, ResourceAlreadyClaimedError
 from bosdyn.client.robot_command import RobotCommandBuilder
 
-from recorders.spot.connection import Connection, reason_of
+from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.errors import Estopped, LeaseTaken, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
@@ -100,7 +99,7 @@ class Control:
         except ResourceAlreadyClaimedError as error:
             owner = error.response.lease_owner.client_name
             raise LeaseTaken(str(self._connection.address), owner) from None
-        except BosdynError as error:
+        except ROBOT_ERRORS as error:
             raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
         self._keep_alive = LeaseKeepAlive(
             client, rpc_interval_seconds=1.0, warnings=False, on_failure_callback=self._on_failure
@@ -126,7 +125,7 @@ class Control:
         endpoint = EstopEndpoint(client, "lios-workbench", ESTOP_TIMEOUT_S)
         try:
             endpoint.force_simple_setup()
-        except BosdynError as error:
+        except ROBOT_ERRORS as error:
             raise Estopped(str(self._connection.address)) from error
         self._estop = EstopKeepAlive(endpoint)
         self._estop.allow()
@@ -165,7 +164,7 @@ class Control:
         """A command that may fail: the robot may be away, or no longer ours."""
         try:
             self._connection.client("robot-command").robot_command(command, timeout=2.0)
-        except BosdynError as error:
+        except ROBOT_ERRORS as error:
             log.warning("the robot did not take a command: %s", reason_of(error))
 
     def _return_lease(self, lease: Lease) -> bool:
@@ -178,7 +177,7 @@ class Control:
                 return True
             except NotActiveLeaseError:
                 return True
-            except BosdynError as error:
+            except ROBOT_ERRORS as error:
                 if time.monotonic() > end:
                     log.error("the lease could not be returned: %s", reason_of(error))
                     return False

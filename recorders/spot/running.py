@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from bosdyn.client.exceptions import Error as BosdynError
-
-from recorders.spot.connection import reason_of
+from recorders.spot.connection import ROBOT_ERRORS, reason_of
 from recorders.spot.control import Control
 from recorders.spot.errors import RunStopped
 from workbench.errors import LiosError
@@ -29,7 +27,7 @@ def guarded(events: Iterable[Event], world: World, control: Control, task: Task)
         return
     except RunStopped as stopped:
         reason = stopped.reason
-    except (BosdynError, LiosError) as error:
+    except (*ROBOT_ERRORS, LiosError) as error:
         reason = str(error) if isinstance(error, LiosError) else f"the robot failed ({reason_of(error)})"
     control.stop()
     yield Ended(

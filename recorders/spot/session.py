@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import Protocol, Self
 
 import msgspec
-from bosdyn.client.exceptions import Error as BosdynError
 from bosdyn.client.exceptions import ResponseError, UnauthenticatedError
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.message import Message
@@ -23,7 +22,7 @@ from google.protobuf.message import Message
 from recorders import viewer
 from recorders.channel_spec import protobuf_channel
 from recorders.sinks import Sink
-from recorders.spot.connection import Connection, reason_of
+from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.senses import Sense, senses_of
 from recorders.spot.session_topics import Gap, Note, SessionFact, fact_channel
 from workbench.errors import LiosError
@@ -167,14 +166,14 @@ class Session:
             self._log_in_again()
         except ResponseError as error:
             log.debug("%s: %s", sense.name, reason_of(error))
-        except BosdynError as error:
+        except ROBOT_ERRORS as error:
             self._lost(error)
             self._closing.wait(RETRY_S)
         else:
             self.taken[sense.name] = self.taken.get(sense.name, 0) + 1
             self._found()
 
-    def _lost(self, error: BosdynError) -> None:
+    def _lost(self, error: Exception) -> None:
         with self._away.lock:
             if self._away.since_ns is None:
                 self._away.since_ns, self._away.reason = self.now_ns(), reason_of(error)

@@ -15,7 +15,7 @@ from typing import Any, TypeVar, final
 from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
-from bosdyn.client.graph_nav import GraphNavClient
+from bosdyn.client.graph_nav import GraphNavClient, RobotImpairedError
 from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.math_helpers import Quat, SE3Pose
 
@@ -45,7 +45,8 @@ class RunSettings:
         poll_s: how often the robot is asked.
         patience_s: how long a network may be away before the run ends.
         walk_factor: a walk may take this many times its usual time.
-        attempts: how often a walk is tried that got stuck or lost.
+        attempts, retry_s: how often a walk is tried that got stuck or lost, and after how long again: people
+            step aside.
         start_within_m: a robot this near to the surveyed start stands at it.
         margin_m: a tag this far beyond a container's edge still belongs to it.
     """
@@ -55,7 +56,8 @@ class RunSettings:
     poll_s: float = 0.25
     patience_s: float = 20.0
     walk_factor: float = 4.0
-    attempts: int = 2
+    attempts: int = 3
+    retry_s: float = 5.0
     margin_m: float = 0.35
     start_within_m: float = 0.25
 
@@ -101,6 +103,7 @@ class SpotWorld:
         reason = ""
         for attempt in range(self.settings.attempts):
             if attempt:
+                self.wait(self.settings.retry_s)
                 self._localize()
             reason = self._walk(location, walked)
             if not reason:
@@ -258,6 +261,8 @@ class SpotWorld:
         limit_s = 20.0 + self.settings.walk_factor * self._expected_s(pose)
         try:
             number = self.call(lambda: self._send(location, pose, limit_s))
+        except RobotImpairedError as error:
+            raise RunStopped("the robot is impaired: stopped, or its motors are off") from error
         except ResponseError as error:
             return f"the robot refuses to go ({reason_of(error)})"
         answer = graph_nav_pb2.NavigationFeedbackResponse

@@ -17,12 +17,18 @@ from workbench.worlds.site import Site
 
 @contextmanager
 def simulated_robot(
-    site: Site, house: House, *, clock: RobotClock | None = None, faults: tuple[Fault, ...] = (), seed: int = 0
+    site: Site,
+    house: House,
+    *,
+    clock: RobotClock | None = None,
+    faults: tuple[Fault, ...] = (),
+    seed: int = 0,
+    password: str = "simulated",
 ) -> Iterator[tuple[SimulatedSpot, Connection]]:
     """A simulated robot and a connection to it by the official client; both end with the block."""
     with (
         tempfile.TemporaryDirectory(prefix="lios-spot-") as folder,
-        SimulatedSpot(site, house, clock=clock, faults=faults, seed=seed) as robot,
+        SimulatedSpot(site, house, clock=clock, faults=faults, seed=seed, password=password) as robot,
     ):
         certificate = robot.write_certificate(Path(folder) / "robot.pem")
         stepped = robot.clock if isinstance(robot.clock, SteppedClock) else None

@@ -33,13 +33,19 @@ def placed(configuration: str = "A") -> tuple[Site, House]:
 
 @contextmanager
 def robot(
-    *faults: str, clock: RobotClock | None = None, configuration: str = "A", site: Site | None = None
+    *faults: str,
+    clock: RobotClock | None = None,
+    configuration: str = "A",
+    site: Site | None = None,
+    password: str = "simulated",
 ) -> Iterator[tuple[SimulatedSpot, Connection]]:
     """A robot on stepped time unless another clock is given, and a connection to it."""
     place, house = placed(configuration)
     if site is not None:
         place, house = site, House(plan=site.plan, contents=house.contents)
-    with simulated_robot(place, house, clock=clock or SteppedClock(), faults=read_faults(faults)) as both:
+    with simulated_robot(
+        place, house, clock=clock or SteppedClock(), faults=read_faults(faults), password=password
+    ) as both:
         yield both
 
 
@@ -51,7 +57,7 @@ def run_of(spot: SimulatedSpot, strategy: str = "conditioned-lios", **settings: 
         strategy=strategy,
         estimator="counts",
         rates=FEW,
-        settings=RunSettings(**settings),
+        settings=RunSettings(**{"poll_s": 0.5, **settings}),
         truth=spot.state.house.contents,
         own_estop=True,
     )
