@@ -2,6 +2,8 @@
 
 Depth first over the candidates that are left, the cheapest next step first; a branch is given up once its cost so
 far reaches the best whole order's, as in the search planners that the paper builds on (Stein et al., 2018).
+Never cached on disk: a cached function that calls itself crashes when it is loaded again.
+
 `sharp` adds to the cost so far what at least remains: the object is missing with chance R, and finding it takes at
 least the least leg to any candidate left and the least way from one to the target. A table needs one call a triple.
 """
@@ -15,7 +17,7 @@ from numba import njit
 Array = npt.NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def least_cost(p: Array, from_m: Array, between_m: Array, found: Array, search: float, sharp: bool) -> float:
     """The least expected cost over all orders; belief model independent.
 
@@ -30,7 +32,7 @@ def least_cost(p: Array, from_m: Array, between_m: Array, found: Array, search: 
     return best[0]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _branch(p, from_m, between_m, found, search, sharp, used, at, depth, cost, missing, best) -> None:  # type: ignore[no-untyped-def]
     k = len(p)
     if depth == k:
@@ -53,7 +55,7 @@ def _branch(p, from_m, between_m, found, search, sharp, used, at, depth, cost, m
         used[a] = False
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _at_least(p, from_m, between_m, found, search, used, at, missing) -> float:  # type: ignore[no-untyped-def]
     """A bound from below on what remains: one leg and look now, and the find wherever it is cheapest."""
     leg, least_found, miss = np.inf, np.inf, 1.0
