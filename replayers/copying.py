@@ -132,6 +132,14 @@ def contents(path: Path | str, loss: Loss) -> Iterator[Message | Attachment | Me
         loss.messages += content.messages_lost
 
 
+def profile_of(path: Path | str) -> str:
+    """The profile in a log's header; "" where there is none."""
+    with open_log(path) as stream:
+        for _, record in scan(stream, path=path, on_damage=lambda damage: None):
+            return record.profile if isinstance(record, Header) else ""
+    return ""
+
+
 def declarations(path: Path | str) -> tuple[dict[int, Channel], dict[int, Schema]]:
     """All channels and schemas that any part of a log declares, its summary included."""
     content = Content()

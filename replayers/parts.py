@@ -11,7 +11,7 @@ from mcap.records import Attachment, Channel, Metadata
 
 from recorders.narrator import LATCHED
 from recorders.sinks import PART_METADATA, REPEATED
-from replayers.copying import ChannelKey, Copier, Loss, Style, channel_key, contents
+from replayers.copying import ChannelKey, Copier, Loss, Style, channel_key, contents, profile_of
 from replayers.reader import Message
 from workbench.errors import BadValue
 from workbench.runs.vocabulary import NANO
@@ -32,6 +32,7 @@ class Parts:
         self._source, self._output, self._style = source, output, style
         self._part_ns = None if part_s is None else round(part_s * NANO)
         self._part_bytes = part_bytes
+        self._profile = profile_of(source)
         self._around: list[Attachment | Metadata] = []
         self._standing: dict[ChannelKey, Message] = {}
         self._first_ns: int | None = None
@@ -91,7 +92,7 @@ class Parts:
 
     def _open(self) -> Copier:
         path = self._output.with_name(f"{self._output.stem}_{len(self.paths):04d}{self._output.suffix or '.mcap'}")
-        copier = Copier(path, self._style)
+        copier = Copier(path, self._style, profile=self._profile)
         before = self.paths[-1].name if self.paths else ""
         copier.writer.add_metadata(PART_METADATA, {"part": str(len(self.paths)), "before": before})
         self.paths.append(path)

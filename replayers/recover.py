@@ -13,7 +13,7 @@ from pathlib import Path
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
-from replayers.copying import Copier, Loss, Style, declarations
+from replayers.copying import Copier, Loss, Style, declarations, profile_of
 from replayers.reader import Content, Damage, open_log, read_index, scan
 from workbench.errors import BadValue
 from workbench.runs.run_info import INFO_METADATA, is_intact
@@ -71,7 +71,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False) -> R
         raise BadValue("output", str(output), "another file than the log itself")
     channels, schemas = declarations(source)
     loss = Loss()
-    copier = Copier(output, Style(force=force))
+    copier = Copier(output, Style(force=force), profile=profile_of(source))
     try:
         done = _copy(source, copier, loss, channels, schemas)
         facts = {"from": source.name, "damages": str(loss.count), "messages": str(done["messages"])}

@@ -14,11 +14,9 @@ from pathlib import Path
 from mcap.records import Attachment, Header, Metadata
 
 from recorders.sinks import PART_METADATA, REPEATED
-from replayers.copying import Copier, Loss, Style, contents
-from replayers.describe import describe
+from replayers.copying import Copier, Loss, Style, contents, profile_of
 from replayers.reader import Message
 from workbench.errors import BadValue, Malformed
-from workbench.runs.vocabulary import NANO
 
 COMPACT_CHUNK_BYTES = 4 << 20
 Told = Callable[[Iterator[Message]], Iterable[Message]]
@@ -91,7 +89,7 @@ def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Tol
     """A log with the wanted messages only. Also compacts: the new file's chunks are full."""
     loss, counts = Loss(), {"kept": 0, "dropped": 0}
     _not_itself([source], output)
-    copier = Copier(output, style, profile=_profile(source))
+    copier = Copier(output, style, profile=profile_of(source))
 
     def flow() -> Iterator[Message]:
         for part in contents(source, loss):
@@ -208,21 +206,12 @@ def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator
             around.take(part, source)
 
 
-def seconds(ns: int) -> float:
-    return ns / NANO
-
-
 def _not_itself(sources: Sequence[Path], output: Path) -> None:
     for source in sources:
         if output.exists() and source.exists() and output.samefile(source):
             raise BadValue("output", str(output), "another file than what is read")
 
 
-def _profile(source: Path) -> str:
-    header = describe(source).index.header
-    return header.profile if header else ""
-
-
 def _common_profile(sources: Sequence[Path]) -> str:
-    profiles = {_profile(source) for source in sources}
+    profiles = {profile_of(source) for source in sources}
     return profiles.pop() if len(profiles) == 1 else ""
