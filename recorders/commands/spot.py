@@ -78,7 +78,9 @@ def simulate(
 
 def record(
     robot: Robot,
-    site: SiteOption,
+    site: Annotated[
+        str, typer.Option("--site", help="Survey file or shipped site; leave it out where there is none yet.")
+    ] = "",
     output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
     images_hz: Annotated[
         float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
@@ -106,6 +108,8 @@ def record(
         lios spot record --robot 192.168.80.3 --site home/site.yaml -o trial.mcap
 
         lios spot record --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --for 60
+
+        lios spot record --robot 192.168.80.3 -o round.mcap && lios site from-log round.mcap -o home
     """
     from recorders.spot.errors import require_bosdyn
 
@@ -116,11 +120,11 @@ def record(
     from recorders.spot.site_tasks import site_task
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
-    from workbench.worlds.site import load_site
+    from workbench.worlds.site import load_site, unsurveyed_site
 
     if output.exists() and not force:
         raise OutputExists(output)
-    place = load_site(site)
+    place = load_site(site) if site else unsurveyed_site()
     wanted = SessionPlan(
         site=place,
         task=None if task is None else site_task(task, place),

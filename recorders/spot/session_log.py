@@ -104,7 +104,7 @@ def record_session(
     task = plan.task or session_task()
     with RunRecorder(
         output,
-        info=_info(connection, plan, task),
+        info=session_info(connection, plan.site, task),
         place=place_of(plan.site),
         task=task,
         costs=ROBOT,
@@ -154,13 +154,14 @@ def _until_over(ending: Ending, stop: StopSwitch, until: float | None) -> None:
         ending.reason = ""
 
 
-def _info(connection: Connection, plan: SessionPlan, task: Task) -> RunInfo:
+def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
+    """The identity of a session that somebody else drives."""
     code, started_ns = revision(), connection.clock.now_ns()
     name = f"{connection.serial}|{started_ns}|session"
     return RunInfo(
         run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
         schema_version=SCHEMA_VERSION,
-        place=plan.site.name,
+        place=site.name,
         scenario=task.scenario,
         strategy="operator",
         estimator="",

@@ -31,7 +31,7 @@ from workbench.worlds.house import (
     Wall,
 )
 from workbench.worlds.occupancy import OccupancyGrid
-from workbench.worlds.site_file import PoseEntry, SiteFile, read_site_file
+from workbench.worlds.site_file import PoseEntry, RoomEntry, SiteFile, TravelEntry, read_site_file
 from workbench.worlds.site_map import read_map
 from workbench.worlds.site_measured import MeasuredWays, measured_travel
 from workbench.worlds.site_ways import SiteWays, find_ways
@@ -101,7 +101,10 @@ def load_site(path: Path | str) -> Site:
         UnknownName: a short name that is no shipped site.
     """
     found = _find(path)
-    file = read_site_file(found)
+    return _site(found, read_site_file(found))
+
+
+def _site(found: Path, file: SiteFile) -> Site:
     plan = _plan(file)
     grid = read_map(found.parent / file.map) if file.map is not None else None
     return Site(
@@ -135,6 +138,22 @@ def starting_at(site: Site, start: Pose) -> Site:
     plan = replace(site.plan, start=start)
     stand = {place: pose for place, pose in site.ways.standing.items() if place != "start"}
     return replace(site, plan=plan, ways=find_ways(plan, site.grid, robot_radius_m=site.robot.radius_m, stand=stand))
+
+
+def unsurveyed_site() -> Site:
+    """One wide room without containers: a place of which nothing is known yet, recorded to survey it."""
+    wide = 50.0
+    file = SiteFile(
+        lios_site=1,
+        name="unsurveyed",
+        start=PoseEntry(x_m=0.0, y_m=0.0),
+        rooms=(
+            RoomEntry(id="room", kind="Unknown", floor=((-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide))),
+        ),
+        containers=(),
+        travel=TravelEntry(locations=("start",), metres=((0.0,),)),
+    )
+    return _site(Path("unsurveyed"), file)
 
 
 def shipped_sites() -> dict[str, Path]:

@@ -1,0 +1,64 @@
+"""`lios site from-log`: a draft of a survey from a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def from_log(
+    log: Annotated[Path, typer.Argument(help="A recording: lios spot record, or an imported bag.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for site.yaml, travel.csv and the map.")] = (
+        Path("site")
+    ),
+    name: Annotated[str, typer.Option("--name", help="Name of the site; default: the folder's.")] = "",
+    force: Annotated[bool, typer.Option("--force", help="Replace a site in the folder.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Draft the survey of a place from a recording: stops, waypoints, walked lengths, tags, map.
+
+    Drive the robot round, stand a few seconds before each container, then name what the draft found.
+
+    Examples:
+
+        lios spot record --robot 192.168.80.3 -o round.mcap && lios site from-log round.mcap -o home
+
+        lios site check home/site.yaml
+    """
+    from replayers.site_drafts import draft_site, write_draft
+    from workbench.errors import OutputExists
+    from workbench.terminal import emit_json, emit_table, say
+
+    if (output / "site.yaml").exists() and not force:
+        raise OutputExists(output / "site.yaml")
+    draft = draft_site(log)
+    file = write_draft(draft, output, name=name or output.resolve().name)
+    if json:
+        emit_json(
+            {
+                "site": str(file),
+                "stops": [stop.name for stop in draft.stops],
+                "waypoints": {stop.name: stop.waypoint for stop in draft.stops if stop.waypoint},
+                "tags": sorted(draft.tags),
+                "map": draft.grid is not None,
+            }
+        )
+        return
+    if draft.stops:
+        emit_table(
+            [
+                {
+                    "container": stop.name,
+                    "x_m": stop.pose.x_m,
+                    "y_m": stop.pose.y_m,
+                    "stood_s": stop.seconds,
+                    "waypoint": stop.waypoint or None,
+                    "from_start_m": float(draft.metres[0, i + 1]),
+                }
+                for i, stop in enumerate(draft.stops)
+            ]
+        )
+    say(f"{len(draft.stops)} stops, {len(draft.tags)} tags{', a map' if draft.grid is not None else ''}: {file}")
+    say(f"Name the containers and items there. Next: lios site check {file}")
