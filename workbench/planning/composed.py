@@ -65,16 +65,27 @@ def types_to_believe(task: Task) -> tuple[ItemType, ...]:
     return tuple(t for t in types if t in task.available) if task.available else types
 
 
-def problem_at(view: View, pricing: FindPricing, *, find_known: bool = False) -> Problem:
-    """The typed problem of a view, its finds priced."""
+def problem_at(
+    view: View,
+    pricing: FindPricing,
+    *,
+    find_known: bool = False,
+    places: tuple[LocationId, ...] | None = None,
+) -> Problem:
+    """The typed problem of a view, its finds priced.
+
+    Args:
+        places: further places to plan over; hubs and the pricing's meeting places if not given.
+    """
     goal, knowledge = view.task.goal, view.knowledge
     types = missing_types(goal, knowledge, view.task.available, find_known=find_known)
     locations: tuple[LocationId, ...]
     if isinstance(goal, Holding):
-        places = (knowledge.robot_at, goal.at) if knowledge.travel.reaches(goal.at) else (knowledge.robot_at,)
-        locations = tuple(dict.fromkeys(places))
+        ends = (knowledge.robot_at, goal.at) if knowledge.travel.reaches(goal.at) else (knowledge.robot_at,)
+        locations = tuple(dict.fromkeys(ends))
     else:
-        places = (*hubs_for(view), *pricing.meeting_places(only(view.belief, types)))
+        if places is None:
+            places = (*hubs_for(view), *pricing.meeting_places(only(view.belief, types)))
         locations = locations_that_matter(goal, knowledge, places)
     find_costs = None
     if types:

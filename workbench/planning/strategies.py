@@ -8,6 +8,7 @@ whose value is a StrategyFactory, or "module:Class" given where a name is.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from types import MappingProxyType
@@ -17,6 +18,7 @@ from workbench.errors import BadValue, UnknownName, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic
 from workbench.planning.oracle import Oracle
+from workbench.planning.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
 from workbench.search.policies import policy
 from workbench.worlds.house import House
@@ -37,6 +39,10 @@ def _oracle(house: House | None) -> Strategy:
     return Oracle(house=house)
 
 
+def _conditioned(name: str) -> Composed:
+    return Composed(name=name, pricing=Expected(belief_model="exists"), policy=policy("conditioned-lios"))
+
+
 STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
     {
         "opt-greedy": lambda _: Composed(name="opt-greedy", pricing=Optimistic(), policy=policy("greedy")),
@@ -44,14 +50,8 @@ STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
         "opt-lios": lambda _: Composed(name="opt-lios", pricing=Optimistic(), policy=policy("lios")),
         "pes-lios": lambda _: Composed(name="pes-lios", pricing=Pessimistic(), policy=policy("lios")),
         "model-lios": lambda _: Composed(name="model-lios", pricing=Expected(), policy=policy("lios")),
-        "conditioned-lios": lambda _: Composed(
-            name="conditioned-lios",
-            pricing=Expected(belief_model="exists"),
-            policy=policy("conditioned-lios"),
-        ),
-        "scout-lios": lambda _: Composed(
-            name="scout-lios", pricing=Expected(belief_model="exists"), policy=policy("conditioned-lios")
-        ),
+        "conditioned-lios": lambda _: _conditioned("conditioned-lios"),
+        "scout-lios": lambda _: Scout(base=_conditioned("conditioned-lios")),
         "oracle": _oracle,
     }
 )
@@ -83,9 +83,12 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
         house: the truth, for the oracle alone; no other built-in looks at it.
 
     Raises:
-        UnknownName: no such strategy; lists the known ones.
+        UnknownName: no such strategy or solver; lists the known ones.
         OracleNeedsHouse: the oracle without a house.
     """
+    base, at, solver_name = name.partition("@")
+    if at and canonical_name(base) is not None:
+        return _with_solver(strategy(base, house=house), solver_name)
     known = canonical_name(name)
     if known is not None:
         return STRATEGIES[known](house if known in NEEDS_TRUTH else None)
@@ -95,6 +98,18 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
     if ":" in name:
         return _imported(name)
     raise UnknownName("strategy", name, strategy_names(with_truth=True))
+
+
+def _with_solver(made: Strategy, solver_name: str) -> Strategy:
+    """The strategy with another solver: "model-lios@pddl-ff-astar2" plans as the paper does."""
+    from workbench.planning.solvers import solver
+
+    name = f"{made.name}@{solver_name}"
+    if isinstance(made, Composed | Oracle):
+        return replace(made, name=name, solver=solver(solver_name))
+    if isinstance(made, Scout):
+        return replace(made, name=name, base=replace(made.base, solver=solver(solver_name)))
+    raise BadValue("strategy with a solver", name, "a built-in strategy")
 
 
 def canonical_name(name: str) -> str | None:

@@ -1,0 +1,105 @@
+"""`lios plan`: the plan, the PDDL and the SAS+ of any moment of a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def plan(
+    log: Annotated[Path, typer.Argument(help="A log of a run.")],
+    at: Annotated[float | None, typer.Option("--at", help="Seconds after the start; default: the start.")] = None,
+    decision: Annotated[int | None, typer.Option("--decision", help="A decision by its number, from 1.")] = None,
+    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Who plans; default: who planned then.")] = "",
+    solver: Annotated[
+        str, typer.Option("--solver", help="built-in, sas-lmcut, pddl-ff-astar2, up-ENGINE, 'command:LINE', ...")
+    ] = "",
+    pddl: Annotated[bool, typer.Option("--pddl", help="Print domain and problem in PDDL.")] = False,
+    sas: Annotated[bool, typer.Option("--sas", help="Print the SAS+ task.")] = False,
+    everywhere: Annotated[
+        bool, typer.Option("--everywhere", help="Plan over all places instead of those that can matter.")
+    ] = False,
+    budget: Annotated[float, typer.Option("--budget", min=0.0, help="Seconds that the solver may take.")] = 120.0,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A folder for PDDL, SAS+ and plan.json."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Plan again at a moment of a log, and show the plan, the PDDL and the SAS+.
+
+    Examples:
+
+        lios plan run.mcap --at 30
+
+        lios plan run.mcap --decision 4 --strategy pes-greedy --solver pddl-ff-astar2
+
+        lios plan run.mcap --pddl > task.pddl
+
+        lios plan run.mcap -o problem/
+    """
+    from replayers.planning_again import plan_again
+    from replayers.run import read
+    from workbench.terminal import emit_json, emit_text
+
+    made = plan_again(
+        read(log),
+        at=at,
+        decision=decision,
+        strategy=strategy,
+        solver=solver,
+        everywhere=everywhere,
+        budget_s=budget,
+    )
+    if output is not None:
+        _write(made, output, force=force)
+    if pddl:
+        emit_text(made.pddl.domain + made.pddl.problem)
+    if sas:
+        emit_text(made.sas.text)
+    if json:
+        emit_json(made.answer())
+    elif not (pddl or sas):
+        _show(made)
+
+
+def _write(made: Any, folder: Path, *, force: bool) -> None:
+    import msgspec
+
+    from workbench.errors import OutputExists
+    from workbench.terminal import say
+
+    answer = msgspec.json.format(msgspec.json.encode(made.answer()), indent=2).decode() + "\n"
+    files = {
+        "domain.pddl": made.pddl.domain,
+        "problem.pddl": made.pddl.problem,
+        "task.sas": made.sas.text,
+        "plan.json": answer,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        if (folder / name).exists() and not force:
+            raise OutputExists(folder / name)
+        (folder / name).write_text(text, encoding="utf-8")
+    say(f"Written to {folder}: {', '.join(files)}.")
+
+
+def _show(made: Any) -> None:
+    from workbench.terminal import emit_table, emit_text, say
+
+    answer = made.answer()
+    say(
+        f"Decision {answer['decision']} of {answer['log']}: {answer['strategy']} with {answer['solver']} over "
+        f"{answer['places']} of {answer['reachable']} places"
+    )
+    rows = [{"step": i + 1, "does": s["does"], "cost": s["cost"]} for i, s in enumerate(answer["steps"])]
+    if rows:
+        emit_table(rows)
+    bound = answer["lower_bound"]
+    quality = (
+        "optimal over these places" if answer["optimal"] else f"at least {bound:.1f}" if bound else "only a plan"
+    )
+    emit_text(f"{answer['status']}: cost {answer['cost']:.2f}, {quality}. {answer['note']}".rstrip())

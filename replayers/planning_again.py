@@ -1,0 +1,131 @@
+"""What would be planned at a moment of a log? The typed problem, its PDDL and SAS+, and a solver's plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from replayers.moment import decision_at, moment_of
+from replayers.run import Run
+from workbench.errors import BadValue, Unsupported
+from workbench.planning.built_in import Solved
+from workbench.planning.composed import Composed, problem_at
+from workbench.planning.pddl import PddlTask, pddl_of
+from workbench.planning.plans import Plan
+from workbench.planning.problem import Problem
+from workbench.planning.sas import SasTask, sas_of
+from workbench.planning.scout import Scout
+from workbench.planning.solver import Solver
+from workbench.planning.solvers import solver as solver_named
+from workbench.planning.strategies import strategy as strategy_named
+
+
+class PlansOnItsOwn(Unsupported):
+    """A strategy whose problem cannot be shown."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(
+            f"{name} does not plan by a typed problem, so there is no PDDL of it. Give another with --strategy."
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedAgain:
+    """A plan made again, with the problem behind it."""
+
+    run: Run
+    decision: int
+    strategy: str
+    problem: Problem
+    plan: Plan
+    pddl: PddlTask
+    sas: SasTask
+    alternatives: tuple[tuple[str, float], ...]
+
+    def answer(self) -> dict[str, Any]:
+        """For machines."""
+        plan = self.plan
+        return {
+            "log": str(self.run.path),
+            "decision": self.decision,
+            "strategy": self.strategy,
+            "solver": plan.solver,
+            "status": str(plan.status),
+            "cost": plan.cost,
+            "lower_bound": plan.lower_bound,
+            "optimal": plan.optimal,
+            "note": plan.note,
+            "places": len(self.problem.locations),
+            "reachable": len(self.problem.travel.locations),
+            "steps": [
+                {
+                    "action": s.action,
+                    "origin": s.origin,
+                    "target": s.target,
+                    "items": list(s.items or s.item_types),
+                    "cost": s.cost,
+                    "does": str(s),
+                }
+                for s in plan.steps
+            ],
+            "alternatives": [{"title": title, "cost": cost} for title, cost in self.alternatives],
+        }
+
+
+def plan_again(
+    run: Run,
+    *,
+    at: float | None = None,
+    decision: int | None = None,
+    strategy: str = "",
+    solver: str = "",
+    everywhere: bool = False,
+    budget_s: float = 120.0,
+) -> PlannedAgain:
+    """Plans at a moment of a log.
+
+    Args:
+        at: seconds after the start; decision: by number; neither means the first.
+        strategy: the run's own if not given.
+        solver: the strategy's own if not given.
+        everywhere: over all reachable places.
+
+    Raises:
+        BadValue: both a time and a decision.
+        NoSuchDecision: the log has none there.
+        PlansOnItsOwn: a strategy that is not find cost + policy + solver.
+    """
+    if at is not None and decision is not None:
+        raise BadValue("moment", (at, decision), "--at or --decision, not both")
+    number = decision if decision is not None else decision_at(run, at or 0.0)
+    moment = moment_of(run, number)
+    name = strategy or run.info.strategy
+    base = _base(name)
+    problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
+    if everywhere:
+        problem = problem_at(
+            moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations
+        )
+    chosen: Solver = solver_named(solver) if solver else base.solver
+    solved: Solved = chosen.solve(problem, budget_s=budget_s)
+    return PlannedAgain(
+        run=run,
+        decision=number,
+        strategy=name,
+        problem=problem,
+        plan=solved.plan,
+        pddl=pddl_of(problem),
+        sas=sas_of(problem),
+        alternatives=tuple((other.title, other.cost) for other in solved.alternatives),
+    )
+
+
+def _base(name: str) -> Composed:
+    if name.partition("@")[0] == "oracle":
+        raise PlansOnItsOwn(name)
+    made = strategy_named(name)
+    if isinstance(made, Scout):
+        made = made.base
+    if not isinstance(made, Composed):
+        raise PlansOnItsOwn(name)
+    return made
