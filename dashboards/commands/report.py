@@ -1,0 +1,28 @@
+"""`lios report`: one HTML page and the figures of an evaluation of tasks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="The output folder of lios evaluate tasks.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Make an HTML page and PNG and PDF figures of an evaluation of tasks.
+
+    Examples:
+
+        lios report out
+    """
+    from dashboards.task_report import write_report
+    from workbench.terminal import emit_json, say
+
+    page, figures = write_report(folder)
+    if as_json:
+        emit_json({"page": str(page), "figures": [str(path) for path in figures]})
+    else:
+        say(f"Wrote {page} and {len(figures)} figures (PNG and PDF) to {folder / 'figures'}.")

@@ -1,0 +1,32 @@
+"""Where does the planning time go? Seconds of every decision, as their distribution, by scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from workbench.planning.scenarios import PAPER_TITLES
+
+
+def draw_planning_time(
+    ax: Axes, seconds: Mapping[str, npt.NDArray[np.float64]], *, share_of_belief: float | None = None
+) -> None:
+    """The share of decisions made within a time, a line a scenario.
+
+    Args:
+        seconds: per scenario, belief and planning of each decision together, shape (decisions,).
+        share_of_belief: of all the time, how much went to believing; for the title.
+    """
+    for scenario, values in seconds.items():
+        if len(values) == 0:
+            continue
+        sorted_ms = np.sort(values) * 1e3
+        ax.step(sorted_ms, np.arange(1, len(values) + 1) / len(values), label=PAPER_TITLES.get(scenario, scenario))
+    ax.set(xscale="log", xlabel="belief, find costs and plan of one decision, ms", ylabel="share of decisions")
+    ax.grid(alpha=0.25, linewidth=0.5)
+    ax.legend(fontsize=7, frameon=False, loc="lower right")
+    if share_of_belief is not None:
+        ax.set_title(f"{100 * share_of_belief:.0f} % of the time believing, the rest planning", fontsize=8)

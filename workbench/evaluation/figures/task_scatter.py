@@ -1,0 +1,29 @@
+"""Where does one strategy beat another? A point a trial, as in the paper's scatter plots."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+from workbench.evaluation.figures.style import BLUE
+from workbench.planning.strategies import PAPER_NAMES
+
+
+def draw_task_scatter(
+    ax: Axes, baseline: npt.NDArray[np.float64], ours: npt.NDArray[np.float64], *, names: tuple[str, str]
+) -> None:
+    """Charged costs of the same trials; below the line the second strategy costs less.
+
+    Args:
+        baseline, ours: shape (trials,).
+        names: of both, in that order.
+    """
+    theirs, mine = (PAPER_NAMES.get(name, name) for name in names)
+    most = float(max(baseline.max(), ours.max(), 1.0)) * 1.05
+    ax.plot([0, most], [0, most], color="#888888", linewidth=0.8, zorder=1)
+    ax.scatter(baseline, ours, s=11, alpha=0.55, linewidths=0, color=BLUE, zorder=2)
+    ax.set(xlim=(0, most), ylim=(0, most), aspect="equal", xlabel=f"cost of {theirs}", ylabel=f"cost of {mine}")
+    saved = 1 - ours.sum() / baseline.sum() if baseline.sum() else 0.0
+    wins, losses = float((ours < baseline - 1e-6).mean()), float((ours > baseline + 1e-6).mean())
+    ax.set_title(f"{100 * saved:+.1f} % saved; better {100 * wins:.0f} %, worse {100 * losses:.0f} %", fontsize=8)
