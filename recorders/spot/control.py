@@ -22,6 +22,7 @@ from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.errors import Estopped, LeaseTaken, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
+SIT_S = 10.0
 ESTOP_TIMEOUT_S = 9.0
 READY_S = 30.0
 POLL_S = 0.2
@@ -82,6 +83,7 @@ class Control:
         if self._lease is not None and not self.lost.is_set() and self._stand:
             self.stop()
             self._tell(RobotCommandBuilder.safe_power_off_command())
+            self._await_motors_off()
         if self._keep_alive is not None:
             self._keep_alive.shutdown()
             self._keep_alive = None
@@ -166,6 +168,16 @@ class Control:
             self._connection.client("robot-command").robot_command(command, timeout=2.0)
         except ROBOT_ERRORS as error:
             log.warning("the robot did not take a command: %s", reason_of(error))
+
+    def _await_motors_off(self) -> None:
+        """The robot sits down first; its lease must not go before, or it would stop halfway."""
+        client, clock = self._connection.client("robot-state"), self._connection.clock
+        end, off = clock.now_ns() + round(SIT_S * 1e9), robot_state_pb2.PowerState.STATE_OFF
+        try:
+            while client.get_robot_state(timeout=2.0).power_state.motor_power_state != off and clock.now_ns() < end:
+                clock.sleep(POLL_S)
+        except ROBOT_ERRORS as error:
+            log.warning("the robot does not say whether its motors are off: %s", reason_of(error))
 
     def _return_lease(self, lease: Lease) -> bool:
         """True when the lease is no longer ours, because we returned it or someone else has it."""

@@ -14,6 +14,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from recorders.spot import foxglove
 from recorders.spot.clock import SyncedClock
+from recorders.spot.seed import on_map
 from recorders.spot.session_topics import (
     CAMERA,
     FIDUCIALS,
@@ -86,13 +87,14 @@ def _localization(session: Session, known: _Known) -> None:
         known.map_tform_body = known.map_tform_odom = None
         return
     at = our_ns(session, place.timestamp)
-    known.map_tform_body = place.seed_tform_body
-    known.map_tform_odom = foxglove.map_from_odom(place.seed_tform_body, answer.robot_kinematics.transforms_snapshot)
-    session.put("/robot/pose", foxglove.in_frame(place.seed_tform_body, MAP_FRAME, at), source_ns=at)
+    body = on_map(session.site, place.seed_tform_body)
+    known.map_tform_body = body
+    known.map_tform_odom = foxglove.map_from_odom(body, answer.robot_kinematics.transforms_snapshot)
+    session.put("/robot/pose", foxglove.in_frame(body, MAP_FRAME, at), source_ns=at)
     if session.rates.raw:
         session.put(LOCALIZATION, place, source_ns=at)
     if session.watch is not None:
-        session.watch.pose(at, (place.seed_tform_body.position.x, place.seed_tform_body.position.y))
+        session.watch.pose(at, (body.position.x, body.position.y))
 
 
 def _state(session: Session, known: _Known) -> None:

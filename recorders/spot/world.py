@@ -15,15 +15,17 @@ from typing import Any, TypeVar, final
 from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, get_a_tform_b
 from bosdyn.client.graph_nav import GraphNavClient, RobotImpairedError
 from bosdyn.client.lease import Error as LeaseClientError
-from bosdyn.client.math_helpers import Quat, SE3Pose
+from bosdyn.client.math_helpers import SE3Pose
 
 from recorders.spot.connection import Connection, reason_of
 from recorders.spot.control import Control
 from recorders.spot.errors import RunStopped, WaypointMissing
 from recorders.spot.hands import ArmHands, Hands, HelperHands
 from recorders.spot.operator import Nobody, Operator, StopSwitch
+from recorders.spot.seed import in_seed, on_map
 from recorders.spot.tags import TagSighting, read_tags, within
 from recorders.spot.walk_log import WalkLog
 from workbench.worlds.geometry import Pose
@@ -192,7 +194,7 @@ class SpotWorld:
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """Where the body is on the map, or None while it is not localised."""
         state = self.call(lambda: self._graph_nav().get_localization_state(timeout=self.connection.timeout_s))
-        return state.localization.seed_tform_body if state.localization.waypoint_id else None
+        return on_map(self.site, state.localization.seed_tform_body) if state.localization.waypoint_id else None
 
     def wait(self, seconds: float) -> None:
         """Waits, unless the run has to stop.
@@ -238,8 +240,11 @@ class SpotWorld:
 
     def _localize(self) -> bool:
         def find() -> None:
+            state = self.connection.client("robot-state").get_robot_state(timeout=self.connection.timeout_s)
+            snapshot = state.kinematic_state.transforms_snapshot
             self._graph_nav().set_localization(
                 initial_guess_localization=nav_pb2.Localization(),
+                ko_tform_body=get_a_tform_b(snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME).to_proto(),
                 fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
                 timeout=self.connection.timeout_s,
             )
@@ -302,18 +307,10 @@ class SpotWorld:
         self.connection.clock.refresh()
         if waypoint:
             return client.navigate_to(waypoint, limit_s, travel_params=travel, timeout=self.connection.timeout_s)
-        goal = _se3(pose)
+        goal = in_seed(self.site, pose)
         return client.navigate_to_anchor(goal, limit_s, travel_params=travel, timeout=self.connection.timeout_s)
 
     def _expected_s(self, goal: Pose) -> float:
         body = self.body_pose()
         away = 20.0 if body is None else 2 * hypot(body.position.x - goal.x_m, body.position.y - goal.y_m)
         return away / (self.settings.speed_mps or self.site.robot.speed_mps)
-
-
-def _se3(pose: Pose) -> geometry_pb2.SE3Pose:
-    turn = Quat.from_yaw(pose.yaw_rad)
-    return geometry_pb2.SE3Pose(
-        position=geometry_pb2.Vec3(x=pose.x_m, y=pose.y_m),
-        rotation=geometry_pb2.Quaternion(x=turn.x, y=turn.y, z=turn.z, w=turn.w),
-    )

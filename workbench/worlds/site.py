@@ -63,6 +63,8 @@ class Site:
         tags: per AprilTag or ar_track_alvar id, the item that carries it.
         robot: its shape and speed.
         frames: the names of the map, odometry and body frames.
+        seed: GraphNav's seed frame on the map.
+        file: the survey as it was read.
     """
 
     path: Path
@@ -73,6 +75,7 @@ class Site:
     tags: Mapping[int, Item] = field(default_factory=lambda: MappingProxyType({}))
     robot: RobotProfile = field(default_factory=RobotProfile)
     frames: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    seed: Pose = field(default_factory=lambda: Pose(x_m=0.0, y_m=0.0))
     file: SiteFile
 
     @property
@@ -123,6 +126,7 @@ def _site(found: Path, file: SiteFile) -> Site:
             name=file.robot.name, arm=file.robot.arm, radius_m=file.robot.radius_m, speed_mps=file.robot.speed_mps
         ),
         frames=MappingProxyType({"map": file.frames.map, "odom": file.frames.odom, "body": file.frames.body}),
+        seed=pose_of(file.seed),
         file=file,
     )
 

@@ -104,6 +104,7 @@ class SiteFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     robot: RobotEntry = RobotEntry()
     frames: FrameEntry = FrameEntry()
     travel: TravelEntry | None = None
+    seed: PoseEntry = PoseEntry(x_m=0.0, y_m=0.0)
     start_waypoint: str = ""
 
 

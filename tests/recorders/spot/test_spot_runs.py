@@ -192,6 +192,20 @@ def test_a_site_without_waypoints_goes_to_map_poses(tmp_path: Path) -> None:
     assert report.ended.status == "done", report.ended.reason
 
 
+def test_a_map_that_is_turned_against_the_robots_own(tmp_path: Path) -> None:
+    """The site's map is the robot's seed frame moved by (3, -1) and turned by 90 degrees: the same metres."""
+    from math import pi
+
+    from recorders.spot.seed import in_seed, on_map
+    from workbench.worlds.geometry import Pose
+
+    site = replace(placed()[0], seed=Pose(x_m=3.0, y_m=-1.0, yaw_rad=pi / 2))
+    goal = in_seed(site, Pose(x_m=3.0, y_m=1.0, yaw_rad=pi / 2))
+    assert (goal.position.x, goal.position.y) == pytest.approx((2.0, 0.0))
+    back = on_map(site, goal)
+    assert (back.position.x, back.position.y) == pytest.approx((3.0, 1.0))
+
+
 def test_waypoints_that_the_robot_does_not_know_are_named_before_anything_moves(tmp_path: Path) -> None:
     from recorders.spot.errors import WaypointMissing
 
