@@ -10,7 +10,6 @@ import base64
 import gzip
 import os
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from dashboards.palette import run_colour
 from dashboards.panels.markup import text
 from dashboards.panels.now import title
 from dashboards.panels.strip import strip
+from dashboards.resources import resource
 from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 from workbench.worlds.house import FloorPlan
@@ -76,11 +76,11 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
         "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),
-        "@STYLE@": "".join(_file(name) for name in SHEETS),
-        "@SCRIPT@": "\n".join(_file(name) for name in PARTS),
+        "@STYLE@": "".join(resource(name) for name in SHEETS),
+        "@SCRIPT@": "\n".join(resource(name) for name in PARTS),
         "@DATA@": packed,
     }
-    page = _file("capsule_page/page.html")
+    page = resource("capsule_page/page.html")
     for key, content in parts.items():
         page = page.replace(key, content)
     return page
@@ -169,7 +169,3 @@ def _meshes() -> dict[str, Any]:
 
 def _rounded(values: np.ndarray, digits: int = 3) -> list[float]:
     return np.round(np.asarray(values, dtype=np.float64), digits).ravel().tolist()
-
-
-def _file(name: str) -> str:
-    return files("dashboards").joinpath(name).read_text(encoding="utf-8")

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from importlib.resources import files
 
 from dashboards.palette import Colour, css
+from dashboards.resources import resource
 
 LONGEST_NAME = 80
 """Characters of a name that are shown; the whole stands in its tooltip."""
@@ -79,4 +79,4 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", 
 
 def style() -> str:
     """The sheet that all panels share."""
-    return f"<style>{files('dashboards').joinpath('panels/panels.css').read_text(encoding='utf-8')}</style>"
+    return f"<style>{resource('panels/panels.css')}</style>"

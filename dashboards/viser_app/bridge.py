@@ -7,13 +7,13 @@ can type into as well; the address is kept current with the History API. Without
 from __future__ import annotations
 
 from html import escape
-from importlib.resources import files
 from json import dumps
 from urllib.parse import parse_qs, urlencode
 
 import viser
 
 from dashboards.clock import ALIGNMENTS
+from dashboards.resources import resource
 from dashboards.viser_app.session import Session, ViewState
 
 SCRIPTS = ("panels/panels.js", "viser_app/bridge.js")
@@ -23,9 +23,7 @@ MOST_RUNS = 16
 
 def script() -> str:
     """The markup that installs the script once."""
-    code = "".join(
-        files("dashboards").joinpath(p).read_text("utf-8") for p in ("panels/panels.js", "viser_app/bridge.js")
-    )
+    code = "".join(resource(name) for name in SCRIPTS)
     return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import viser
@@ -21,13 +20,12 @@ from dashboards.panels.scatter import scatter
 from dashboards.panels.strip import cursor, strip
 from dashboards.scene import AUTOMATIC, Scene
 from dashboards.viser_app.bridge import address, keep_address, obey, script
-from dashboards.viser_app.session import PANEL_PX, Session, ViewState
+from dashboards.viser_app.session import PANEL_PX, Session
 from workbench.worlds.names import readable_name
 
 SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
 FOLLOW_PLAN = "as the plan finds"
 SLIDER_STEPS = 2000
-ADDRESS_EVERY_S = 0.3
 
 
 class Controls:
@@ -41,11 +39,12 @@ class Controls:
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._types: dict[str, str] = {}
         self._names: list[str] = []
-        self._said_at = 0.0
         self._plotted: tuple[int, str] = (0, "")
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
+        session.settlers.append(self._settled)
+        session.client.camera.on_update(lambda _: session.stir())
 
     def _build(self) -> None:
         gui, _session = self._gui, self._session
@@ -183,7 +182,6 @@ class Controls:
             self._quiet = True
             self._slider.value = min(state.at, self._slider.max)
             self._quiet = False
-        self._keep_address(state)
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
             self._play.label = label
@@ -217,13 +215,9 @@ class Controls:
             self._second.value = names[1]
             self._draw_scatter()
 
-    def _keep_address(self, state: ViewState) -> None:
-        """The page's address, when the view rests and at most a few times a second."""
-        now_s = time.monotonic()
-        if state.playing or now_s - self._said_at < ADDRESS_EVERY_S:
-            return
-        self._said_at = now_s
-        self._set("address", keep_address(address(state, self._session.client.camera)))
+    def _settled(self, session: Session) -> None:
+        """The page's address follows a view that has come to rest."""
+        self._set("address", keep_address(address(session.state, session.client.camera)))
 
     def _toggle(self) -> None:
         state = self._session.state

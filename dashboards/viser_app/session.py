@@ -25,6 +25,8 @@ PANEL_PX = 440
 """Width of the panel beside the view."""
 STRIP_PX = 175
 """Height of the strip under the view."""
+SETTLED_AFTER_S = 0.25
+"""A view that did not change for this long has settled."""
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 
@@ -60,6 +62,7 @@ class Session:
         self.state = state
         self.watchers: list[Callable[[Session, list[Scene]], None]] = []
         self.openers: list[Callable[[Session], None]] = []
+        self.settlers: list[Callable[[Session], None]] = []
         self._wake = Condition()
         self._dirty, self._alive = True, True
         self._opened: tuple[tuple[int, ...], int] | None = None
@@ -85,6 +88,11 @@ class Session:
                 changes["live"] = self.state.live and float(str(changes["at"])) >= self.clock.end * (1 - 1e-9)
             self.state = replace(self.state, **changes)  # type: ignore[arg-type]
             self._dirty = True
+            self._wake.notify_all()
+
+    def stir(self) -> None:
+        """Something that the state does not hold has changed: the camera. The view will settle anew."""
+        with self._wake:
             self._wake.notify_all()
 
     def reread(self) -> None:
@@ -184,16 +192,24 @@ class Session:
             opener(self)
 
     def _show_forever(self) -> None:
-        last = time.monotonic()
+        last, unsettled = time.monotonic(), True
         while True:
             with self._wake:
+                woken = True
                 if not self._dirty and not self.state.playing:
-                    self._wake.wait()
+                    woken = self._wake.wait(SETTLED_AFTER_S if unsettled else None)
                     last = time.monotonic()
                 if not self._alive:
                     return
+                changed = self._dirty or self.state.playing
                 self._dirty = False
-            now = time.monotonic()
+            if not changed:
+                if not woken:
+                    for settler in self.settlers:
+                        settler(self)
+                unsettled = woken
+                continue
+            now, unsettled = time.monotonic(), True
             self._advance(now - last)
             last = now
             self._show()
