@@ -61,6 +61,17 @@ def least_cpu_s(work: Callable[[], object], times: int) -> float:
     return min(spent)
 
 
+def least_s(work: Callable[[], object], times: int) -> float:
+    """The least time of several runs by the clock on the wall, for what runs on several cores."""
+    work()
+    spent: list[float] = []
+    for _ in range(times):
+        began = time.perf_counter()
+        work()
+        spent.append(time.perf_counter() - began)
+    return min(spent)
+
+
 def whole_table(h: House, limit: int, **more: object) -> Callable[[], object]:
     at = h.travel.locations
     return lambda: expected_find_costs(
@@ -111,7 +122,7 @@ def test_a_house_with_more_containers_than_candidates(
 ) -> None:
     h = house(PLACES - 1)
     seconds = {
-        model: least_cpu_s(whole_table(h, limit, belief_model=model), 30 if limit == 8 else 3)
+        model: least_s(whole_table(h, limit, belief_model=model), 30 if limit == 8 else 5)
         for model in ("independent", "exists")
     }
     with capsys.disabled():

@@ -135,7 +135,7 @@ def random_arrays(rng: np.random.Generator, k: int, targets: int) -> tuple[np.nd
     return (missing, *(rng.random(shape) * 10 for shape in shapes))
 
 
-@pytest.mark.parametrize(("k", "targets"), [(1, 1), (2, 3), (5, 64), (6, 65), (8, 130)])
+@pytest.mark.parametrize(("k", "targets"), [(1, 1), (2, 3), (5, 64), (6, 65), (8, 130), (11, 2)])
 def test_the_compiled_program_gives_what_the_readable_one_gives(k: int, targets: int) -> None:
     missing, between, from_m, found = random_arrays(np.random.default_rng(k), k, targets)
     fast = compiled.cost_table(missing, between, from_m, found, 1.0)

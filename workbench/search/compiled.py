@@ -9,6 +9,9 @@ numba itself takes most of a second.
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import numpy.typing as npt
 from numba import njit
@@ -18,6 +21,9 @@ Indices = npt.NDArray[np.int64]
 
 TILE = 64
 """Targets that are carried through the subsets together."""
+
+THREADS_FROM, MOST_THREADS = 11, 8
+"""From this many candidates on, item types are shared among threads; the program holds no lock of Python's."""
 
 MATH = {"nnan", "ninf", "nsz"}
 """No entry is ever NaN or infinite; sums keep their order, so the answers do not depend on the machine."""
@@ -29,8 +35,27 @@ def cost_table(
     """W(nothing, origin) for every item type; arguments and answer as reference.cost_table."""
     answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
     ends = np.zeros_like(found) if tail is None else tail
-    order, position, start = _layers(between_m.shape[1])
-    _cost_table(missing, between_m, from_m, found, ends, float(search), order, position, start, answer)
+    layers = _layers(between_m.shape[1])
+
+    def part(these: slice) -> None:
+        _cost_table(
+            missing[these],
+            between_m[these],
+            from_m[these],
+            found[these],
+            ends[these],
+            float(search),
+            *layers,
+            answer[these],
+        )
+
+    items, threads = len(answer), min(os.cpu_count() or 1, MOST_THREADS)
+    if between_m.shape[1] < THREADS_FROM or threads == 1:
+        part(slice(None))
+        return answer
+    each = -(-items // threads)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(part, [slice(first, first + each) for first in range(0, items, each)]))
     return answer
 
 

@@ -96,30 +96,29 @@ def tail_costs(here: Places, candidates: Indices, *, costs: ActionCosts, model: 
     Returns:
         By last candidate and target, shape (item types, k, targets).
     """
-    answer = np.zeros((*candidates.shape, here.to_m.shape[1]))
-    if candidates.shape[1] == len(here.containers):
-        return answer
-    for item, searched in enumerate(candidates):
-        order = _others(unconditioned(here.probability[item], model), searched, here.between_m)
-        missing = still_missing_along(here.probability[item], np.concatenate([searched, order]), model)
-        missing = missing[len(searched) :]
-        legs = here.between_m[order[:-1], order[1:]]
-        ends = missing[:-1] - missing[1:]
-        onward = (missing[1:-1] * legs).sum() + missing[:-1].sum() * costs.search
-        onward = onward + ends @ (costs.manipulation + here.to_m[order])
-        answer[item] = missing[0] * here.between_m[searched, order[0]][:, None] + onward
-    return answer
+    items, k = candidates.shape
+    if k == len(here.containers):
+        return np.zeros((items, k, here.to_m.shape[1]))
+    order = _others(unconditioned(here.probability, model), candidates, here.between_m)
+    missing = still_missing_along(here.probability, np.concatenate([candidates, order], axis=1), model)[:, k:]
+    legs = here.between_m[order[:, :-1], order[:, 1:]]
+    ends = missing[:, :-1] - missing[:, 1:]
+    walks = (missing[:, 1:-1] * legs).sum(axis=1) + missing[:, :-1].sum(axis=1) * costs.search
+    finds = np.einsum("ij,ijt->it", ends, costs.manipulation + here.to_m[order])
+    there = missing[:, :1] * here.between_m[candidates, order[:, :1]]
+    return there[:, :, None] + (walks[:, None] + finds)[:, None, :]
 
 
 def _others(p: Array, searched: Indices, between_m: Array) -> Indices:
-    """The containers that are no candidates, in the order in which they follow."""
-    left = np.ones(len(p), dtype=bool)
-    left[searched] = False
-    from_m = between_m[searched].mean(axis=0)
-    order: list[int] = []
-    while left.any():
-        chosen = int(np.argmax(np.where(left, p / (1.0 + from_m), -1.0)))
+    """The containers that are no candidates, in the order in which they follow: shape (item types, others)."""
+    rows = np.arange(len(p))
+    left = np.ones(p.shape, dtype=bool)
+    np.put_along_axis(left, searched, False, axis=1)
+    from_m = between_m[searched].mean(axis=1)
+    order: list[Indices] = []
+    for _ in range(p.shape[1] - searched.shape[1]):
+        chosen = np.argmax(np.where(left, p / (1.0 + from_m), -1.0), axis=1)
         order.append(chosen)
-        left[chosen] = False
+        left[rows, chosen] = False
         from_m = between_m[chosen]
-    return np.array(order, dtype=np.intp)
+    return np.stack(order, axis=1)

@@ -48,7 +48,7 @@ def along(
         item: index of the item type.
     """
     indices = np.asarray(order, dtype=np.intp)
-    missing = still_missing_along(here.probability[item], indices, model)
+    missing = still_missing_along(here.probability[item : item + 1], indices[None], model)[0]
     legs = np.concatenate([here.from_m[0, indices[:1]], here.between_m[indices[:-1], indices[1:]]])
     ends = missing[:-1] - missing[1:]
     partial = missing[:-1] * (legs + costs.search) + ends * (costs.manipulation + here.to_m[indices, 0])

@@ -124,12 +124,23 @@ def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp]
 
 
 def still_missing_along(probability: Array, order: npt.NDArray[np.intp], model: BeliefModel) -> Array:
-    """R after each prefix of an order: shape (len(order) + 1,), the first entry 1."""
+    """R after each prefix of an order.
+
+    Args:
+        probability: shape (item types, containers).
+        order: indices of containers, shape (item types, stops).
+
+    Returns:
+        Shape (item types, stops + 1), the first entry of each 1.
+    """
     w = weights(probability, model)
-    rest = np.delete(w, order).sum()
-    inside = np.concatenate([[0.0], np.cumsum(w[order])])
-    outside = np.concatenate([np.cumsum(w[order][::-1])[::-1], [0.0]]) + rest
-    return still_missing(inside, outside, model)
+    along = np.take_along_axis(w, order, axis=1)
+    others = w.copy()
+    np.put_along_axis(others, order, 0.0, axis=1)
+    nothing = np.zeros((len(w), 1))
+    inside = np.concatenate([nothing, np.cumsum(along, axis=1)], axis=1)
+    outside = np.concatenate([np.cumsum(along[:, ::-1], axis=1)[:, ::-1], nothing], axis=1)
+    return still_missing(inside, outside + others.sum(axis=1, keepdims=True), model)
 
 
 def _log_miss(p: Array) -> Array:
