@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from replayers.moment import decision_at, moment_of
 from replayers.run import Run
 from workbench.errors import BadValue, Unsupported
-from workbench.planning.built_in import Solved
+from workbench.planning.built_in import Solved, without_hypothetical
 from workbench.planning.composed import Composed, problem_at
 from workbench.planning.pddl import PddlTask, pddl_of
 from workbench.planning.plans import Plan
 from workbench.planning.problem import Problem
 from workbench.planning.sas import SasTask, sas_of
 from workbench.planning.scout import Scout
-from workbench.planning.solver import Solver
+from workbench.planning.solver import BuiltIn, Solver
 from workbench.planning.solvers import solver as solver_named
 from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.widening import solve_widening
 
 
 class PlansOnItsOwn(Unsupported):
@@ -102,12 +103,18 @@ def plan_again(
     name = strategy or run.info.strategy
     base = _base(name)
     problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
+    core = problem.locations
     if everywhere:
         problem = problem_at(
             moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations
         )
     chosen: Solver = solver_named(solver) if solver else base.solver
-    solved: Solved = chosen.solve(problem, budget_s=budget_s)
+    solved: Solved
+    if everywhere and isinstance(chosen, BuiltIn):
+        widened = solve_widening(problem, core, budget_s=budget_s)
+        solved = replace(widened, plan=without_hypothetical(widened.plan))
+    else:
+        solved = chosen.solve(problem, budget_s=budget_s)
     return PlannedAgain(
         run=run,
         decision=number,

@@ -84,6 +84,7 @@ def solve(
     budget_s: float = float("inf"),
     most_nodes: int = MOST_NODES,
     polish_nodes: int = POLISH_NODES,
+    at_most: Plan | None = None,
     clock: Clock = time.perf_counter,
 ) -> Solved:
     """The cheapest plan over the problem's locations.
@@ -95,6 +96,7 @@ def solve(
         budget_s: gives up after this time with the best plan so far and a bound, or TIMED_OUT without one.
         most_nodes: states of all recipes together in the first pass.
         polish_nodes: the same in the second pass.
+        at_most: a plan of this problem that is known already; only cheaper ones are sought.
         clock: seconds; only the budget reads it.
     """
     if holds(problem.goal, initial_state(problem), problem):
@@ -102,10 +104,15 @@ def solve(
     unreachable = goal_is_out_of_reach(problem)
     if unreachable:
         return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
-    run = _Passes(problem=problem, deadline=clock() + budget_s, clock=clock)
+    given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
+    run = _Passes(problem=problem, deadline=clock() + budget_s, clock=clock, given=given)
     attempts = _attempts(problem)
     run.straight(attempts, most_nodes)
     run.on_the_way(attempts, polish_nodes)
+    if run.best is None and at_most is not None and at_most.status is PlanStatus.SOLVED:
+        bound = min(given, run.unproven)
+        kept = replace(at_most, lower_bound=bound, optimal=bound >= given - 1e-6, solver=SOLVER)
+        return Solved(plan=kept, expanded=run.expanded)
     if run.best is None:
         return Solved(plan=_no_plan(attempts, run.unproven), expanded=run.expanded)
     cost, attempt, moves = run.best
@@ -120,6 +127,7 @@ class _Passes:
     problem: Problem
     deadline: float
     clock: Clock
+    given: float
     best: tuple[float, _Attempt, rs.IntArray] | None = None
     unproven: float = float("inf")
     expanded: int = 0
@@ -127,7 +135,7 @@ class _Passes:
 
     @property
     def limit(self) -> float:
-        return self.best[0] if self.best is not None else float("inf")
+        return self.best[0] if self.best is not None else self.given
 
     def straight(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
@@ -156,7 +164,7 @@ class _Passes:
         status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
         if status == rs.LIMIT:
             self.unproven = min(self.unproven, bound)
-            if self.best is None:
+            if self.limit == float("inf"):
                 status, cost, _, moves, more = _search(self.problem, attempt, self.limit, GREEDY_NODES, weight=GREEDY)
                 nodes += more
         if status == rs.SOLVED:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -52,11 +52,20 @@ class Composed:
             plan = plan_single_find(goal, view.knowledge, problem.find_costs, view.costs, find_known=self.find_known)
             return with_search_order(plan, problem.find_costs, self.policy, view)
         made = self.solver.solve(problem, budget_s=view.budget_s)
-        return with_search_order(made.plan, problem.find_costs, self.policy, view, made.alternatives)
+        plan = over_these_places(made.plan, problem)
+        return with_search_order(plan, problem.find_costs, self.policy, view, made.alternatives)
 
     def problem(self, view: View) -> Problem:
         """What this strategy has to solve at this moment."""
         return problem_at(view, self.pricing, find_known=self.find_known)
+
+
+def over_these_places(plan: Plan, problem: Problem) -> Plan:
+    """The plan with a note of what was left out: its bound holds over the places that the problem has."""
+    all_places = len(problem.travel.locations)
+    if plan.status is not PlanStatus.SOLVED or plan.note or len(problem.locations) == all_places:
+        return plan
+    return replace(plan, note=f"over {len(problem.locations)} of {all_places} places")
 
 
 def types_to_believe(task: Task) -> tuple[ItemType, ...]:

@@ -1,0 +1,58 @@
+"""How much may leaving places out cost? Plan over few places, then over more, until proven or out of time.
+
+A meeting place that was left out may be better for cooking. So the plan over the places that matter becomes the bound
+for a search over those and the nearest others, and that for all: what is cheaper is found, and the lower bound of the
+last search says how much cheaper any plan could be.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from workbench.planning.built_in import Clock, Solved, solve
+from workbench.planning.plans import PlanStatus
+from workbench.planning.problem import Problem
+from workbench.worlds.house import LocationId
+
+STAGES = (6, 16)
+"""How many further places each stage before the last takes in."""
+
+NODES = 400_000
+
+
+def solve_widening(
+    problem: Problem, core: tuple[LocationId, ...], *, budget_s: float, clock: Clock = time.perf_counter
+) -> Solved:
+    """The cheapest plan over all places of the problem, with its proven gap.
+
+    Args:
+        problem: over all places, its finds priced for all of them.
+        core: the places that matter most, among the problem's; planned over first.
+    """
+    deadline = clock() + budget_s
+    others = sorted((p for p in problem.locations if p not in core), key=lambda p: (_aside(problem, core, p), p))
+    made = solve(replace(problem, locations=core), budget_s=budget_s, clock=clock)
+    for more in (*STAGES, len(others)):
+        left = deadline - clock()
+        if left <= 0 or more == 0:
+            break
+        places = (*core, *others[:more])
+        known = made.plan if made.plan.status is PlanStatus.SOLVED else None
+        wider = solve(
+            replace(problem, locations=places),
+            budget_s=left,
+            most_nodes=NODES,
+            polish_nodes=NODES,
+            at_most=known,
+            clock=clock,
+        )
+        made = replace(wider, alternatives=wider.alternatives or made.alternatives)
+        if more >= len(others):
+            return made
+    return replace(made, plan=replace(made.plan, optimal=False, lower_bound=None, note="not all places were tried"))
+
+
+def _aside(problem: Problem, core: tuple[LocationId, ...], place: LocationId) -> float:
+    """How far a place lies from the ways between the places that matter: its sum of the two least distances."""
+    return sum(sorted(problem.distance(place, other) for other in core)[:2])
