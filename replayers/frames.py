@@ -24,13 +24,11 @@ import pyarrow as pa
 from replayers.arrow import BUILDERS, Source
 from replayers.columns import SCHEMAS
 from replayers.reader import messages, metadata, open_log, read_index
-from replayers.run import HoldsNoRun, Run
+from replayers.run import POSE_TOPIC, HoldsNoRun, Run
 from workbench.errors import LiosError, NotFound
-from workbench.runs.codec import decode
+from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata
 from workbench.runs.vocabulary import TOPIC_OF, RunInfo
-
-POSE_TOPIC = "/robot/pose"
 
 
 class NoLogs(NotFound):
@@ -188,7 +186,8 @@ class LogSource:
         return [decode(topic, message.data) for message in messages(self.path, topics=topic.__eq__)]
 
     def poses(self) -> Sequence[tuple[int, Any]]:
-        return pose_messages(self.path)
+        found = messages(self.path, topics=POSE_TOPIC.__eq__)
+        return [(m.log_time, _pose(m.data)) for m in found if m.channel.message_encoding == "protobuf"]
 
 
 @final
@@ -214,15 +213,22 @@ class RunSource:
         return self.run.events(event_class)
 
     def poses(self) -> Sequence[tuple[int, Any]]:
-        return pose_messages(self.run.path)
+        return [(stamp, _pose(data)) for stamp, data in self.run.raw_poses]
 
 
-def pose_messages(path: Path) -> list[tuple[int, Any]]:
-    """(log time, foxglove.PoseInFrame) of every message of /robot/pose."""
+def _pose(data: bytes) -> Any:
+    """A foxglove.PoseInFrame.
+
+    Raises:
+        UndecodableMessage: it is none.
+    """
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+    from google.protobuf.message import DecodeError
 
-    found = messages(path, topics=POSE_TOPIC.__eq__)
-    return [(m.log_time, PoseInFrame.FromString(m.data)) for m in found if m.channel.message_encoding == "protobuf"]
+    try:
+        return PoseInFrame.FromString(data)
+    except DecodeError as error:
+        raise UndecodableMessage(POSE_TOPIC, str(error)) from error
 
 
 def _pandas_type(kind: pa.DataType) -> Any:

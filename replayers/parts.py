@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import final
 
@@ -82,7 +81,7 @@ class Parts:
             self._put(part)
         for message in self._standing.values():
             again = _repeating(message.channel)
-            self._copier.copy(replace(message, channel=again, log_time=log_time))
+            self._copier.copy(message._replace(channel=again, log_time=log_time))
 
     def _put(self, part: Attachment | Metadata) -> None:
         if isinstance(part, Attachment):

@@ -96,8 +96,7 @@ class Damage(NamedTuple):
 OnDamage = Callable[[Damage], None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Message:
+class Message(NamedTuple):
     """A message with its channel and schema, undecoded. Stamps in nanoseconds."""
 
     channel: Channel
@@ -370,14 +369,8 @@ class Content:
                 wanted = self._wanted[channel.id] = self.topics(channel.topic)
             if not wanted:
                 return None
-        return Message(
-            channel=channel,
-            schema=self.schemas.get(channel.schema_id),
-            log_time=raw.log_time,
-            publish_time=raw.publish_time,
-            sequence=raw.sequence,
-            data=raw.data,
-        )
+        schema = self.schemas.get(channel.schema_id)
+        return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
 
 
 def read_index(stream: BinaryIO) -> LogIndex | None:

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from replayers.frames import Tables
 
 TRUTH_TOPIC = "/search/truth"
+POSE_TOPIC = "/robot/pose"
 
 
 class HoldsNoRun(MalformedFile):
@@ -79,6 +80,8 @@ class Run:
     outcome: Outcome | None = None
     truth: GroundTruth | None = None
     dropped: Dropped | None = None
+    raw_poses: tuple[tuple[int, bytes], ...] = ()
+    """(log time, foxglove.PoseInFrame as bytes) of /robot/pose, decoded when a table asks for them."""
     complete: bool = False
     damage: tuple[Damage, ...] = ()
 
@@ -164,9 +167,10 @@ class _Found:
     attachments: dict[str, bytes] = field(default_factory=dict)
     info: RunInfo | None = None
     events: dict[type[DomainEvent], list[DomainEvent]] = field(default_factory=dict)
+    poses: list[tuple[int, bytes]] = field(default_factory=list)
 
     def wants(self, topic: str) -> bool:
-        return topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC)
+        return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
 
     def take(self, record: Record | None) -> None:
         if isinstance(record, Metadata) and record.name == INFO_METADATA:
@@ -176,8 +180,12 @@ class _Found:
 
     def extend(self, messages: Iterable[Message]) -> None:
         for message in messages:
-            event = decode(message.channel.topic, message.data)
-            self.events.setdefault(type(event), []).append(event)
+            topic = message.channel.topic
+            if topic in TOPICS:
+                event = decode(topic, message.data)
+                self.events.setdefault(type(event), []).append(event)
+            elif message.channel.message_encoding == "protobuf":
+                self.poses.append((message.log_time, message.data))
 
     def run(self, *, closed: bool) -> Run:
         if self.info is None:
@@ -200,6 +208,7 @@ class _Found:
             outcome=outcome,
             truth=self._last(GroundTruth),
             dropped=self._last(Dropped),
+            raw_poses=tuple(self.poses),
             complete=closed and outcome is not None,
             damage=tuple(self.damage),
         )
