@@ -79,6 +79,10 @@ class SessionReport:
         )
 
 
+ASKED_LATER = "best"
+"""Who is to believe when a session is replayed: nobody believed anything while it was driven."""
+
+
 class Ending:
     """Set by a key: how the session ends."""
 
@@ -164,7 +168,7 @@ def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
         place=site.name,
         scenario=task.scenario,
         strategy="operator",
-        estimator="",
+        estimator=ASKED_LATER,
         seed=0,
         started=Stamp.of(started_ns),
         title=task.title,

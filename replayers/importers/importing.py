@@ -3,46 +3,28 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import hypot
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
-from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-from foxglove_schemas_protobuf.Pose_pb2 import Pose as PoseMessage
-from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
-from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
-from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
-from google.protobuf.message import Message
-
-from recorders.channel_spec import protobuf_channel
 from recorders.provenance import revision
 from recorders.recorder import RunRecorder
-from recorders.spot.derived import Derivation
 from recorders.spot.site_tasks import session_task
-from recorders.viewer import map_grid, timestamp
 from replayers.importers import decoding
 from replayers.importers.after_the_fact import AFTER_THE_FACT, AfterTheFact
-from replayers.importers.bags import Bag, BagMessage
-from replayers.importers.frames import FrameBuffer, Matrix, plain, quaternion_of
+from replayers.importers.bags import Bag
+from replayers.importers.frames import FrameBuffer, plain
 from replayers.importers.mapping import Mapping
-from replayers.importers.pictures import compressed, occupancy, packed
+from replayers.importers.reading_along import ReadingAlong
 from workbench import __version__
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import Malformed
-from workbench.execution.events import Ended, Event
+from workbench.execution.events import Ended
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.search.costs import ROBOT
-from workbench.worlds.house import LocationId
 from workbench.worlds.site import Site
-
-GOAL_WITHIN_M = 1.5
-"""A goal this near to a standing pose means that location."""
 
 
 class NowhereInTheBag(Malformed):
@@ -99,7 +81,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     _check_places(bag, plan, roles)
     with RunRecorder(
         output,
-        info=_info(bag, plan, task, estimator.name if estimator else ""),
+        info=_info(bag, plan, task, estimator.name if estimator else plan.estimator),
         place=Place.of(plan.site.plan, plan.site.ways),
         task=task,
         costs=ROBOT,
@@ -116,7 +98,9 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         },
     ) as recorder:
         thinker = AfterTheFact(strategy=strategy, estimator=estimator, task=task, costs=ROBOT, tell=recorder.record)
-        importer = _Importer(plan, recorder, thinker, task, given_moves="results" in roles.values())
+        importer = ReadingAlong(
+            plan.site, plan.mapping, recorder, thinker, task, given_moves="results" in roles.values()
+        )
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
         ended = importer.derived.end()
@@ -128,202 +112,6 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         moves=importer.moves,
         unknown_tags=tuple(sorted(importer.unknown_tags)),
     )
-
-
-@dataclass(slots=True)
-class _Goal:
-    target: LocationId | None
-    start_ns: int
-
-
-@dataclass(slots=True)
-class _Importer:
-    """Takes messages one by one."""
-
-    plan: ImportPlan
-    recorder: RunRecorder
-    thinker: AfterTheFact
-    task: Task
-    given_moves: bool
-    frames: FrameBuffer = field(default_factory=FrameBuffer)
-    counts: dict[str, int] = field(default_factory=dict)
-    unknown_tags: set[int] = field(default_factory=set)
-    moves: int = 0
-    derived: Derivation = field(init=False)
-    _goal: _Goal | None = None
-    _handled_on: tuple[LocationId, int] | None = None
-    _done: set[str] = field(default_factory=set)
-    _began: bool = False
-    _posed: bool = False
-    _takes: dict[str, Callable[[BagMessage, int], None]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        def tell(event: Event) -> None:
-            self.thinker.hear(self.derived, event)
-
-        self.derived = Derivation(
-            site=self.plan.site, task=self.task, costs=ROBOT, tell=tell, given_moves=self.given_moves
-        )
-        self._takes = {
-            "markers": self._markers,
-            "goals": self._goals,
-            "results": self._results,
-            "picks": lambda m, at: self._handled(m, at, "pick"),
-            "places": lambda m, at: self._handled(m, at, "place"),
-            "handling": lambda m, at: self._handled(m, at, "either"),
-            "tf": self._tf,
-            "tf_static": self._tf,
-            "pose": self._pose,
-            "odometry": self._odometry,
-            "map": self._map,
-            "images": self._images,
-        }
-
-    def take(self, role: str, message: BagMessage) -> None:
-        self.counts[role] = self.counts.get(role, 0) + 1
-        at = decoding.stamp_of(message.message, message.stamp_ns)
-        if not self._began:
-            self._began = True
-            self.thinker.begin(self.derived, at)
-        self._takes[role](message, at)
-
-    def _markers(self, message: BagMessage, at: int) -> None:
-        for marker in decoding.markers(message.message):
-            if marker.pose is None:
-                continue
-            placed = self._on_map(marker.frame, marker.pose)
-            if placed is not None:
-                self._tag(marker.number, placed, at)
-
-    def _tag(self, number: int, placed: Matrix, at: int) -> None:
-        if number not in self.plan.site.tags:
-            self.unknown_tags.add(number)
-        self.derived.tag(at, number, (float(placed[0, 3]), float(placed[1, 3]), float(placed[2, 3])))
-
-    def _goals(self, message: BagMessage, at: int) -> None:
-        wanted = decoding.goal_pose(message.message)
-        if wanted is None:
-            return
-        frame, pose, _ = wanted
-        placed = self._on_map(frame or self.plan.mapping.frames.map, pose)
-        target = None if placed is None else self._location(float(placed[0, 3]), float(placed[1, 3]))
-        if self._goal is None or self._goal.target != target:
-            self._goal = _Goal(target, at)
-
-    def _results(self, message: BagMessage, at: int) -> None:
-        for result in decoding.results(message.message):
-            if result.key and result.key in self._done:
-                continue
-            self._done.add(result.key)
-            goal, self._goal = self._goal, None
-            if goal is None or goal.target is None:
-                continue
-            self.moves += 1
-            reason = "" if result.success else result.words
-            self.derived.moved(goal.start_ns, at, goal.target, success=result.success, reason=reason)
-
-    def _handled(self, message: BagMessage, at: int, kind: str) -> None:
-        """The arm's results: a pick or a place. One that may be either counts once a visit: an arm that picks makes
-        several motions."""
-        holds = decoding.held(message.message)
-        if holds is not None:
-            self.derived.holding(at, holds)
-            return
-        for result in decoding.results(message.message):
-            if not result.success or result.key in self._done:
-                continue
-            self._done.add(result.key)
-            visit = (self.derived.knowledge.robot_at, self.derived.visits)
-            if kind == "either" and visit == self._handled_on:
-                continue
-            self._handled_on = visit
-            holding = self.derived.knowledge.holding is not None
-            if kind == "pick" or (kind == "either" and not holding):
-                self.derived.holding(at, True)
-            elif holding:
-                self.derived.holding(at, False)
-
-    def _tf(self, message: BagMessage, at: int) -> None:
-        for link in message.message.transforms:
-            self.frames.add(link.header.frame_id, link.child_frame_id, link.transform)
-        last = decoding.stamp_of(message.message.transforms[-1], at) if len(message.message.transforms) else at
-        for link in message.message.transforms:
-            number = self.plan.mapping.tag_of(plain(link.child_frame_id))
-            placed = None if number is None else self.frames.lookup(self.plan.mapping.frames.map, link.child_frame_id)
-            if number is not None and placed is not None:
-                self._tag(number, placed, last)
-        self._put("/tf", self._transforms(message.message, last), last)
-        if not self._posed:
-            placed = self.frames.lookup(self.plan.mapping.frames.map, self.plan.mapping.frames.body)
-            if placed is not None:
-                self._at(placed, last)
-
-    def _pose(self, message: BagMessage, at: int) -> None:
-        posed = decoding.body_pose(message.message)
-        if posed is None:
-            return
-        placed = self._on_map(posed[0], posed[1])
-        if placed is not None:
-            self._posed = True
-            self._at(placed, at)
-
-    def _at(self, placed: Matrix, at: int) -> None:
-        self._put("/robot/pose", _in_frame(placed, "map", at), at)
-        self.derived.pose(at, (float(placed[0, 3]), float(placed[1, 3])))
-
-    def _odometry(self, message: BagMessage, at: int) -> None:
-        posed = decoding.body_pose(message.message)
-        if posed is not None:
-            self._put("/robot/odometry", _in_frame(posed[1], "odom", at), at)
-
-    def _map(self, message: BagMessage, at: int) -> None:
-        grid = occupancy(message.message)
-        if grid is not None:
-            self._put("/map", map_grid(grid, at), at, latched=True)
-
-    def _images(self, message: BagMessage, at: int) -> None:
-        raw = hasattr(message.message, "encoding")
-        picture = packed(message.message, at) if raw else compressed(message.message, at)
-        if picture is not None:
-            self._put("/camera" + _camera(message.topic), picture, at)
-
-    def _on_map(self, frame: str, pose: Matrix) -> Matrix | None:
-        name = self.plan.mapping.frames.map
-        if plain(frame) in (plain(name), ""):
-            return pose
-        link = self.frames.lookup(name, frame)
-        return None if link is None else link @ pose
-
-    def _location(self, x: float, y: float) -> LocationId | None:
-        site = self.plan.site
-        away = [
-            (hypot(pose.x_m - x, pose.y_m - y), name)
-            for name in site.travel.locations
-            if (pose := site.paths.standing_pose(name)) is not None
-        ]
-        best = min(away, default=None)
-        return best[1] if best is not None and best[0] <= GOAL_WITHIN_M else None
-
-    def _transforms(self, message: Any, at: int) -> FrameTransforms:
-        """tf with the mapping's frames under our names: map, odom, base_link."""
-        ours = self.plan.mapping.frames
-        names = {plain(ours.map): "map", plain(ours.odom): "odom", plain(ours.body): "base_link"}
-        return FrameTransforms(
-            transforms=[
-                FrameTransform(
-                    timestamp=timestamp(decoding.stamp_of(link, at)),
-                    parent_frame_id=names.get(plain(link.header.frame_id), plain(link.header.frame_id)),
-                    child_frame_id=names.get(plain(link.child_frame_id), plain(link.child_frame_id)),
-                    translation=_vector(link.transform.translation),
-                    rotation=_quaternion(link.transform.rotation),
-                )
-                for link in message.transforms
-            ]
-        )
-
-    def _put(self, topic: str, message: Message, at: int, *, latched: bool = False) -> None:
-        channel = protobuf_channel(topic, type(message), latched=latched)
-        self.recorder.sink.write(channel, message.SerializeToString(deterministic=True), log_time=at)
 
 
 def _check_places(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> None:
@@ -343,30 +131,6 @@ def _check_places(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> None:
         if known:
             return
     raise NowhereInTheBag(bag.path, plan.mapping, bag.topics)
-
-
-def _camera(topic: str) -> str:
-    """ "/spot/camera/frontleft/image" -> "/spot/frontleft"."""
-    dropped = ("camera", "image", "image_raw", "compressed", "image_color")
-    return "".join(f"/{part}" for part in topic.split("/") if part and part not in dropped) or "/image"
-
-
-def _in_frame(pose: Matrix, frame: str, at: int) -> PoseInFrame:
-    x, y, z, w = quaternion_of(pose)
-    position = Vector3(x=float(pose[0, 3]), y=float(pose[1, 3]), z=float(pose[2, 3]))
-    return PoseInFrame(
-        timestamp=timestamp(at),
-        frame_id=frame,
-        pose=PoseMessage(position=position, orientation=Quaternion(x=x, y=y, z=z, w=w)),
-    )
-
-
-def _vector(value: Any) -> Vector3:
-    return Vector3(x=float(value.x), y=float(value.y), z=float(value.z))
-
-
-def _quaternion(value: Any) -> Quaternion:
-    return Quaternion(x=float(value.x), y=float(value.y), z=float(value.z), w=float(value.w))
 
 
 def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str) -> RunInfo:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import atan2, cos, sin
 
-from bosdyn.api import geometry_pb2
+from bosdyn.api import geometry_pb2, robot_state_pb2
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.spot.simulated.body import Body, Reckoning, wrapped
@@ -109,3 +109,13 @@ def point_in_map(body: Body, frame: str, point: Position) -> Position | None:
     if pose is None:
         return None
     return (pose.x_m, pose.y_m, point[2] + (height_of(body) if frame in ("body", "flat_body") else 0.0))
+
+
+def kinematics(body: Body, robot_ns: int) -> robot_state_pb2.KinematicState:
+    """The kinematic state: frames and velocities, without joints."""
+    message = robot_state_pb2.KinematicState(
+        acquisition_timestamp=stamp(robot_ns), transforms_snapshot=frame_tree(body)
+    )
+    message.velocity_of_body_in_odom.linear.x = body.speed_now
+    message.velocity_of_body_in_vision.linear.x = body.speed_now
+    return message

@@ -34,22 +34,17 @@ from bosdyn.api.graph_nav import graph_nav_service_pb2_grpc
 
 from recorders.spot.simulated.certificate import new_identity
 from recorders.spot.simulated.clock import RobotClock, RunningClock
+from recorders.spot.simulated.commands import Commands
 from recorders.spot.simulated.faults import Fault, FaultKind
-from recorders.spot.simulated.motion import Commands, GraphNav, Manipulation
+from recorders.spot.simulated.graph_nav import GraphNav
+from recorders.spot.simulated.images import Images
+from recorders.spot.simulated.local_grids import LocalGrids
+from recorders.spot.simulated.manipulation import Manipulation
+from recorders.spot.simulated.permission import Estops, Leases, Power
 from recorders.spot.simulated.robot import RobotState, new_state
-from recorders.spot.simulated.sensing import Images, LocalGrids, State, WorldObjects
-from recorders.spot.simulated.services import (
-    AUTHORITIES,
-    OPEN_SERVICES,
-    Auth,
-    DataBuffer,
-    Directory,
-    Estops,
-    Leases,
-    Power,
-    RobotIdentity,
-    TimeSync,
-)
+from recorders.spot.simulated.sensing import State, WorldObjects
+from recorders.spot.simulated.services import AUTHORITIES, OPEN_SERVICES, Auth, DataBuffer, Directory, RobotIdentity
+from recorders.spot.simulated.time_sync import TimeSync
 from workbench.errors import Failed
 from workbench.worlds.house import House
 from workbench.worlds.site import Site

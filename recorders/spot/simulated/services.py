@@ -1,10 +1,8 @@
-"""Who is the robot, what time is it, who may command it? Directory, auth, time sync, leases, e-stop, power, notes."""
+"""Who is the robot, what does it offer, who may ask? Directory, auth, robot id, and the data buffer for notes."""
 
 from __future__ import annotations
 
 import secrets
-import threading
-import uuid
 from typing import Any
 
 from bosdyn.api import (
@@ -14,29 +12,13 @@ from bosdyn.api import (
     data_buffer_service_pb2_grpc,
     directory_pb2,
     directory_service_pb2_grpc,
-    estop_pb2,
-    estop_service_pb2_grpc,
     header_pb2,
-    lease_pb2,
-    lease_service_pb2_grpc,
-    power_pb2,
-    power_service_pb2_grpc,
     robot_id_pb2,
     robot_id_service_pb2_grpc,
-    time_sync_pb2,
-    time_sync_service_pb2_grpc,
 )
-from google.protobuf.duration_pb2 import Duration
 
-from recorders.spot.simulated.body import Motors, WalkState
-from recorders.spot.simulated.clock import SteppedClock
 from recorders.spot.simulated.frames import stamp
-from recorders.spot.simulated.leases import PARTS, ROOT
 from recorders.spot.simulated.robot import RobotState
-from workbench.runs.vocabulary import NANO
-
-ENOUGH_SAMPLES, KEPT_SAMPLES = 5, 50
-"""Round trips before the time-sync estimate counts as good, and how many the best is chosen from."""
 
 SERVICES = {
     "directory": ("bosdyn.api.DirectoryService", "api.spot.robot"),
@@ -137,209 +119,6 @@ class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
                 ),
             ),
         )
-
-
-class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
-    """Cristian's estimate from each round trip; the one of the shortest round trip is the best.
-
-    Against a stepped clock only the last one holds: the skew to a client's wall clock changes with every step.
-    """
-
-    def __init__(self, state: RobotState) -> None:
-        self._state = state
-        self._keep = 1 if isinstance(state.clock, SteppedClock) else KEPT_SAMPLES
-        self._count: dict[str, int] = {}
-        self._trips: dict[str, list[tuple[int, int]]] = {}
-        self._lock = threading.Lock()
-
-    def TimeSyncUpdate(self, request: Any, context: Any) -> Any:
-        received = self._state.clock.robot_ns()
-        with self._lock:
-            name = request.clock_identifier or uuid.uuid4().hex
-            trips = self._trips.setdefault(name, [])
-            if request.HasField("previous_round_trip"):
-                trips.append(_estimate(request.previous_round_trip))
-                self._count[name] = self._count.get(name, 0) + 1
-                del trips[: -self._keep]
-            state = time_sync_pb2.TimeSyncState(status=time_sync_pb2.TimeSyncState.STATUS_MORE_SAMPLES_NEEDED)
-            answer = time_sync_pb2.TimeSyncUpdateResponse(clock_identifier=name)
-            if trips:
-                answer.previous_estimate.CopyFrom(_estimate_message(trips[-1]))
-                state.best_estimate.CopyFrom(_estimate_message(min(trips)))
-                state.measurement_time.CopyFrom(stamp(received))
-            if self._count.get(name, 0) >= ENOUGH_SAMPLES:
-                state.status = time_sync_pb2.TimeSyncState.STATUS_OK
-            answer.state.CopyFrom(state)
-        answer.header.CopyFrom(header_of(self._state, request, received))
-        return answer
-
-    def forget(self) -> None:
-        """Drops what was measured: the clock was set."""
-        with self._lock:
-            self._trips.clear()
-            self._count.clear()
-
-
-def _ns(timestamp: Any) -> int:
-    return timestamp.seconds * NANO + timestamp.nanos
-
-
-def _estimate(trip: Any) -> tuple[int, int]:
-    """(round trip, skew) of one exchange, nanoseconds."""
-    t0, t1, t2, t3 = (_ns(t) for t in (trip.client_tx, trip.server_rx, trip.server_tx, trip.client_rx))
-    return ((t3 - t0) - (t2 - t1), ((t1 - t0) + (t2 - t3)) // 2)
-
-
-def _estimate_message(trip: tuple[int, int]) -> time_sync_pb2.TimeSyncEstimate:
-    return time_sync_pb2.TimeSyncEstimate(round_trip_time=_duration(trip[0]), clock_skew=_duration(trip[1]))
-
-
-def _duration(ns: int) -> Duration:
-    sign = -1 if ns < 0 else 1
-    return Duration(seconds=sign * (abs(ns) // NANO), nanos=sign * (abs(ns) % NANO))
-
-
-class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
-    def __init__(self, state: RobotState) -> None:
-        self._state = state
-
-    def AcquireLease(self, request: Any, context: Any) -> Any:
-        answer = lease_pb2.AcquireLeaseResponse
-        with self._state.alive() as state:
-            if request.resource != ROOT:
-                return answer(header=header_of(state, request), status=answer.STATUS_INVALID_RESOURCE)
-            if not state.leases.is_free:
-                status = answer.STATUS_RESOURCE_ALREADY_CLAIMED
-                return answer(header=header_of(state, request), status=status, lease_owner=state.leases.owner)
-            lease = state.leases.grant(request.header.client_name)
-            owner = state.leases.owner
-            return answer(header=header_of(state, request), status=answer.STATUS_OK, lease=lease, lease_owner=owner)
-
-    def TakeLease(self, request: Any, context: Any) -> Any:
-        answer = lease_pb2.TakeLeaseResponse
-        with self._state.alive() as state:
-            if request.resource != ROOT:
-                return answer(header=header_of(state, request), status=answer.STATUS_INVALID_RESOURCE)
-            state.body.halt(WalkState.NO_LEASE)
-            lease = state.leases.grant(request.header.client_name)
-            owner = state.leases.owner
-            return answer(header=header_of(state, request), status=answer.STATUS_OK, lease=lease, lease_owner=owner)
-
-    def ReturnLease(self, request: Any, context: Any) -> Any:
-        answer = lease_pb2.ReturnLeaseResponse
-        with self._state.alive() as state:
-            returned = state.leases.give_back(request.lease)
-            if returned:
-                state.body.halt(WalkState.NO_LEASE)
-            status = answer.STATUS_OK if returned else answer.STATUS_NOT_ACTIVE_LEASE
-            return answer(header=header_of(state, request), status=status)
-
-    def RetainLease(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            used = state.leases.use(request.lease)
-            return lease_pb2.RetainLeaseResponse(header=header_of(state, request), lease_use_result=used)
-
-    def ListLeases(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            book = state.leases
-            resource = lease_pb2.LeaseResource(resource=ROOT, is_stale=book.owner is not None and book.is_free)
-            if book.owner is not None:
-                resource.lease_owner.CopyFrom(book.owner)
-            if book.latest is not None:
-                resource.lease.CopyFrom(book.latest)
-            tree = lease_pb2.ResourceTree(
-                resource=ROOT, sub_resources=[lease_pb2.ResourceTree(resource=part) for part in PARTS]
-            )
-            return lease_pb2.ListLeasesResponse(
-                header=header_of(state, request), resources=[resource], resource_tree=tree
-            )
-
-
-class Estops(estop_service_pb2_grpc.EstopServiceServicer):
-    def __init__(self, state: RobotState) -> None:
-        self._state = state
-
-    def RegisterEstopEndpoint(self, request: Any, context: Any) -> Any:
-        answer = estop_pb2.RegisterEstopEndpointResponse
-        with self._state.alive() as state:
-            if request.target_config_id and request.target_config_id != state.estop.config_id:
-                return answer(header=header_of(state, request), status=answer.STATUS_CONFIG_MISMATCH)
-            wanted = estop_pb2.EstopEndpoint()
-            wanted.CopyFrom(request.new_endpoint)
-            wanted.unique_id = request.target_endpoint.unique_id or wanted.unique_id
-            endpoint = state.estop.register(wanted)
-            return answer(header=header_of(state, request), status=answer.STATUS_SUCCESS, new_endpoint=endpoint)
-
-    def DeregisterEstopEndpoint(self, request: Any, context: Any) -> Any:
-        answer = estop_pb2.DeregisterEstopEndpointResponse
-        with self._state.alive() as state:
-            if state.body.motors is not Motors.OFF:
-                return answer(header=header_of(state, request), status=answer.STATUS_MOTORS_ON)
-            gone = state.estop.deregister(request.target_endpoint.unique_id)
-            status = answer.STATUS_SUCCESS if gone else answer.STATUS_ENDPOINT_MISMATCH
-            return answer(header=header_of(state, request), status=status)
-
-    def EstopCheckIn(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            status, challenge = state.estop.check_in(request)
-            return estop_pb2.EstopCheckInResponse(
-                header=header_of(state, request), request=request, challenge=challenge, status=status
-            )
-
-    def GetEstopConfig(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            config = state.estop.config()
-            return estop_pb2.GetEstopConfigResponse(header=header_of(state, request), active_config=config)
-
-    def SetEstopConfig(self, request: Any, context: Any) -> Any:
-        answer = estop_pb2.SetEstopConfigResponse
-        with self._state.alive() as state:
-            if state.body.motors is not Motors.OFF:
-                status, config = answer.STATUS_MOTORS_ON, state.estop.config()
-            elif request.target_config_id and request.target_config_id != state.estop.config_id:
-                status, config = answer.STATUS_INVALID_ID, state.estop.config()
-            else:
-                status, config = answer.STATUS_SUCCESS, state.estop.configure(request.config)
-            return answer(header=header_of(state, request), status=status, active_config=config)
-
-    def GetEstopSystemStatus(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            status = state.estop.status()
-            return estop_pb2.GetEstopSystemStatusResponse(header=header_of(state, request), status=status)
-
-
-class Power(power_service_pb2_grpc.PowerServiceServicer):
-    def __init__(self, state: RobotState) -> None:
-        self._state = state
-        self._last = power_pb2.STATUS_SUCCESS
-
-    def PowerCommand(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            used = state.leases.use(request.lease)
-            answer = power_pb2.PowerCommandResponse(header=header_of(state, request), lease_use_result=used)
-            if used.status != used.STATUS_OK:
-                return answer
-            answer.power_command_id = state.number("power")
-            if request.request == power_pb2.PowerCommandRequest.REQUEST_OFF:
-                state.body.power_off()
-                answer.status = power_pb2.STATUS_SUCCESS
-            elif request.request != power_pb2.PowerCommandRequest.REQUEST_ON:
-                answer.status = power_pb2.STATUS_INTERNAL_ERROR
-            elif state.estop.stopped:
-                answer.status = power_pb2.STATUS_ESTOPPED
-            else:
-                state.body.power_on()
-                answer.status = power_pb2.STATUS_IN_PROGRESS
-            return answer
-
-    def PowerCommandFeedback(self, request: Any, context: Any) -> Any:
-        with self._state.alive() as state:
-            status = {
-                Motors.ON: power_pb2.STATUS_SUCCESS,
-                Motors.POWERING_ON: power_pb2.STATUS_IN_PROGRESS,
-                Motors.OFF: power_pb2.STATUS_ESTOPPED if state.estop.stopped else power_pb2.STATUS_SUCCESS,
-            }[state.body.motors]
-            return power_pb2.PowerCommandFeedbackResponse(header=header_of(state, request), status=status)
 
 
 class DataBuffer(data_buffer_service_pb2_grpc.DataBufferServiceServicer):

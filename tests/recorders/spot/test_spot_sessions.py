@@ -152,15 +152,15 @@ def test_nothing_secret_is_in_a_log(tmp_path: Path) -> None:
 
 
 def test_a_slow_camera_does_not_hold_up_the_odometry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import recorders.spot.simulated.sensing as sensing
+    import recorders.spot.simulated.images as images
 
-    quick = sensing.draw
+    quick = images.draw
 
     def slow(*args: object, **kwargs: object) -> object:
         time.sleep(0.3)
         return quick(*args, **kwargs)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(sensing, "draw", slow)
+    monkeypatch.setattr(images, "draw", slow)
     with robot(clock=RunningClock()) as (_spot, connection):
         report = record_session(connection, plan(2.5), tmp_path / "s.mcap")
     assert report.taken["images"] <= 6

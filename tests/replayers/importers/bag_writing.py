@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, hypot, sin
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
@@ -240,10 +240,10 @@ class Ros1Bag:
 class Ros2Bag:
     """Writes the trip as spot_ros2 and Nav2 of ROS 2: tags as frames of tf, goals and status, a map, pictures."""
 
-    def __init__(self, path: Path, plugin: StoragePlugin) -> None:
+    def __init__(self, path: Path, plugin: StoragePlugin, *, version: Literal[8, 9] = 9) -> None:
         self.store = ros2_store()
         self.t = self.store.types
-        self.writer = Writer2(path, version=9, storage_plugin=plugin)
+        self.writer = Writer2(path, version=version, storage_plugin=plugin)
 
     def write(self, site: Site, *, tf: bool = True, unheard: bool = False) -> None:
         with self.writer:

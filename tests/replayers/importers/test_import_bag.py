@@ -149,12 +149,11 @@ def test_a_cut_off_bag_is_one_line(site: Site, tmp_path: Path) -> None:
 
 
 def test_a_type_that_nobody_defines(site: Site, tmp_path: Path) -> None:
+    """SQLite bags of version 8 (ROS 2 Humble and before) carry no definitions."""
     bag = tmp_path / "rosbag2"
-    Ros2Bag(bag, StoragePlugin.SQLITE3).write(site, unheard=True)
+    Ros2Bag(bag, StoragePlugin.SQLITE3, version=8).write(site, unheard=True)
     mapping = load_mapping("spot_ros2", ())
     with open_bag(bag) as opened:
-        if "odd_msgs/msg/Unheard" in opened.reader.typestore.fielddefs:
-            pytest.skip("this version of SQLite bags carries definitions")
         with pytest.raises(UnknownMessageType, match="/apriltag/detections has type odd_msgs/msg/Unheard"):
             list(opened.messages(tuple(t for t in opened.topics if mapping.role_of(t) == "markers")))
 

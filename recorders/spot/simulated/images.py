@@ -1,0 +1,109 @@
+"""What pictures does the robot give? JPEG of its cameras and a depth picture, drawn from the map (camera.py)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from bosdyn.api import image_pb2, image_service_pb2_grpc
+
+from recorders.spot.simulated.camera import CAMERAS, COLUMNS, FIELD_RAD, RAYS, ROWS, depth_picture, draw, jpeg
+from recorders.spot.simulated.frames import frame_tree, se3, stamp
+from recorders.spot.simulated.robot import RobotState
+from recorders.spot.simulated.services import header_of
+
+DEPTH_SOURCE = "frontleft_depth"
+
+
+class Images(image_service_pb2_grpc.ImageServiceServicer):
+    def __init__(self, state: RobotState) -> None:
+        self._state = state
+
+    def ListImageSources(self, request: Any, context: Any) -> Any:
+        return image_pb2.ListImageSourcesResponse(
+            header=header_of(self._state, request),
+            image_sources=[*(_source(name) for name in _cameras(self._state)), _depth_source()],
+        )
+
+    def GetImage(self, request: Any, context: Any) -> Any:
+        with self._state.alive() as state:
+            pose, now = state.body.pose, stamp(state.clock.robot_ns())
+            tree = frame_tree(state.body, {_frame(n): ("body", se3(0.3, 0, 0, a)) for n, a in CAMERAS.items()})
+            tags = [t.position for t in state.things if t.tag in state.sightings]
+            grid = state.site.grid
+        response = image_pb2.GetImageResponse(header=header_of(self._state, request))
+        for wanted in request.image_requests:
+            answer = response.image_responses.add(status=image_pb2.ImageResponse.STATUS_OK)
+            name = wanted.image_source_name
+            answer.shot.acquisition_time.CopyFrom(now)
+            answer.shot.transforms_snapshot.CopyFrom(tree)
+            answer.shot.frame_name_image_sensor = _frame(name)
+            if name == DEPTH_SOURCE:
+                answer.source.CopyFrom(_depth_source())
+                depth = depth_picture(grid, pose, CAMERAS["frontleft_fisheye_image"])
+                answer.shot.image.CopyFrom(
+                    image_pb2.Image(
+                        cols=depth.shape[1],
+                        rows=depth.shape[0],
+                        data=depth.tobytes(),
+                        format=image_pb2.Image.FORMAT_RAW,
+                        pixel_format=image_pb2.Image.PIXEL_FORMAT_DEPTH_U16,
+                    )
+                )
+            elif name in _cameras(self._state):
+                answer.source.CopyFrom(_source(name))
+                picture = draw(grid, pose, CAMERAS[name], tags, colour=name.startswith("hand"))
+                data, cols, rows = jpeg(picture, quality=int(wanted.quality_percent or 75), ratio=wanted.resize_ratio)
+                answer.shot.image.CopyFrom(
+                    image_pb2.Image(
+                        cols=cols,
+                        rows=rows,
+                        data=data,
+                        format=image_pb2.Image.FORMAT_JPEG,
+                        pixel_format=_pixels(name),
+                    )
+                )
+            else:
+                answer.status = image_pb2.ImageResponse.STATUS_UNKNOWN_CAMERA
+        return response
+
+
+def _cameras(state: RobotState) -> tuple[str, ...]:
+    return tuple(name for name in CAMERAS if state.site.robot.arm or not name.startswith("hand"))
+
+
+def _frame(name: str) -> str:
+    return name.removesuffix("_image")
+
+
+def _pixels(name: str) -> Any:
+    hand = name.startswith("hand")
+    return image_pb2.Image.PIXEL_FORMAT_RGB_U8 if hand else image_pb2.Image.PIXEL_FORMAT_GREYSCALE_U8
+
+
+def _source(name: str) -> image_pb2.ImageSource:
+    source = image_pb2.ImageSource(
+        name=name,
+        cols=COLUMNS,
+        rows=ROWS,
+        image_type=image_pb2.ImageSource.IMAGE_TYPE_VISUAL,
+        pixel_formats=[_pixels(name)],
+        image_formats=[image_pb2.Image.FORMAT_JPEG],
+    )
+    focal = COLUMNS / 2 / float(np.tan(FIELD_RAD / 2))
+    source.pinhole.intrinsics.focal_length.x = source.pinhole.intrinsics.focal_length.y = focal
+    source.pinhole.intrinsics.principal_point.x = COLUMNS / 2
+    source.pinhole.intrinsics.principal_point.y = ROWS / 2
+    return source
+
+
+def _depth_source() -> image_pb2.ImageSource:
+    return image_pb2.ImageSource(
+        name=DEPTH_SOURCE,
+        cols=RAYS,
+        rows=60,
+        depth_scale=1000.0,
+        image_type=image_pb2.ImageSource.IMAGE_TYPE_DEPTH,
+        pixel_formats=[image_pb2.Image.PIXEL_FORMAT_DEPTH_U16],
+        image_formats=[image_pb2.Image.FORMAT_RAW],
+    )
