@@ -51,6 +51,10 @@ class CountsTable:
         o = _places(self.items, items)
         return self.probability[r[None, :], c[None, :], o[:, None]]
 
+    def of_pairs(self, values: Floats, kinds: tuple[str, ...], types: tuple[str, ...]) -> Floats:
+        """Entries of an array of shape (rooms + 1, containers + 1) for containers, shape (containers,)."""
+        return values[_places(self.rooms, kinds), _places(self.containers, types)]
+
 
 def smooth(examples: Examples) -> CountsTable:
     """The table of smoothed shares."""
@@ -89,12 +93,12 @@ class CountsEstimator:
         return Belief(item_types=item_types, containers=unsearched, probability=probability, estimator=self.name)
 
 
-def counts_tensors(examples: Examples) -> dict[str, Tensor]:
+def counts_tensors(examples: Examples, *, prefix: str = "") -> dict[str, Tensor]:
     """What a weights file of counts holds: the examples themselves, as the names' indices and two counts."""
     return {
-        "triples": examples.triples.astype(np.int32),
-        "seen": examples.seen.astype(np.float32),
-        "held": examples.held.astype(np.float32),
+        f"{prefix}triples": examples.triples.astype(np.int32),
+        f"{prefix}seen": examples.seen.astype(np.float32),
+        f"{prefix}held": examples.held.astype(np.float32),
     }
 
 
@@ -103,17 +107,21 @@ def counts_settings(examples: Examples) -> dict[str, list[str]]:
     return {"rooms": [*examples.rooms], "containers": [*examples.containers], "items": [*examples.items]}
 
 
-def counts_from(weights: Weights) -> CountsEstimator:
-    """The estimator of a weights file. Raises MalformedFile."""
+def examples_from(weights: Weights, *, prefix: str = "") -> Examples:
+    """The examples in a weights file. Raises MalformedFile."""
     names = {axis: weights.names(axis) for axis in ("rooms", "containers", "items")}
-    triples = weights.tensor("triples", None, 3).astype(np.int64)
-    seen = weights.tensor("seen", len(triples)).astype(np.float64)
-    held = weights.tensor("held", len(triples)).astype(np.float64)
+    triples = weights.tensor(f"{prefix}triples", None, 3).astype(np.int64)
+    seen = weights.tensor(f"{prefix}seen", len(triples)).astype(np.float64)
+    held = weights.tensor(f"{prefix}held", len(triples)).astype(np.float64)
     try:
-        examples = Examples(**names, triples=triples, seen=seen, held=held)
+        return Examples(**names, triples=triples, seen=seen, held=held)
     except BadValue as error:
         raise MalformedFile(weights.path, str(error).rstrip("."), "Train it again with lios train") from None
-    return CountsEstimator(name=weights.name, table=smooth(examples))
+
+
+def counts_from(weights: Weights) -> CountsEstimator:
+    """The estimator of a weights file. Raises MalformedFile."""
+    return CountsEstimator(name=weights.name, table=smooth(examples_from(weights)))
 
 
 def _share(held: Floats, seen: Floats, prior: Floats | float, pseudo: float) -> Floats:

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from workbench.beliefs.belief import Estimator
+from workbench.beliefs.best import best_from
 from workbench.beliefs.counts import counts_from
 from workbench.beliefs.fcnn import fcnn_from
 from workbench.beliefs.weights import Weights, read_weights
@@ -17,7 +18,7 @@ EstimatorFactory = Callable[[Weights], Estimator]
 """Makes an estimator of its weights."""
 
 ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
-    {"counts": counts_from, "fcnn": fcnn_from, "best": fcnn_from}
+    {"counts": counts_from, "fcnn": fcnn_from, "best": best_from}
 )
 """The estimators by name: smoothed counts, the paper's network, and the best one here."""
 

@@ -17,7 +17,6 @@ import numpy.typing as npt
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.weights import Weights
-from workbench.errors import MalformedFile
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -99,19 +98,9 @@ class FcnnEstimator:
 def fcnn_from(weights: Weights) -> FcnnEstimator:
     """The estimator of a weights file. Raises MalformedFile."""
     encoder = text_encoder(weights.header.encoder)
-    width = len(ROLES) * (vectors_of(encoder, ["Mug"]).shape[1] + len(ROLES))
-    layers: list[Layer] = []
-    for k in range(_layers(weights)):
-        weight = weights.tensor(f"{k}.weight", None, width).astype(np.float64)
-        layers.append((weight, weights.tensor(f"{k}.bias", len(weight)).astype(np.float64)))
-        width = len(weight)
-    if width != 1:
-        raise MalformedFile(weights.path, f"its last layer has {width} outputs and not 1", "Train it again")
-    return FcnnEstimator(name=weights.name, encoder=encoder, layers=tuple(layers))
+    return FcnnEstimator(name=weights.name, encoder=encoder, layers=layers_from(weights, encoder))
 
 
-def _layers(weights: Weights) -> int:
-    count = sum(name.endswith(".weight") for name in weights.tensors)
-    if not 1 <= count <= 16:
-        raise MalformedFile(weights.path, f"holds {count} layers", "Train it again with lios train")
-    return count
+def layers_from(weights: Weights, encoder: TextEncoder, *, prefix: str = "") -> tuple[Layer, ...]:
+    """The layers of a weights file, checked against the encoder's vectors. Raises MalformedFile."""
+    return weights.layers(prefix, len(ROLES) * (vectors_of(encoder, ["Mug"]).shape[1] + len(ROLES)))

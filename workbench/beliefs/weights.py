@@ -94,6 +94,24 @@ class Weights:
             raise MalformedFile(self.path, f"its vocabulary of {setting} is empty or repeats a name", _TRAIN)
         return names
 
+    def layers(self, prefix: str, width: int) -> tuple[tuple[Tensor, Tensor], ...]:
+        """Layers of a network with one output, "<prefix>0.weight", "<prefix>0.bias", ..., as float64.
+
+        Raises:
+            MalformedFile: they do not fit one another or the width of the input.
+        """
+        count = sum(name.startswith(prefix) and name.endswith(".weight") for name in self.tensors)
+        if not 1 <= count <= 16:
+            raise MalformedFile(self.path, f"holds {count} layers {prefix!r}", _TRAIN)
+        found: list[tuple[Tensor, Tensor]] = []
+        for k in range(count):
+            weight = self.tensor(f"{prefix}{k}.weight", None, width).astype(np.float64)
+            found.append((weight, self.tensor(f"{prefix}{k}.bias", len(weight)).astype(np.float64)))
+            width = len(weight)
+        if width != 1:
+            raise MalformedFile(self.path, f"its last layer has {width} outputs and not 1", _TRAIN)
+        return tuple(found)
+
 
 def write_weights(path: Path, header: Header, tensors: Mapping[str, Tensor]) -> Weights:
     """Write a weights file; the same header and tensors give the same bytes."""

@@ -1,0 +1,173 @@
+"""What do the names not say? Features of an item in a container that a robot has while it searches.
+
+Names give two opinions: the counts' and the network's. Around them: which other containers compete for the item,
+in the room and in the house; how large the container is; how the house is made up; and what was seen so far: how
+full containers are here against what is usual, where the item was looked for in vain, what stands in the same room.
+
+Every feature is a function of one container or a sum (or maximum) over containers, so that order cannot matter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.scene import ROOM_KINDS, Scene
+
+Floats = npt.NDArray[np.float64]
+
+LEAST = 1e-4
+"""Opinions are kept within [LEAST, 1 - LEAST]."""
+
+FEATURES = 46
+"""How many there are; weights were trained on these, in this order. The first is the opinions' mean in log-odds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opinions:
+    """What names alone say.
+
+    Attributes:
+        counts, network: P(held), shape (items, containers), over all containers of the scene.
+        rate: P(held) of an item anywhere, shape (items,).
+        often: how often the item was met in training, shape (items,).
+        usual: how many types a container of this kind usually holds, shape (containers,).
+        likeness: cosine of the item and of each type seen, shape (items, types seen).
+    """
+
+    counts: Floats
+    network: Floats
+    rate: Floats
+    often: Floats
+    usual: Floats
+    likeness: Floats
+
+
+def seen_types(scene: Scene) -> tuple[str, ...]:
+    """All types seen so far, sorted."""
+    return tuple(sorted({t for held in scene.seen if held is not None for t in held}))
+
+
+def features(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> Floats:
+    """Features of every item in every open container, shape (items, open containers, features)."""
+    per_pair = [*_competition(scene, opinions), *_evidence(scene, items, opinions)]
+    shape = per_pair[0].shape
+    per_item = [np.broadcast_to(column[:, None], shape) for column in _items(opinions)]
+    per_container = [np.broadcast_to(column[None, :], shape) for column in _containers(scene, opinions)]
+    return np.stack([*per_pair, *per_item, *per_container], axis=-1)
+
+
+def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
+    """Against the other containers that are still open, in the room and in the house."""
+    is_open = scene.open
+    by_counts, by_network = (_clip(p[:, is_open]) for p in (opinions.counts, opinions.network))
+    logit = (_logit(by_counts) + _logit(by_network)) / 2
+    p = 1 / (1 + np.exp(-logit))
+    same = _same_room(scene)[np.ix_(is_open, is_open)]
+    large = p * np.sqrt(_top_m2(scene))[is_open]
+    in_room, in_house = p @ same, p.sum(axis=1, keepdims=True)
+    somewhere = -np.expm1(np.log1p(-p).sum(axis=1, keepdims=True))
+    return [
+        logit,
+        _logit(by_counts) - _logit(by_network),
+        _logit(_clip(p / somewhere)),
+        np.log(p / in_room),
+        np.log(p / in_house),
+        np.log(in_room),
+        np.log(in_house) + 0 * p,
+        np.log(in_room / in_house),
+        np.log(p / p.max(axis=1, keepdims=True)),
+        np.log(large / (large @ same)),
+        np.log(large / large.sum(axis=1, keepdims=True)),
+        np.log1p((p[:, None, :] > p[:, :, None] * 1.0000001).sum(axis=2)),
+    ]
+
+
+def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[Floats]:
+    """What has been seen, and what was looked for in vain."""
+    is_open = scene.open
+    searched = np.array([held is not None for held in scene.seen], dtype=np.float64)
+    same = _same_room(scene)[is_open]
+    p = np.sqrt(_clip(opinions.counts) * _clip(opinions.network))
+    types = seen_types(scene)
+    here = np.array([[t in (held or ()) for held in scene.seen] for t in types], dtype=np.float64)
+    here = here.reshape(len(types), len(scene.seen))
+    is_it = np.array([[i == t for t in types] for i in items], dtype=np.float64).reshape(len(items), len(types))
+    found = is_it @ here
+    in_room = (same @ here.T) > 0
+    alike = np.where(in_room[None], opinions.likeness[:, None, :], 0.0)
+    alike = np.where(is_it[:, None, :] > 0, 0.0, alike)
+    full = np.array([len(set(held)) if held is not None else 0 for held in scene.seen], dtype=np.float64)
+    usual = opinions.usual * searched
+    shape = (len(items), int(is_open.sum()))
+
+    def per_container(column: Floats) -> Floats:
+        return np.broadcast_to(column[None, :], shape)
+
+    same_type = _same_type(scene)[is_open]
+    return [
+        np.log1p((p * searched) @ same.T),
+        np.log1p((p * searched).sum(axis=1, keepdims=True)) + np.zeros(shape),
+        np.log1p(found @ same.T),
+        np.log1p(found.sum(axis=1, keepdims=True)) + np.zeros(shape),
+        alike.max(axis=2, initial=0.0),
+        per_container(np.log((same @ full + 2) / (same @ usual + 2))),
+        per_container(np.log((same_type @ full + 2) / (same_type @ usual + 2))),
+        np.full(shape, np.log((full.sum() + 4) / (usual.sum() + 4))),
+        per_container((same @ searched) / same.sum(axis=1)),
+        np.full(shape, searched.mean()),
+    ]
+
+
+def _items(opinions: Opinions) -> list[Floats]:
+    return [_logit(_clip(opinions.rate)), np.log1p(opinions.often)]
+
+
+def _containers(scene: Scene, opinions: Opinions) -> list[Floats]:
+    """Of the open containers: size, room, house."""
+    is_open = scene.open
+    kinds = np.array(scene.kinds, dtype=object)[is_open]
+    same, same_type = _same_room(scene)[is_open], _same_type(scene)[is_open]
+    area = _top_m2(scene)
+    of_kind = [float(sum(kind == k for kind in scene.rooms)) for k in ROOM_KINDS]
+    ones = np.ones(int(is_open.sum()))
+    return [
+        *scene.size_m[is_open].T,
+        np.log(area[is_open]),
+        np.log(area[is_open] / (same @ area)),
+        np.log(scene.room_m2[scene.room[is_open]] + 0.1),
+        np.log(same.sum(axis=1)),
+        np.log((same * same_type).sum(axis=1)),
+        np.log(same_type.sum(axis=1)),
+        np.log(ones * len(scene.types)),
+        np.log(ones * len(scene.rooms)),
+        *(ones * np.log1p(n) for n in of_kind),
+        *((kinds == k).astype(np.float64) for k in ROOM_KINDS),
+        np.log(opinions.usual[is_open] + 0.05),
+        np.log(same @ opinions.usual + 0.05),
+        np.log(ones * opinions.usual.sum() + 0.05),
+    ]
+
+
+def _same_room(scene: Scene) -> Floats:
+    return (scene.room[:, None] == scene.room[None, :]).astype(np.float64)
+
+
+def _same_type(scene: Scene) -> Floats:
+    types = np.array(scene.types, dtype=object)
+    return (types[:, None] == types[None, :]).astype(np.float64)
+
+
+def _top_m2(scene: Scene) -> Floats:
+    """The area seen from above, at least a hand's breadth."""
+    return np.maximum(scene.size_m[:, 0] * scene.size_m[:, 1], 0.01)
+
+
+def _clip(p: Floats) -> Floats:
+    return np.clip(p, LEAST, 1 - LEAST)
+
+
+def _logit(p: Floats) -> Floats:
+    return np.log(p) - np.log1p(-p)

@@ -1,0 +1,77 @@
+"""What does a robot know of a house before and while it opens things? The place as arrays, and what it has seen.
+
+Positions in a list mean nothing here: every number belongs to a container, and sums over containers are all that
+the features of `context.py` use, so that a belief cannot depend on the order of containers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.worlds.geometry import Point
+from workbench.worlds.house import FloorPlan
+from workbench.worlds.knowledge import Knowledge
+
+Floats = npt.NDArray[np.float64]
+
+ROOM_KINDS = ("Bathroom", "Bedroom", "Kitchen", "LivingRoom")
+"""ProcTHOR's; a room of another kind counts as none of them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """A plan's containers as arrays.
+
+    Attributes:
+        kinds, types: per container, the kind of its room and its own type.
+        room: int64, shape (containers,), the index of its room.
+        size_m: float64, shape (containers, 3).
+        rooms: the kinds of all rooms.
+        room_m2: float64, shape (rooms,), floor areas.
+        open: bool, shape (containers,): can still be searched.
+        seen: per container, the types that it held when it was looked into; None when it was not.
+    """
+
+    kinds: tuple[str, ...]
+    types: tuple[str, ...]
+    room: npt.NDArray[np.int64]
+    size_m: Floats
+    rooms: tuple[str, ...]
+    room_m2: Floats
+    open: npt.NDArray[np.bool_]
+    seen: tuple[tuple[str, ...] | None, ...]
+
+
+def scene_of(knowledge: Knowledge) -> Scene:
+    """What the robot knows now."""
+    plan = knowledge.plan
+    unsearched = set(knowledge.unsearched)
+    first = knowledge.first_seen
+    seen = tuple(tuple(i.type for i in first[c.id]) if c.id in first else None for c in plan.containers)
+    return scene_from(plan, is_open=[c.id in unsearched for c in plan.containers], seen=seen)
+
+
+def scene_from(plan: FloorPlan, *, is_open: list[bool], seen: tuple[tuple[str, ...] | None, ...]) -> Scene:
+    """A plan with what is open and what was seen, in the plan's order."""
+    at = {room.id: k for k, room in enumerate(plan.rooms)}
+    kinds = tuple(room.kind for room in plan.rooms)
+    room = np.array([at[c.room] for c in plan.containers], dtype=np.int64)
+    return Scene(
+        kinds=tuple(kinds[k] for k in room),
+        types=tuple(c.type for c in plan.containers),
+        room=room,
+        size_m=np.array([c.size_m for c in plan.containers], dtype=np.float64).reshape(-1, 3),
+        rooms=kinds,
+        room_m2=np.array([_area_m2(r.floor) for r in plan.rooms]),
+        open=np.array(is_open, dtype=bool),
+        seen=seen,
+    )
+
+
+def _area_m2(floor: tuple[Point, ...]) -> float:
+    """Of a simple polygon (the shoelace formula)."""
+    x, y = np.array(floor, dtype=np.float64).T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))

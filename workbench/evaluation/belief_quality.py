@@ -1,0 +1,217 @@
+"""How good is a belief? Log loss, ranking and calibration over every pair of house and item type.
+
+A query is a house and an item type that it holds and that has not been seen yet: does the belief rank the
+containers that hold it first, and are its probabilities true? Top-1, top-3 and the reciprocal rank are means over
+queries, with equal probabilities ranked by chance (the expected value, so that order cannot help); log loss and
+calibration are over all pairs of query and open container. Calibration error: fifteen equal bins, the mean gap
+between what was said and what was so, weighted by how much falls into a bin (Naeini et al. 2015; Guo et al. 2017).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import comb
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.belief import Estimator
+from workbench.evaluation.statistics import paired_difference, ratio_with_interval
+from workbench.worlds.house import START, FloorPlan, House, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.travel import TravelCosts
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+BINS = 15
+SURE = 1e-4
+"""Probabilities are kept within [SURE, 1 - SURE] for the log loss, whoever gave them."""
+
+KINDS = ("ai2-thor", "objaverse")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """One query.
+
+    Attributes:
+        house, item_type: which.
+        probability, held: shape (open containers,): what was said, and what was so.
+        top1, top3: chance that a holder is among the first one or three.
+        reciprocal_rank: expected reciprocal of the rank of the first holder.
+    """
+
+    house: str
+    item_type: str
+    probability: Floats
+    held: Bools
+    top1: float
+    top3: float
+    reciprocal_rank: float
+
+    @property
+    def kind(self) -> str:
+        return "objaverse" if self.item_type.startswith("Obja") else "ai2-thor"
+
+
+def judge(estimator: Estimator, houses: Iterable[House], *, seen_share: float = 0.0, seed: int = 0) -> list[Judged]:
+    """Ask an estimator about every item type of every house.
+
+    Args:
+        estimator: whom.
+        houses: where.
+        seen_share: how many of the containers have been looked into before the question; 0 is before the run.
+        seed: of the choice of those containers; the same for every estimator.
+    """
+    judged: list[Judged] = []
+    for k, house in enumerate(houses):
+        knowledge = glimpse(house, seen_share=seen_share, rng=np.random.default_rng((seed, k)))
+        items = missing_types(house, knowledge)
+        if not items or not knowledge.unsearched:
+            continue
+        belief = estimator.believe(knowledge, items)
+        for item, row in zip(items, belief.probability, strict=True):
+            holders = set(house.holders(item))
+            held = np.array([c in holders for c in belief.containers], dtype=bool)
+            judged.append(_judged(house.plan.name, item, row, held))
+    return judged
+
+
+def glimpse(house: House, *, seen_share: float, rng: np.random.Generator) -> Knowledge:
+    """What the robot knows after having looked into a random share of the containers, at least one left shut."""
+    ids = [c.id for c in house.plan.containers]
+    count = min(round(seen_share * len(ids)), max(len(ids) - 1, 0))
+    known = {ids[k]: house.contents[ids[k]] for k in sorted(rng.permutation(len(ids))[:count].tolist())}
+    return knowledge_at_start(house.plan, nearby(house.plan), known)
+
+
+def nearby(plan: FloorPlan) -> TravelCosts:
+    """Travel costs of a place where everything is at hand: beliefs are about where, not about how far."""
+    locations = (START, *(LocationId(c.id) for c in plan.containers))
+    return TravelCosts(locations=locations, metres=np.zeros((len(locations), len(locations))))
+
+
+def missing_types(house: House, knowledge: Knowledge) -> tuple[ItemType, ...]:
+    """The item types of a house of which none has been seen, sorted."""
+    return tuple(t for t in house.item_types() if not knowledge.knows(t))
+
+
+def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
+    """The figures over queries, each with a bootstrap interval that draws whole houses."""
+    if not judged:
+        return {"queries": 0}
+    houses = [j.house for j in judged]
+    loss = np.array([_log_loss(j).sum() for j in judged])
+    pairs = np.array([len(j.held) for j in judged], dtype=np.float64)
+    answer: dict[str, Any] = {"queries": len(judged), "houses": len(set(houses)), "pairs": int(pairs.sum())}
+    columns = {
+        "log_loss": (loss, pairs),
+        "top1": (np.array([j.top1 for j in judged]), np.ones(len(judged))),
+        "top3": (np.array([j.top3 for j in judged]), np.ones(len(judged))),
+        "mrr": (np.array([j.reciprocal_rank for j in judged]), np.ones(len(judged))),
+    }
+    for name, (top, bottom) in columns.items():
+        estimate = ratio_with_interval(top, bottom, houses, rng=rng)
+        answer[name] = round(estimate.value, 5)
+        answer[f"{name}_ci95"] = [round(v, 5) for v in estimate.interval]
+    answer["ece"] = round(calibration_error(judged), 5)
+    answer["ece_ci95"] = _calibration_interval(judged, rng)
+    return answer
+
+
+def against(judged: Sequence[Judged], base: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
+    """How much better than a base over the same queries: top-1 gained, ratio of log losses, with intervals."""
+    houses = [j.house for j in judged]
+    gain = paired_difference([j.top1 for j in judged], [j.top1 for j in base], houses, rng=rng)
+    loss = ratio_with_interval(
+        [float(_log_loss(j).sum()) for j in judged], [float(_log_loss(j).sum()) for j in base], houses, rng=rng
+    )
+    return {
+        "top1_gain": round(gain.value, 5),
+        "top1_gain_ci95": [round(v, 5) for v in gain.interval],
+        "log_loss_ratio": round(loss.value, 5),
+        "log_loss_ratio_ci95": [round(v, 5) for v in loss.interval],
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reliability:
+    """Calibration bin by bin: how much falls in, what was said there on average, what was so. Shape (BINS,) each."""
+
+    count: Floats
+    said: Floats
+    was: Floats
+
+
+def reliability(judged: Sequence[Judged]) -> Reliability:
+    """The bins of a reliability diagram; an empty bin has 0 for both means."""
+    p, y = np.concatenate([j.probability for j in judged]), np.concatenate([j.held for j in judged])
+    at = np.minimum((p * BINS).astype(np.int64), BINS - 1)
+    count = np.bincount(at, minlength=BINS).astype(np.float64)
+    below = np.maximum(count, 1.0)
+    return Reliability(
+        count=count,
+        said=np.bincount(at, p, minlength=BINS) / below,
+        was=np.bincount(at, y.astype(np.float64), minlength=BINS) / below,
+    )
+
+
+def calibration_error(judged: Sequence[Judged]) -> float:
+    """The expected calibration error."""
+    bins = reliability(judged)
+    return float((bins.count * np.abs(bins.said - bins.was)).sum() / bins.count.sum())
+
+
+def _calibration_interval(judged: Sequence[Judged], rng: np.random.Generator, draws: int = 400) -> list[float]:
+    """Percentile interval over houses: the bins' sums are drawn, house by house."""
+    names = list(dict.fromkeys(j.house for j in judged))
+    gaps = np.zeros((len(names), BINS))
+    counts = np.zeros(len(names))
+    index = {name: k for k, name in enumerate(names)}
+    for j in judged:
+        at = np.minimum((j.probability * BINS).astype(np.int64), BINS - 1)
+        gaps[index[j.house]] += np.bincount(at, j.probability - j.held, minlength=BINS)
+        counts[index[j.house]] += len(at)
+    chosen = rng.integers(len(names), size=(draws, len(names)))
+    drawn = np.abs(gaps[chosen].sum(axis=1)).sum(axis=1) / counts[chosen].sum(axis=1)
+    return [round(float(v), 5) for v in np.quantile(drawn, [0.025, 0.975])]
+
+
+def _judged(house: str, item: str, p: Floats, held: Bools) -> Judged:
+    better, ties, good = _first_holder(p, held)
+    ranks = _rank_chances(ties, good)
+    at = better + np.arange(len(ranks))
+    return Judged(
+        house=house,
+        item_type=item,
+        probability=p,
+        held=held,
+        top1=float(ranks[at < 1].sum()),
+        top3=float(ranks[at < 3].sum()),
+        reciprocal_rank=float((ranks / (at + 1)).sum()),
+    )
+
+
+def _first_holder(p: Floats, held: Bools) -> tuple[int, int, int]:
+    """How many containers rank above the best holder, how many are as probable as it, and how many of these hold."""
+    if not held.any():
+        return len(p), 0, 0
+    best = p[held].max()
+    alike = np.abs(p - best) < 1e-12
+    return int((p > best + 1e-12).sum()), int(alike.sum()), int((alike & held).sum())
+
+
+def _rank_chances(ties: int, good: int) -> Floats:
+    """The chance that the first of `good` holders stands at place 0, 1, ... among `ties` in random order."""
+    if good == 0:
+        return np.zeros(0)
+    places = range(ties - good + 1)
+    return np.array([comb(ties - 1 - k, good - 1) / comb(ties, good) for k in places])
+
+
+def _log_loss(judged: Judged) -> Floats:
+    p = np.clip(judged.probability, SURE, 1 - SURE)
+    return -np.where(judged.held, np.log(p), np.log1p(-p))

@@ -1,0 +1,135 @@
+"""Which estimator believes best? Every estimator on the same houses, with figures against the counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import ESTIMATORS, estimator
+from workbench.beliefs.weights import read_weights
+from workbench.errors import BadValue, Unsupported
+from workbench.evaluation.belief_quality import KINDS, Judged, against, glimpse, judge, missing_types, quality
+from workbench.evaluation.splits import split_indices
+from workbench.worlds.house import House
+from workbench.worlds.procthor import load_houses
+from workbench.worlds.shipped import shipped_houses
+
+BASE = "counts"
+"""What the others are compared with."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefRequest:
+    """What to measure.
+
+    Attributes:
+        houses: a file of houses; None for the shipped ones.
+        estimators: names of the table, or weights files.
+        part: of a file that is split.
+        seen_share: of the containers, looked into before the question.
+        assets: a table of exact sizes.
+        seed: of what was seen and of the bootstrap.
+    """
+
+    houses: Path | None
+    estimators: tuple[str, ...]
+    part: str
+    seen_share: float
+    assets: Path | None
+    seed: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seen_share < 1:
+            raise BadValue("--seen", self.seen_share, "at least 0 and below 1")
+
+    def chosen_houses(self) -> list[House]:
+        """The houses of the part. Raises Unsupported when there are none."""
+        path = self.houses or shipped_houses()
+        houses = load_houses(path, assets=self.assets)
+        chosen = [houses[k] for k in split_indices(path, self.part, houses=len(houses))]
+        if not chosen:
+            raise Unsupported(f"{path} has no house in part {self.part!r}. Give another --houses or --split all.")
+        return chosen
+
+    def chosen_estimators(self) -> dict[str, Estimator]:
+        """The estimators by the name to show; "all" is the whole table."""
+        names = tuple(ESTIMATORS) if self.estimators == ("all",) else self.estimators
+        chosen: dict[str, Estimator] = {}
+        for name in names:
+            if name.endswith(".safetensors"):
+                path = Path(name)
+                chosen[name] = estimator(read_weights(path).header.estimator, weights=path)
+            else:
+                chosen[name] = estimator(name)
+        return chosen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefReport:
+    """What was measured: per estimator all its queries, and the answer of the command."""
+
+    judged: Mapping[str, Sequence[Judged]]
+    answer: dict[str, Any]
+
+
+Watched = Callable[[Iterable[str]], Iterable[str]]
+
+
+def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
+    """Ask every estimator about every house.
+
+    Raises:
+        InputError: no such file, estimator or part.
+    """
+    houses = request.chosen_houses()
+    estimators = request.chosen_estimators()
+    judged: dict[str, list[Judged]] = {}
+    seconds: dict[str, float] = {}
+    for name in watched(list(estimators)):
+        judged[name] = judge(estimators[name], houses, seen_share=request.seen_share, seed=request.seed)
+        seconds[name] = belief_seconds(estimators[name], houses)
+    base = judged.get(BASE)
+    rows = [_row(name, estimators[name].name, judged[name], base, seconds[name], request.seed) for name in estimators]
+    answer = {
+        "file": str(request.houses or shipped_houses()),
+        "split": request.part,
+        "houses": len(houses),
+        "seen_share": request.seen_share,
+        "seed": request.seed,
+        "rows": rows,
+    }
+    return BeliefReport(judged=judged, answer=answer)
+
+
+def belief_seconds(chosen: Estimator, houses: Sequence[House]) -> float:
+    """Median seconds of a whole-house belief, all its item types in all its containers, once names are encoded."""
+    taken: list[float] = []
+    for house in houses[:20]:
+        knowledge = glimpse(house, seen_share=0.0, rng=np.random.default_rng(0))
+        items = missing_types(house, knowledge)
+        chosen.believe(knowledge, items)
+        for _ in range(3):
+            begin = perf_counter()
+            chosen.believe(knowledge, items)
+            taken.append(perf_counter() - begin)
+    return float(np.median(taken)) if taken else float("nan")
+
+
+def _row(
+    name: str, identity: str, judged: Sequence[Judged], base: Sequence[Judged] | None, seconds: float, seed: int
+) -> dict[str, Any]:
+    row: dict[str, Any] = {"estimator": name, "name": identity}
+    row |= quality(judged, rng=np.random.default_rng(seed))
+    row["ms_a_belief"] = round(seconds * 1e3, 2)
+    if base is not None and name != BASE:
+        row["against_counts"] = against(judged, base, rng=np.random.default_rng(seed))
+    row["by_kind"] = {
+        kind: quality([j for j in judged if j.kind == kind], rng=np.random.default_rng(seed)) for kind in KINDS
+    }
+    return row

@@ -1,0 +1,90 @@
+"""`lios evaluate belief`: log loss, ranking and calibration of estimators, with intervals over houses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def belief(
+    houses: Annotated[
+        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+    ] = None,
+    estimators: Annotated[
+        str, typer.Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
+    ] = "all",
+    part: Annotated[
+        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+    ] = "test",
+    seen: Annotated[
+        float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
+    ] = 0.0,
+    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    figures: Annotated[
+        Path | None,
+        typer.Option("--figures", help="A folder for reliability diagrams, a learning curve and heat maps."),
+    ] = None,
+    items: Annotated[
+        str, typer.Option("--items", help="Item types of the heat maps, separated by commas.")
+    ] = "Mug,Egg,Pillow,RemoteControl,ToiletPaper,Book",
+    seed: Annotated[int, typer.Option("--seed", help="Of what was seen and of the bootstrap.")] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Replace files in the folder of figures.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Measure beliefs: log loss, top-1, top-3, reciprocal rank and calibration.
+
+    Every pair of a house and an item type that it holds is one query. Intervals are over houses.
+
+    Examples:
+
+        lios evaluate belief --houses multi_room_train.jsonl.gz --estimators all --json
+
+        lios evaluate belief --houses mine.jsonl.gz --estimators best,mine.safetensors --seen 0.3 --figures out
+    """
+    from workbench.errors import OutputExists
+    from workbench.evaluation.belief_report import BeliefRequest, measure
+    from workbench.terminal import emit_json, progress, say
+
+    if figures is not None and figures.exists() and not force and any(figures.iterdir()):
+        raise OutputExists(figures)
+    request = BeliefRequest(
+        houses=houses,
+        estimators=tuple(name.strip() for name in estimators.split(",") if name.strip()),
+        part=part,
+        seen_share=seen,
+        assets=assets,
+        seed=seed,
+    )
+    report = measure(request, watched=lambda names: progress(list(names), title="Believing"))
+    if figures is not None:
+        from workbench.evaluation.figures.belief_figures import draw_all
+
+        written = draw_all(request, report, figures, items=tuple(t.strip() for t in items.split(",") if t.strip()))
+        report.answer["figures"] = [str(path) for path in written]
+    emit_json(report.answer) if json else _show(report.answer)
+    if figures is not None and not json:
+        say(f"figures in {figures}")
+
+
+SHOWN = ("estimator", "log_loss", "top1", "top3", "mrr", "ece", "ms_a_belief")
+
+
+def _show(answer: dict[str, Any]) -> None:
+    from workbench.terminal import emit_table, say
+
+    seen = f", {100 * answer['seen_share']:.0f} % of the containers seen" if answer["seen_share"] else ""
+    rows = [
+        {k: f"{row[k]:.4f}" if k in SHOWN[1:6] and k in row else row.get(k) for k in SHOWN} for row in answer["rows"]
+    ]
+    emit_table(rows, columns=SHOWN, title=f"{answer['houses']} houses ({answer['split']}{seen})")
+    for row in answer["rows"]:
+        if "against_counts" not in row:
+            continue
+        pair = row["against_counts"]
+        low, high = pair["top1_gain_ci95"]
+        say(
+            f"{row['estimator']}: top-1 {pair['top1_gain']:+.3f} against counts ({low:+.3f} to {high:+.3f}), "
+            f"log loss {pair['log_loss_ratio']:.3f} of it"
+        )

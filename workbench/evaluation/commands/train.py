@@ -1,0 +1,97 @@
+"""`lios train`: an estimator of one's own, from houses of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from workbench.beliefs.training import Lesson, Watch
+
+
+def train(
+    houses: Annotated[list[Path], typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
+    estimator: Annotated[str, typer.Option("--estimator", "-e", help="counts, fcnn or best.")] = "best",
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The weights file to write.")] = None,
+    encoder: Annotated[
+        str, typer.Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
+    ] = "all-MiniLM-L6-v2",
+    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", help="Seed; drawn and shown when not given.")] = None,
+    hold_out: Annotated[
+        float, typer.Option("--hold-out", help="Share of the houses held out, for files that are not split.")
+    ] = 0.1,
+    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+) -> None:
+    """Train an estimator on houses and write its weights.
+
+    The shared ProcTHOR files are split: their training houses are learnt from, their validation houses say when to
+    stop, their test houses are not touched. Of other files a share is held out, by house.
+
+    Examples:
+
+        lios train --houses multi_room_train.jsonl.gz --houses single_room_train.jsonl.gz --assets asset_sizes.csv
+
+        lios train --houses mine.jsonl.gz --estimator fcnn --seed 3 -o mine.safetensors
+    """
+    from secrets import randbelow
+    from time import perf_counter
+
+    from workbench.beliefs.training import TRAINERS
+    from workbench.beliefs.training import train as run
+    from workbench.errors import BadValue, OutputExists, UnknownName
+    from workbench.evaluation.lessons import lesson_of
+    from workbench.terminal import say
+
+    target = output or Path(f"{estimator}.safetensors")
+    if estimator not in TRAINERS:
+        raise UnknownName("estimator to train", estimator, TRAINERS)
+    if not 0 < hold_out < 1:
+        raise BadValue("--hold-out", hold_out, "between 0 and 1")
+    if target.exists() and not force:
+        raise OutputExists(target)
+    if not target.absolute().parent.is_dir():
+        raise BadValue("folder of -o/--output", str(target.absolute().parent), "a folder that exists")
+    chosen = randbelow(1_000_000) if seed is None else seed
+    lesson = lesson_of(houses, assets=assets, encoder=encoder, seed=chosen, share=hold_out)
+    say(f"{len(lesson.houses)} houses to learn from, {len(lesson.held_out)} held out, seed {chosen}")
+    begin = perf_counter()
+    weights = _watched(run, estimator, lesson, target)
+    _answer(weights, perf_counter() - begin, as_json=json)
+
+
+def _watched(run: Any, estimator: str, lesson: Lesson, target: Path) -> Any:
+    """Train with a line of progress on a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[loss]}"))
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        tasks: dict[str, Any] = {}
+
+        def told(what: str, number: int, loss: float) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=None, loss="")
+            bar.update(tasks[what], completed=number, loss=f"held-out loss {loss:.4f}")
+
+        watch: Watch = told
+        return run(estimator, lesson, target, watch=watch)
+
+
+def _answer(weights: Any, seconds: float, *, as_json: bool) -> None:
+    from workbench.terminal import emit_json, say
+
+    size = weights.path.stat().st_size
+    if as_json:
+        header = weights.header
+        answer = {"file": str(weights.path), "estimator": weights.name, "sha256": weights.sha256, "bytes": size}
+        answer |= {"houses": header.houses, "houses_sha256": header.houses_sha256, "encoder": header.encoder}
+        emit_json(answer | {"seed": header.seed, "metrics": header.metrics, "seconds": round(seconds, 2)})
+        return
+    losses = ", ".join(f"{what} {loss:.4f}" for what, loss in weights.header.metrics.items())
+    say(f"{weights.name} in {weights.path} ({size / 1e6:.2f} MB), {seconds:.0f} s. {losses}")
+    say(f"Next: lios evaluate belief --estimators {weights.path}")

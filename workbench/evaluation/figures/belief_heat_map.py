@@ -1,0 +1,28 @@
+"""Where is an item believed to be? The mean probability by kind of room and type of container."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+
+
+def draw_belief_heat_map(
+    ax: Axes, mean: npt.NDArray[np.float64], *, rooms: Sequence[str], containers: Sequence[str], item: str
+) -> None:
+    """A grid of rooms by containers; a pair that no house has stays blank.
+
+    Args:
+        mean: shape (rooms, containers), NaN where there is no such container.
+    """
+    ax.imshow(np.ma.masked_invalid(mean), cmap="viridis", vmin=0, vmax=1, aspect="auto")
+    for i in range(len(rooms)):
+        for j in range(len(containers)):
+            if np.isfinite(mean[i, j]):
+                shade = "black" if mean[i, j] > 0.6 else "white"
+                ax.text(j, i, f"{mean[i, j]:.2f}"[1:], ha="center", va="center", fontsize=5.5, color=shade)
+    ax.set_xticks(range(len(containers)), list(containers), rotation=60, ha="right", fontsize=6)
+    ax.set_yticks(range(len(rooms)), list(rooms), fontsize=7)
+    ax.set_title(item, fontsize=9)

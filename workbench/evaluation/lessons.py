@@ -1,0 +1,57 @@
+"""From which houses does an estimator learn, which are held out? By the split of shared files; else by a share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from workbench.beliefs.encoder import text_encoder
+from workbench.beliefs.training import Lesson, hold_out
+from workbench.evaluation.splits import Split, is_shared, split_indices
+from workbench.worlds.house import House
+from workbench.worlds.procthor import load_houses
+
+
+def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed: int, share: float) -> Lesson:
+    """The lesson of several files of houses.
+
+    Args:
+        files: of houses; the shared ones are split by index, of the others a share is held out.
+        assets: a table of exact sizes; the houses are then learnt with usual sizes as well.
+        encoder: a text encoder's name.
+        share: to hold out of a file that is not split.
+
+    Raises:
+        InputError: a file that cannot be read, or too few houses.
+    """
+    rng = np.random.default_rng(seed)
+    learnt: list[House] = []
+    usual: list[House] = []
+    out: list[House] = []
+    for path in files:
+        houses = load_houses(path, assets=assets)
+        train, held = _parts(path, houses, share, rng)
+        learnt += train
+        out += held
+        if assets is not None:
+            named = {h.plan.name: h for h in load_houses(path)}
+            usual += [named[h.plan.name] for h in train]
+    return Lesson(
+        houses=learnt,
+        held_out=out,
+        encoder=text_encoder(encoder),
+        seed=seed,
+        usual_sizes=usual if assets is not None else None,
+    )
+
+
+def _parts(
+    path: Path, houses: list[House], share: float, rng: np.random.Generator
+) -> tuple[list[House], list[House]]:
+    if not is_shared(path):
+        return hold_out(houses, share=share, rng=rng)
+    chosen = (split_indices(path, part, houses=len(houses)) for part in (Split.TRAIN, Split.VALIDATION))
+    train, held = ([houses[k] for k in indices] for indices in chosen)
+    return train, held
