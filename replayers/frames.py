@@ -10,7 +10,6 @@ Only the topics that a table needs are decoded. A log that cannot be read does n
 
 from __future__ import annotations
 
-import glob
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -23,19 +22,15 @@ import pyarrow as pa
 
 from replayers.arrow import BUILDERS, Source
 from replayers.columns import SCHEMAS
+from replayers.log_paths import NoLogs, find_logs
 from replayers.reader import messages, metadata, open_log, read_index
 from replayers.run import POSE_TOPIC, HoldsNoRun, Run
-from workbench.errors import LiosError, NotFound
+from workbench.errors import LiosError
 from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata
 from workbench.runs.vocabulary import TOPIC_OF, RunInfo
 
-
-class NoLogs(NotFound):
-    """A pattern or folder without a log."""
-
-    def __init__(self, where: str) -> None:
-        super().__init__(f"{where}: no log there. Give files, a folder, or a pattern such as 'logs/**/*.mcap'.")
+__all__ = ["LogSource", "NoLogs", "Problem", "RunSource", "Tables", "find_logs", "read_many"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,28 +129,6 @@ def read_many(where: str | Path | Iterable[str | Path]) -> Tables:
         NoLogs: nothing there.
     """
     return Tables([LogSource(path) for path in find_logs(where)])
-
-
-def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
-    """The .mcap files that are meant, sorted, each once.
-
-    Raises:
-        NoLogs: nothing there.
-    """
-    wanted = [where] if isinstance(where, str | Path) else list(where)
-    found: dict[Path, None] = {}
-    for one in wanted:
-        path = Path(one)
-        if path.is_dir():
-            paths = sorted(path.rglob("*.mcap"))
-        elif path.exists():
-            paths = [path]
-        else:
-            paths = [p for p in sorted(map(Path, glob.glob(str(one), recursive=True))) if p.suffix == ".mcap"]
-        if not paths:
-            raise NoLogs(str(one))
-        found.update(dict.fromkeys(paths))
-    return list(found)
 
 
 @final

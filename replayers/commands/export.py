@@ -36,7 +36,7 @@ def export(
     """
     from replayers.exporting import export as write
     from replayers.exporting import table_names
-    from replayers.frames import find_logs
+    from replayers.log_paths import find_logs
 
     if file_format not in ("parquet", "csv"):
         raise BadValue("--format", file_format, "parquet or csv")

@@ -36,8 +36,8 @@ def list_logs(
 
         lios list 'logs/**/*.mcap' --strategy model-lios --sort cost --json
     """
-    from replayers.frames import find_logs
     from replayers.listing import memory_for, rows_of
+    from replayers.log_paths import find_logs
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")

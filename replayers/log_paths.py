@@ -1,0 +1,38 @@
+"""Which logs does a person mean by a folder, a pattern, a file, or several of these?"""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Iterable
+from pathlib import Path
+
+from workbench.errors import NotFound
+
+
+class NoLogs(NotFound):
+    """A pattern or folder without a log."""
+
+    def __init__(self, where: str) -> None:
+        super().__init__(f"{where}: no log there. Give files, a folder, or a pattern such as 'logs/**/*.mcap'.")
+
+
+def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
+    """The .mcap files that are meant, sorted, each once.
+
+    Raises:
+        NoLogs: nothing there.
+    """
+    wanted = [where] if isinstance(where, str | Path) else list(where)
+    found: dict[Path, None] = {}
+    for one in wanted:
+        path = Path(one)
+        if path.is_dir():
+            paths = sorted(path.rglob("*.mcap"))
+        elif path.exists():
+            paths = [path]
+        else:
+            paths = [p for p in sorted(map(Path, glob.glob(str(one), recursive=True))) if p.suffix == ".mcap"]
+        if not paths:
+            raise NoLogs(str(one))
+        found.update(dict.fromkeys(paths))
+    return list(found)
