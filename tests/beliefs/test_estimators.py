@@ -123,11 +123,11 @@ def test_an_unknown_estimator_lists_the_known_ones() -> None:
 
 def test_finding_things_changes_what_best_believes_of_the_rest() -> None:
     house = toy.toy_house()
-    items = (ItemType("Fork"),)
+    items = (ItemType("Book"),)
     before = estimator("best").believe(knowledge_of(house.plan, {}), items)
     after = estimator("best").believe(knowledge_of(house.plan, {toy.BED: (), toy.DESK: ()}), items)
     shared = [before.containers.index(c) for c in after.containers]
-    assert np.abs(after.probability - before.probability[:, shared]).max() > 0.005
+    assert np.abs(after.probability - before.probability[:, shared]).max() > 0.01
 
 
 def test_believing_does_not_import_torch() -> None:

@@ -21,7 +21,7 @@ from workbench.beliefs.weights import VERSION, Header, read_weights, write_weigh
 from workbench.errors import BadValue, UnknownName
 from workbench.evaluation.belief_quality import judge, quality
 
-SHORT = Recipe(hidden=(32, 16), epochs=60, batch=64, rate=5e-3, dropout=0.0)
+SHORT = Recipe(hidden=(32, 16), epochs=100, patience=100, batch=8, rate=5e-3, dropout=0.0)
 FEW_TREES = Boosting(trees=40, least=5.0, rate=0.2, columns=1.0, leaves=6)
 
 

@@ -110,12 +110,12 @@ def test_tensors_that_do_not_fit(tmp_path: Path) -> None:
 
 def test_trees_that_walk_in_circles(tmp_path: Path) -> None:
     shipped = read_weights(shipped_weights("best"))
-    if "trees.left" not in shipped.tensors:
+    if "trees.child" not in shipped.tensors:
         pytest.skip("best ships without trees")
-    left = shipped.tensors["trees.left"].copy()
-    left[int(shipped.tensors["trees.roots"][0])] = 0
+    child = shipped.tensors["trees.child"].copy()
+    child[int(shipped.tensors["trees.roots"][0])] = 0
     path = tmp_path / "w.safetensors"
-    write_weights(path, shipped.header, {**shipped.tensors, "trees.left": left})
+    write_weights(path, shipped.header, {**shipped.tensors, "trees.child": child})
     with pytest.raises(MalformedFile, match="lead nowhere"):
         estimator("best", weights=path)
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.beliefs.compiled_trees import grow
-from workbench.beliefs.trees import Trees
+from workbench.beliefs.trees import ENDLESS, Trees, depths
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
@@ -29,7 +29,7 @@ class Boosting:
         trees: at most.
         patience: trees without a better held-out loss before growing stops.
         rate: what share of its fit each tree adds.
-        leaves: at most, of a tree.
+        leaves, depth: at most, of a tree.
         least: weight of rows that a leaf needs.
         ridge: added to the curvature of a leaf.
         columns: share of the features that each tree may ask about.
@@ -37,10 +37,11 @@ class Boosting:
         bins: of each feature.
     """
 
-    trees: int = 300
+    trees: int = 240
     patience: int = 40
-    rate: float = 0.06
-    leaves: int = 12
+    rate: float = 0.075
+    leaves: int = 14
+    depth: int = 5
     least: float = 60.0
     ridge: float = 5.0
     columns: float = 0.5
@@ -144,16 +145,19 @@ def _tree(
     edges: list[Floats],
     how: Boosting,
 ) -> Trees:
-    feature, cut, left, right, value = grow(
-        binned, slope, curve, weight, columns, how.leaves, how.least, how.ridge, how.bins
+    feature, cut, child, value = grow(
+        binned, slope, curve, weight, columns, how.leaves, how.depth, how.least, how.ridge, how.bins
     )
-    threshold = np.array([edges[f][c] if f >= 0 else 0.0 for f, c in zip(feature, cut, strict=True)])
+    leaf = feature < 0
+    threshold = np.array([edges[f][c] if f >= 0 else ENDLESS for f, c in zip(feature, cut, strict=True)])
+    child = np.where(leaf, np.arange(len(leaf)), child).astype(np.int32)
+    roots = np.zeros(1, dtype=np.int32)
     return Trees(
-        roots=np.zeros(1, dtype=np.int32),
-        feature=feature,
+        roots=roots,
+        depth=depths(roots, child),
+        feature=np.where(leaf, 0, feature).astype(np.int32),
         threshold=threshold,
-        left=left,
-        right=right,
+        child=child,
         value=(value * how.rate).astype(np.float32).astype(np.float64),
     )
 
@@ -162,9 +166,9 @@ def _joined(trees: list[Trees]) -> Trees:
     at = np.cumsum([0, *(len(t.feature) for t in trees)])[:-1].astype(np.int32)
     return Trees(
         roots=at,
+        depth=np.concatenate([t.depth for t in trees]),
         feature=np.concatenate([t.feature for t in trees]),
         threshold=np.concatenate([t.threshold for t in trees]),
-        left=np.concatenate([t.left + k for t, k in zip(trees, at, strict=True)]).astype(np.int32),
-        right=np.concatenate([t.right + k for t, k in zip(trees, at, strict=True)]).astype(np.int32),
+        child=np.concatenate([t.child + k for t, k in zip(trees, at, strict=True)]).astype(np.int32),
         value=np.concatenate([t.value for t in trees]),
     )

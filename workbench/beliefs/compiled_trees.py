@@ -16,18 +16,28 @@ Ints = npt.NDArray[np.int32]
 Bins = npt.NDArray[np.uint8]
 
 
+BLOCK = 128
+"""Rows that walk together: their steps do not wait for one another."""
+
+
 @njit(cache=True, nogil=True)
 def walk(
-    rows: Floats, roots: Ints, feature: Ints, threshold: Floats, left: Ints, right: Ints, value: Floats
+    rows: Floats, roots: Ints, depth: Ints, feature: Ints, threshold: Floats, child: Ints, value: Floats
 ) -> Floats:
-    """The sum over trees of the leaf that each row comes to, shape (rows,)."""
-    total = np.zeros(len(rows))
-    for i in range(len(rows)):
+    """The sum over trees of the leaf that each row comes to, shape (rows,). A step is an addition, not a branch."""
+    count = len(rows)
+    total, node = np.zeros(count), np.empty(BLOCK, np.int32)
+    for first in range(0, count, BLOCK):
+        some = min(BLOCK, count - first)
         for t in range(len(roots)):
-            node = roots[t]
-            while feature[node] >= 0:
-                node = left[node] if rows[i, feature[node]] <= threshold[node] else right[node]
-            total[i] += value[node]
+            for i in range(some):
+                node[i] = roots[t]
+            for _ in range(depth[t]):
+                for i in range(some):
+                    k = node[i]
+                    node[i] = child[k] + np.int32(rows[first + i, feature[k]] > threshold[k])
+            for i in range(some):
+                total[first + i] += value[node[i]]
     return total
 
 
@@ -73,14 +83,16 @@ def grow(
     weight: Floats,
     columns: Ints,
     leaves: int,
+    depth: int,
     least: float,
     ridge: float,
     bins: int,
-) -> tuple[Ints, Ints, Ints, Ints, Floats]:
-    """One tree, leaf by leaf: feature (-1 for a leaf), bin, left, right and value of its nodes."""
+) -> tuple[Ints, Ints, Ints, Floats]:
+    """One tree, leaf by leaf: feature (-1 for a leaf), bin, first child and value of its nodes."""
     nodes = 2 * leaves - 1
     feature, cut = np.full(nodes, -1, np.int32), np.zeros(nodes, np.int32)
-    left, right, value = np.zeros(nodes, np.int32), np.zeros(nodes, np.int32), np.zeros(nodes)
+    child, value = np.zeros(nodes, np.int32), np.zeros(nodes)
+    level = np.zeros(nodes, np.int32)
     rows = [np.arange(len(slope))]
     sums = [_histogram(binned, slope, curve, weight, rows[0], columns, bins)]
     splits = [_best_split(sums[0], least, ridge)]
@@ -89,7 +101,7 @@ def grow(
     while count + 2 <= nodes:
         chosen, gain = -1, 0.0
         for k in range(count):
-            if feature[k] < 0 and splits[k][0] > gain:
+            if feature[k] < 0 and level[k] < depth and splits[k][0] > gain:
                 chosen, gain = k, splits[k][0]
         if chosen < 0:
             break
@@ -100,8 +112,9 @@ def grow(
             rows.append(mine)
             sums.append(_histogram(binned, slope, curve, weight, mine, columns, bins))
             splits.append(_best_split(sums[-1], least, ridge))
+            level[count + side] = level[chosen] + 1
             value[count + side] = -slope[mine].sum() / (curve[mine].sum() + ridge)
         feature[chosen], cut[chosen] = columns[column], at
-        left[chosen], right[chosen] = count, count + 1
+        child[chosen] = count
         count += 2
-    return feature[:count], cut[:count], left[:count], right[:count], value[:count]
+    return feature[:count], cut[:count], child[:count], value[:count]

@@ -16,27 +16,33 @@ from workbench.errors import MalformedFile
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
-LEAF = -1
-"""Stands for the feature of a node that is a leaf."""
+ENDLESS = float(np.finfo(np.float32).max)
+"""The threshold of a leaf: nothing is above it, so a leaf leads to itself."""
+
+DEEPEST = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trees:
-    """Binary trees, all nodes in one list; children stand after their parents.
+    """Binary trees, all nodes in one list; the two children of a node stand side by side, after it.
+
+    A leaf is its own child, so that every walk of a tree takes as many steps as the tree is deep and many rows can
+    be walked at once.
 
     Attributes:
-        roots: int32, shape (trees,), the first node of each.
-        feature: int32, shape (nodes,), what a node asks about; LEAF for a leaf.
-        threshold: float64, shape (nodes,): at most this goes left.
-        left, right: int32, shape (nodes,), the nodes to go on with.
+        roots: int32, shape (trees,), the first node of each, rising.
+        depth: int32, shape (trees,), how many steps lead to the deepest leaf.
+        feature: int32, shape (nodes,), what a node asks about; 0 for a leaf.
+        threshold: float64, shape (nodes,): at most this goes to the first child, more to the second.
+        child: int32, shape (nodes,), the first child; the node itself for a leaf.
         value: float64, shape (nodes,), what a leaf adds.
     """
 
     roots: Ints
+    depth: Ints
     feature: Ints
     threshold: Floats
-    left: Ints
-    right: Ints
+    child: Ints
     value: Floats
 
     def total(self, rows: Floats) -> Floats:
@@ -44,7 +50,16 @@ class Trees:
         from workbench.beliefs.compiled_trees import walk
 
         rows = np.ascontiguousarray(rows, dtype=np.float64)
-        return walk(rows, self.roots, self.feature, self.threshold, self.left, self.right, self.value)
+        return walk(rows, self.roots, self.depth, self.feature, self.threshold, self.child, self.value)
+
+
+def depths(roots: Ints, child: Ints) -> Ints:
+    """How deep each tree is, shape (trees,)."""
+    level = np.zeros(len(child), dtype=np.int32)
+    for node in np.flatnonzero(child != np.arange(len(child))):
+        level[child[node]] = level[child[node] + 1] = level[node] + 1
+    ends = np.append(roots[1:], len(child))
+    return np.array([level[a:b].max(initial=0) for a, b in zip(roots, ends, strict=True)], dtype=np.int32)
 
 
 def trees_tensors(trees: Trees) -> dict[str, Tensor]:
@@ -53,8 +68,7 @@ def trees_tensors(trees: Trees) -> dict[str, Tensor]:
         "trees.roots": trees.roots,
         "trees.feature": trees.feature,
         "trees.threshold": trees.threshold.astype(np.float32),
-        "trees.left": trees.left,
-        "trees.right": trees.right,
+        "trees.child": trees.child,
         "trees.value": trees.value.astype(np.float32),
     }
 
@@ -64,17 +78,18 @@ def trees_from(weights: Weights, *, features: int) -> Trees:
     roots = weights.tensor("trees.roots", None).astype(np.int32)
     feature = weights.tensor("trees.feature", None).astype(np.int32)
     n = len(feature)
-    left, right = (weights.tensor(f"trees.{side}", n).astype(np.int32) for side in ("left", "right"))
-    inner, order = feature != LEAF, np.arange(n)
-    forward = all(((side[inner] > order[inner]) & (side[inner] < n)).all() for side in (left, right))
-    known = ((feature >= LEAF) & (feature < features)).all()
-    if not n or not forward or not known or (roots < 0).any() or (roots >= n).any():
+    child = weights.tensor("trees.child", n).astype(np.int32)
+    own = np.arange(n)
+    forward = ((child >= own) & (child < n)).all() and (child[child != own] < n - 1).all()
+    known = ((feature >= 0) & (feature < features)).all()
+    rising = len(roots) > 0 and roots[0] == 0 and (np.diff(roots) > 0).all() and roots[-1] < n
+    if not n or not forward or not known or not rising or depths(roots, child).max() > DEEPEST:
         raise MalformedFile(weights.path, "its trees lead nowhere", "Train it again with lios train")
     return Trees(
         roots=roots,
+        depth=depths(roots, child),
         feature=feature,
         threshold=weights.tensor("trees.threshold", n).astype(np.float64),
-        left=left,
-        right=right,
+        child=child,
         value=weights.tensor("trees.value", n).astype(np.float64),
     )
