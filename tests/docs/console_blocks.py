@@ -1,6 +1,7 @@
 """Do the commands of a page do what the page shows? Finds a page's console and Python blocks, and runs them.
 
-A block is ```console with lines "$ command" and, below each, what it prints; or ```python, a program of its own.
+A block is ```console with lines "$ command" and, below each, what it prints; or ```python, a program of its own,
+where `<!-- run: python -->` stands before it.
 All blocks of a page run in order, in one empty folder that has `logs/` and `examples/` of the checkout in it, and
 `procthor/` where the real houses are at hand. A comment before a block changes that:
 
@@ -69,6 +70,8 @@ def blocks_of(page: Path) -> list[Block]:
     found = []
     for match in _BLOCK.finditer(page.read_text(encoding="utf-8")):
         how = tuple(word.strip() for word in (match["how"] or "").split(",") if word.strip())
+        if match["kind"] == "python" and "python" not in how:
+            continue
         commands = _commands(match["body"]) if match["kind"] == "console" else []
         found.append(
             Block(kind=match["kind"], how=how, body=match["body"], span=match.span("body"), commands=commands)
@@ -210,7 +213,7 @@ def refill(page: Path, folder: Path) -> None:
             shown = [line.rstrip() for line in printed.rstrip().splitlines()]
             if "..." in command.shown:
                 shown = [*shown[: command.shown.index("...")], "..."]
-            lines += [f"$ {command.text}", *(shown if command.shown else [])]
+            lines += [f"$ {command.text}", *shown]
         pieces += [page_text[at : block.span[0]], "\n".join(lines) + "\n"]
         at = block.span[1]
     page.write_text("".join(pieces) + page_text[at:], encoding="utf-8")

@@ -1,0 +1,158 @@
+"""Wheel and sdist build, hold all that is needed at run time, and work from outside the checkout."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from console_blocks import ROOT
+
+PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
+NOT_CODE = {".py", ".pyc", ".nbi", ".nbc"}
+
+
+def _data_files() -> list[str]:
+    """What the packages hold beside Python, as paths from the checkout, by what git knows."""
+    listed = subprocess.run(
+        ["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True, check=False
+    ).stdout.splitlines()
+    return [name for name in listed if Path(name).suffix not in NOT_CODE]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a wheel and an sdist made from a copy of the sources."""
+    pytest.importorskip("build", reason="needs the package build")
+    source = tmp_path_factory.mktemp("source") / "lios"
+    ignore = shutil.ignore_patterns("__pycache__", "*.egg-info", "*.nbi", "*.nbc")
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, source / name, ignore=ignore)
+    for name in ("pyproject.toml", "README.md", "LICENSE", "CITATION.cff"):
+        shutil.copy(ROOT / name, source / name)
+    out = tmp_path_factory.mktemp("dist")
+    made = subprocess.run(
+        [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(out), str(source)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert made.returncode == 0, made.stdout + made.stderr
+    return out
+
+
+@pytest.mark.slow
+def test_wheel_and_sdist_hold_all_data(built: Path) -> None:
+    wanted = _data_files()
+    assert any(name.endswith("houses.jsonl.gz") for name in wanted)
+    (wheel,) = built.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        held = set(archive.namelist())
+    assert [name for name in wanted if name not in held] == []
+    assert [name for name in PACKAGES if f"{name}/py.typed" not in held] == []
+    (sdist,) = built.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert [name for name in wanted if name not in names] == []
+
+
+def _pythons() -> list[str]:
+    """This Python, and 3.11 to 3.13 where they are at hand."""
+    found = {sys.version_info[:2]: sys.executable}
+    homes = [Path(p) for p in os.environ.get("PATH", "").split(os.pathsep)]
+    homes += sorted(Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")).glob("versions/*/bin"))
+    for minor in (11, 12, 13):
+        for home in homes:
+            if (home / f"python3.{minor}").exists():
+                found.setdefault((3, minor), str(home / f"python3.{minor}"))
+    return [python for _, python in sorted(found.items())]
+
+
+def _environment(python: str, folder: Path) -> Path:
+    """An empty environment; returns its Python."""
+    subprocess.run([python, "-m", "venv", str(folder)], check=True, capture_output=True)
+    return folder / ("Scripts" if os.name == "nt" else "bin") / "python"
+
+
+def _clean_environment() -> dict[str, str]:
+    return {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PIP", "VIRTUAL"))}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_installed_it_runs_outside_the_checkout(built: Path, tmp_path: Path) -> None:
+    """The wheel alone in an empty environment that borrows the dependencies of this one."""
+    python = _environment(sys.executable, tmp_path / "venv")
+    (wheel,) = built.glob("*.whl")
+    install = [str(python), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
+    subprocess.run(install, check=True, env=_clean_environment(), capture_output=True)
+    version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+    site = tmp_path / "venv" / "lib" / version / "site-packages"
+    # A plain path: .pth files of the borrowed folder, which could lead back into the checkout, are not followed.
+    (site / "borrowed.pth").write_text(sysconfig.get_paths()["purelib"] + "\n", encoding="utf-8")
+    lios, outside = python.parent / "lios", tmp_path / "outside"
+    outside.mkdir()
+    plain = _clean_environment()
+    where = subprocess.run(
+        [str(python), "-c", "import workbench, dashboards; print(workbench.__file__, dashboards.__file__)"],
+        cwd=outside,
+        env=plain,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert str(ROOT) not in where
+    said = subprocess.run(
+        [str(lios), "--version"], cwd=outside, env=plain, capture_output=True, text=True, check=True
+    )
+    pyproject = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert re.search(r'^version = "(.+)"$', pyproject, re.MULTILINE)[1] in said.stdout  # type: ignore[index]
+    demo = subprocess.run(
+        [str(lios), "demo", "--no-view", "--json"],
+        cwd=outside,
+        env=plain,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert demo.returncode == 0, demo.stderr
+    assert '"status": "done"' in demo.stdout
+    site_check = subprocess.run(
+        [str(lios), "site", "check", "paper_home"],
+        cwd=outside,
+        env=plain,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert site_check.returncode == 0, site_check.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("python", _pythons(), ids=lambda p: Path(p).name)
+def test_its_metadata_and_syntax_suit(python: str, built: Path, tmp_path: Path) -> None:
+    """Installs without dependencies, compiles everything, and prints the version, on every Python at hand."""
+    own = _environment(python, tmp_path / "venv")
+    (wheel,) = built.glob("*.whl")
+    plain = _clean_environment()
+    install = [str(own), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--no-compile", str(wheel)]
+    subprocess.run(install, check=True, env=plain, capture_output=True)
+    site = next((tmp_path / "venv" / "lib").glob("python*")) / "site-packages"
+    done = subprocess.run(
+        [str(own), "-W", "error", "-m", "compileall", "-q", *(str(site / name) for name in PACKAGES)],
+        env=plain,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    version = "from importlib.metadata import version, entry_points as e; print(version('lios-workbench'))"
+    assert subprocess.run([str(own), "-c", version], env=plain, check=True, capture_output=True).stdout
