@@ -70,16 +70,18 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """How much work the bounds of one strategy may take.
+    """How much work one strategy over one log may take.
 
     Attributes:
         stretches: stretches of the loop, each about one decision.
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
+        draws: stretches for the estimate; beyond, fewer worlds are drawn (estimates.py).
     """
 
-    stretches: int = 600
+    stretches: int = 400
     finish: int = 150
+    draws: int = 200
 
 
 def bounds_of(tree: Unfolding, *, budget: Budget) -> Bounds:
@@ -133,6 +135,7 @@ class _Search:
         self._least = StillToWalk(tree.evidence, tree.relevance)
         self._most = MostToWalk(tree.evidence, max_steps=tree.max_steps)
         self._intervals: dict[Node, _Interval] = {}
+        self._waiting = 1
 
     def bounds(self) -> Bounds:
         root = self._tree.root
@@ -143,8 +146,9 @@ class _Search:
             side = self._open_side()
             if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
                 break
-            for which in (side,) if side is not None else (None,):
-                self._deepen(which)
+            if side == "high" and self._waiting > self._budget.stretches - spent:
+                break  # the dearest world is certain only when nearly every branch was followed: out of reach
+            self._deepen(side)
         return self._result()
 
     def _open_side(self) -> Side | None:
@@ -185,6 +189,7 @@ class _Search:
 
     def _expand(self, node: Node) -> None:
         """Runs on from a node and bounds its children from outside."""
+        self._waiting -= node.stretch is None
         stretch = self._tree.advance(node)
         question = stretch.question
         if question is None:
@@ -199,6 +204,7 @@ class _Search:
             child = self._tree.child(node, answer)
             if child not in self._intervals:
                 self._intervals[child] = self._from_outside(child)
+                self._waiting += 1
         self._gather(node)
 
     def _from_outside(self, node: Node) -> _Interval:

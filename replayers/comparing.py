@@ -98,8 +98,9 @@ def difference(a: StoredReplay, b: StoredReplay) -> Difference:
         apart = list(_apart(a.leaves, b.leaves))
         least, most = min(apart), max(apart)
     chance, drawn = None, None
-    if a.drawn and a.draws == b.draws and len(a.drawn) == len(b.drawn):
-        costs = np.array(a.drawn) - np.array(b.drawn)
+    common = min(len(a.drawn), len(b.drawn))
+    if common and a.draws == b.draws:
+        costs = np.array(a.drawn[:common]) - np.array(b.drawn[:common])
         chance = (float(np.mean(costs < -NEAR)), float(np.mean(np.abs(costs) <= NEAR)))
         drawn = float(costs.mean())
     return Difference(

@@ -19,6 +19,7 @@ from workbench.execution.events import RunStatus
 
 Floats = npt.NDArray[np.float64]
 
+FEWEST_WORLDS = 50
 Z95 = 1.959964
 MASS = 0.9
 """The share of drawn worlds that the predictive interval aims to hold."""
@@ -43,10 +44,21 @@ class Estimate:
     worlds: int
 
 
-def costs_in(worlds: DrawnWorlds, tree: Unfolding) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """What a strategy costs in each world, shape (worlds,), and whether it did the task there."""
+def costs_in(
+    worlds: DrawnWorlds, tree: Unfolding, *, most_stretches: int | None = None
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """What a strategy costs in each world, shape (worlds,), and whether it did the task there.
+
+    Args:
+        most_stretches: after so many new stretches of the loop the remaining worlds are left out, but never below
+            FEWEST_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
+    """
     costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
+    began = tree.stretches
     for world in range(len(worlds)):
+        spent = tree.stretches - began
+        if most_stretches is not None and world >= FEWEST_WORLDS and spent >= most_stretches:
+            return costs[:world], done[:world]
 
         def choose(question: Question, world: int = world) -> Answer:
             answer = worlds.answer(world, question.container, question.live)

@@ -219,7 +219,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
     bounds = bounds_of(tree, budget=settings.budget)
     drawn, estimate = None, None
     if ground.worlds is not None:
-        drawn, done = costs_in(ground.worlds, tree)
+        drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
         estimate = estimate_of(drawn, done)
     true = _ended(in_truth(ground, planner)) if ground.truth is not None else None
     return Replay(

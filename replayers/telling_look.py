@@ -50,20 +50,21 @@ def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collecti
     """Open containers, the most telling first.
 
     Args:
-        costs: per strategy, its cost in each drawn world, shape (worlds,).
+        costs: per strategy, its cost in each drawn world, shape (worlds,); the first ones where lengths differ.
         asked: containers that some strategy looks into; the others can tell nothing about these strategies.
     """
-    table = np.array([costs[name] for name in sorted(costs)])
-    if not len(worlds) or not len(table):
+    common = min((len(drawn) for drawn in costs.values()), default=0)
+    if not common:
         return ()
+    table = np.array([costs[name][:common] for name in sorted(costs)])
     doubt, spread = _doubt(table), _spread(table)
     looks: list[Look] = []
     for j, container in enumerate(worlds.containers):
         if container not in asked:
             continue
-        inside = worlds.inside[:, :, j]
+        inside = worlds.inside[:common, :, j]
         groups = _groups(inside)
-        shares = [len(g) / len(worlds) for g in groups]
+        shares = [len(g) / common for g in groups]
         looks.append(
             Look(
                 container=container,
