@@ -1,0 +1,227 @@
+"""How fast is a moment shown? An hour-long run in a house of ten rooms and a hundred containers, with four ghosts.
+
+The timings are processor seconds of this process: what the server does for one browser. They are compared with generous
+bounds, because other work may share the machine; the figures that count are printed by
+`pytest tests/benchmarks/test_dashboard_speed.py -s`.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from dashboards.clock import Clock
+from dashboards.geometry.house import house_shape
+from dashboards.looks import bar_heights_m, container_colours
+from dashboards.palette import run_colour
+from dashboards.panels.beliefs import beliefs
+from dashboards.panels.comparison import comparison
+from dashboards.panels.now import legend, now
+from dashboards.panels.plan import plan
+from dashboards.panels.strip import cursor, strip
+from dashboards.scene import Scene, scene_at
+from dashboards.timeline import Timeline, timeline_of
+from replayers.run import Run
+from workbench.planning.tasks import find_task
+from workbench.runs.place import Place
+from workbench.runs.vocabulary import (
+    NANO,
+    ActionFinished,
+    BeliefUpdate,
+    Observation,
+    PlanComputed,
+    RunInfo,
+    Stamp,
+    Step,
+    Stop,
+)
+from workbench.search.costs import SIMULATION
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import START, Container, ContainerId, FloorPlan, ItemType, LocationId, Room, RoomId, Wall
+from workbench.worlds.travel import TravelCosts
+
+KINDS = ("Bed", "Fridge", "CounterTop", "Sofa", "Dresser", "DiningTable", "Chair", "ShelvingUnit", "Desk", "TVStand")
+ROOMS, CONTAINERS, DECISIONS, GHOSTS, HOUR_S = 10, 100, 1200, 4, 3600.0
+
+
+def _plan() -> FloorPlan:
+    rooms, walls, containers = [], [], []
+    kinds = (
+        "Bed",
+        "Fridge",
+        "CounterTop",
+        "Sofa",
+        "Dresser",
+        "DiningTable",
+        "Chair",
+        "ShelvingUnit",
+        "Desk",
+        "TVStand",
+    )
+    for r in range(ROOMS):
+        x, y = 6.0 * (r % 5), 6.0 * (r // 5)
+        corners = ((x, y), (x + 6, y), (x + 6, y + 6), (x, y + 6))
+        rooms.append(Room(id=RoomId(f"room|{r}"), kind="Bedroom", floor=corners))
+        for i in range(4):
+            walls.append(Wall(id=f"w{r}{i}", start=corners[i], end=corners[(i + 1) % 4], room=RoomId(f"room|{r}")))
+        for c in range(CONTAINERS // ROOMS):
+            pose = Pose(x_m=x + 0.8 + 1.1 * (c % 5), y_m=y + 1.0 + 3.5 * (c // 5))
+            containers.append(
+                Container(
+                    id=ContainerId(f"{KINDS[c]}|{r}|{c}"),
+                    type=KINDS[c],
+                    room=RoomId(f"room|{r}"),
+                    pose=pose,
+                    size_m=(0.9, 0.9, 0.9),
+                )
+            )
+    return FloorPlan(
+        name="large",
+        rooms=tuple(rooms),
+        walls=tuple(walls),
+        doors=(),
+        windows=(),
+        containers=tuple(containers),
+        furniture=(),
+        start=Pose(x_m=1.0, y_m=3.0),
+    )
+
+
+def _run(seed: int) -> Run:
+    """A run that looks into one container after another and then walks on between them for an hour."""
+    rng = np.random.default_rng(seed)
+    floor = _plan()
+    ids = [c.id for c in floor.containers]
+    standing = {START: floor.start} | {LocationId(c.id): c.pose for c in floor.containers}
+    locations = tuple(standing)
+    at = np.array([standing[name].point for name in locations])
+    travel = TravelCosts(locations=locations, metres=np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1)))
+    order = [ids[i] for i in rng.permutation(len(ids))]
+    beliefs_, plans, actions, seen = [], [], [], []
+    here, step_s = str(START), HOUR_S / DECISIONS
+    for d in range(DECISIONS):
+        target, second = order[d % len(order)], d * step_s
+        left = order[d + 1 :] if d < len(order) else []
+        p = tuple(float(v) for v in rng.uniform(0, 0.5, len(left)))
+        beliefs_.append(
+            BeliefUpdate(
+                stamp=_stamp(second),
+                decision=d + 1,
+                item_types=("Mug", "Egg"),
+                containers=tuple(left),
+                probability=(p, p),
+                estimator="drawn@0",
+            )
+        )
+        plans.append(
+            PlanComputed(
+                stamp=_stamp(second),
+                decision=d + 1,
+                robot_at=here,
+                reason="drawn",
+                status="solved",
+                steps=(Step(action="find", origin=here, target=START, item_types=("Mug",), cost=10.0),),
+                expected_cost=10.0,
+                lower_bound=None,
+                optimal=False,
+                solver="drawn",
+                search_order=tuple(Stop(container=c, probability=0.1, reached=0.5, leg_m=3.0) for c in left[:8]),
+            )
+        )
+        way = np.linspace(standing[LocationId(here)].point, standing[LocationId(target)].point, 12)
+        for i, (name, a, b) in enumerate((("move", 0.0, 0.7), ("search", 0.7, 1.0))):
+            actions.append(
+                ActionFinished(
+                    stamp=_stamp(second + b * step_s),
+                    decision=d + 1,
+                    index=2 * d + i,
+                    start=_stamp(second + a * step_s),
+                    action=name,
+                    origin=here,
+                    target=target,
+                    item_types=(),
+                    items=(),
+                    cost=1.0,
+                    success=True,
+                    path=tuple((float(x), float(y)) for x, y in way) if name == "move" else (),
+                )
+            )
+        if d < len(order):
+            seen.append(
+                Observation(
+                    stamp=_stamp(second + step_s), decision=d + 1, container=target, items=(), robot_at=target
+                )
+            )
+        here = target
+    info = RunInfo(
+        run_id=str(seed),
+        schema_version=1,
+        place="large",
+        scenario="find",
+        strategy=f"drawn-{seed}",
+        estimator="drawn@0",
+        seed=seed,
+        started=_stamp(0),
+    )
+    return Run(
+        path=Path(f"{seed}.mcap"),
+        info=info,
+        place=Place(plan=floor, travel=travel, standing=MappingProxyType(standing)),
+        task=find_task(ItemType("Mug"), START),
+        costs=SIMULATION,
+        observations=tuple(seen),
+        beliefs=tuple(beliefs_),
+        plans=tuple(plans),
+        actions=tuple(actions),
+    )
+
+
+def _stamp(second: float) -> Stamp:
+    return Stamp.of(1_767_225_600 * NANO + round(second * NANO))
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Run]:
+    first = _run(0)
+    return [first, *(replace(_run(i), place=first.place) for i in range(1, GHOSTS + 1))]
+
+
+def _show(clock: Clock, names: list[str], reading: float) -> list[Scene]:
+    """All that the server works out for one frame."""
+    scenes = [scene_at(t, s) for t, s in zip(clock.timelines, clock.stamps(reading), strict=True)]
+    container_colours(scenes[0])
+    bar_heights_m(scenes[0])
+    first: Timeline = clock.timelines[0]
+    for words in (now(scenes[0]), legend(scenes[0]), beliefs(scenes[0], first), plan(scenes[0])):
+        assert words
+    comparison(clock, scenes, names)
+    cursor(clock, reading)
+    return scenes
+
+
+def test_an_hour_with_four_ghosts_is_scrubbed_at_thirty_a_second(runs: list[Run]) -> None:
+    began = time.process_time()
+    timelines = tuple(timeline_of(run) for run in runs)
+    house_shape(_plan())
+    names = [run.info.strategy for run in runs]
+    clock = Clock(timelines=timelines)
+    strip(clock, names, [run_colour(i) for i in range(len(names))])
+    _show(clock, names, 0.0)
+    first_view_s = time.process_time() - began
+
+    readings = np.random.default_rng(1).uniform(0, HOUR_S, 120)
+    took: list[float] = []
+    for reading in readings:
+        began = time.process_time()
+        _show(clock, names, float(reading))
+        took.append(time.process_time() - began)
+    median_ms, p95_ms = 1e3 * float(np.median(took)), 1e3 * float(np.quantile(took, 0.95))
+    print(f"\nfirst view {first_view_s:.2f} s; a random seek {median_ms:.1f} ms (95 %: {p95_ms:.1f} ms)")
+    assert first_view_s < 2.0 * 3
+    assert median_ms < 1000 / 30
+    assert p95_ms < 100
