@@ -1,7 +1,7 @@
 """How fast is a moment shown? An hour-long run in a house of ten rooms and a hundred containers, with four ghosts.
 
-The timings are processor seconds of this process: what the server does for one browser. They are compared with generous
-bounds, because other work may share the machine; the figures that count are printed by
+The timings are processor seconds of this process: what the server does for one browser. Bounds are
+generous, because other work may share the machine; the figures that count are printed by
 `pytest tests/benchmarks/test_dashboard_speed.py -s`.
 """
 
@@ -51,18 +51,6 @@ ROOMS, CONTAINERS, DECISIONS, GHOSTS, HOUR_S = 10, 100, 1200, 4, 3600.0
 
 def _plan() -> FloorPlan:
     rooms, walls, containers = [], [], []
-    kinds = (
-        "Bed",
-        "Fridge",
-        "CounterTop",
-        "Sofa",
-        "Dresser",
-        "DiningTable",
-        "Chair",
-        "ShelvingUnit",
-        "Desk",
-        "TVStand",
-    )
     for r in range(ROOMS):
         x, y = 6.0 * (r % 5), 6.0 * (r // 5)
         corners = ((x, y), (x + 6, y), (x + 6, y + 6), (x, y + 6))

@@ -29,10 +29,10 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-def open_view(browser: Browser, url: str, *, width: int = 1300, height: int = 760) -> Page:
+def open_view(browser: Browser, url: str, *, width: int = 1000, height: int = 600) -> Page:
     """A tab with the dashboard, once its panels and its house are there."""
     page = browser.new_page(viewport={"width": width, "height": height})
-    page.set_default_timeout(25_000)
+    page.set_default_timeout(90_000)
     page.goto(url)
     page.locator(".lp .facts").wait_for()
     page.wait_for_function("[...document.querySelectorAll('canvas')].some((c) => c.clientWidth > 300)")
