@@ -46,7 +46,7 @@ def demo(
 
     log = output / "run.mcap"
     output.mkdir(parents=True, exist_ok=True)
-    trial = trial_for(Wish(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios", estimator="counts")
+    trial = trial_for(Wish(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
     say(f"1. A robot looks for a {ITEM} in {trial.house.plan.name}, by {trial.strategy} (the paper's search policy).")
     end = record_trial(trial, log, force=True)
     say(f"   {end.status}: cost {end.cost:.1f}, {end.searches} containers searched, recorded to {log}")

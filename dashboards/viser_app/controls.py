@@ -129,6 +129,7 @@ class Controls:
             ("Belief as bars", "bars"),
             ("Order of search", "orders"),
             ("Room names", "room_names"),
+            ("Occupancy map", "occupancy"),
             ("Follow the robot", "follow"),
         ):
             box = gui.add_checkbox(label, getattr(session.state, field))

@@ -49,6 +49,7 @@ class ViewState:
     bars: bool = True
     orders: bool = True
     room_names: bool = True
+    occupancy: bool = False
 
 
 class Session:
@@ -176,7 +177,7 @@ class Session:
         if self._opened is None or self._opened[0] != wanted[0]:
             plan = timelines[0].plan if timelines else None
             if plan is not None and (first or plan != before):
-                self.stage.show_house(plan, self.library.shape(plan))
+                self.stage.show_house(plan, self.library.shape(plan), timelines[0].run.place.occupancy)
                 self._walls = ""
             self.stage.cast(
                 [run_colour(i) for i in range(len(timelines))],
@@ -239,6 +240,7 @@ class Session:
             self.stage.show_walls(state.walls)
             self._walls = state.walls
         self.stage.show_room_names(state.room_names)
+        self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         scenes = self.scenes()
         self.stage.show(scenes, bars=state.bars, orders=state.orders)
         if state.follow:

@@ -16,12 +16,14 @@ import viser
 
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.marks import ROBOT_DARK, cross, dashes, question, robot_body, robot_legs, tick, walked
+from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.looks import bar_heights_m, container_colours
-from dashboards.palette import UNSEEN, Colour
+from dashboards.palette import OCCUPIED, UNSEEN, Colour
 from dashboards.scene import STATUSES, Scene
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
+from workbench.worlds.occupancy import OccupancyGrid
 
 TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus lies on top."""
@@ -55,6 +57,7 @@ class Stage:
         self._handles: list[viser.SceneNodeHandle] = []
         self._walls: dict[str, list[viser.SceneNodeHandle]] = {}
         self._rooms: list[viser.LabelHandle] = []
+        self._occupancy: viser.MeshHandle | None = None
         self._bars: viser.BatchedMeshHandle | None = None
         self._marks: dict[str, viser.BatchedMeshHandle] = {}
         self._orders: list[viser.LabelHandle] = []
@@ -72,9 +75,17 @@ class Stage:
         scene.add_light_directional("/light/sun", color=(255, 246, 232), intensity=1.7, position=(-6.0, -9.0, 14.0))
         scene.add_light_directional("/light/fill", color=(226, 236, 255), intensity=0.5, position=(9.0, 6.0, 6.0))
 
-    def show_house(self, plan: FloorPlan, shape: HouseShape) -> None:
-        """Replaces what is shown by an empty house."""
+    def show_house(self, plan: FloorPlan, shape: HouseShape, grid: OccupancyGrid | None = None) -> None:
+        """Replaces what is shown by an empty house, with its occupancy grid as a layer."""
         self.clear()
+        cells = occupancy_mesh(grid) if grid is not None else None
+        if cells is not None:
+            self._occupancy = self._keep(
+                self._scene.add_mesh_simple(
+                    "/house/occupancy", *cells, color=OCCUPIED, opacity=0.45, side="double", cast_shadow=False
+                )
+            )
+            self._occupancy.visible = False
         self._plan, self._shape = plan, shape
         for floor in shape.floors:
             self._keep(
@@ -112,6 +123,10 @@ class Stage:
             for handle in handles:
                 handle.visible = name == mode
 
+    def show_occupancy(self, visible: bool) -> None:
+        if self._occupancy is not None:
+            self._occupancy.visible = visible
+
     def show_room_names(self, visible: bool) -> None:
         for label in self._rooms:
             label.visible = visible
@@ -148,6 +163,7 @@ class Stage:
         for label in self._orders:
             label.remove()
         self._handles, self._rooms, self._orders, self._furniture = [], [], [], []
+        self._occupancy = None
         self._walls, self._marks, self._shown, self._bars = {}, {}, {}, None
 
     def _keep(self, handle: Any) -> Any:

@@ -12,11 +12,13 @@ from dashboards.geometry.floors import floors
 from dashboards.geometry.furniture import KINDS, WORDS, furniture_solids, kind_of, solids_of
 from dashboards.geometry.house import house_shape
 from dashboards.geometry.marks import dashes, segments, walked
+from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Solid, batches, unit_mesh
 from dashboards.geometry.walls import CAP_M, gaps_of, wall_solids
 from dashboards.palette import WALL, belief_colours
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Furniture, RoomId
+from workbench.worlds.occupancy import OccupancyGrid
 
 PLAN = toy_plan()
 
@@ -159,3 +161,20 @@ def _inside(solid: Solid, point: tuple[float, float, float]) -> bool:
     dx, dy, dz = (p - q for p, q in zip(point, solid.centre, strict=True))
     local = (c * dx - s * dy, s * dx + c * dy, dz)
     return all(abs(v) <= size / 2 + 1e-9 for v, size in zip(local, solid.size_m, strict=True))
+
+
+def test_the_occupancy_layer_covers_the_occupied_cells() -> None:
+    cells = np.zeros((3, 5), dtype=bool)
+    cells[0, :2] = cells[0, 4] = cells[2, 1:] = True
+    made = occupancy_mesh(OccupancyGrid(origin=(1.0, 2.0), resolution_m=0.5, occupied=cells))
+    assert made is not None
+    vertices, faces = made
+    assert len(faces) == 2 * 3, "one rectangle a stretch"
+    corners = vertices[faces]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2
+    assert areas.sum() == pytest.approx(7 * 0.25)
+    assert vertices[:, :2].min(axis=0).tolist() == [1.0, 2.0]
+    assert vertices[:, :2].max(axis=0).tolist() == [3.5, 3.5]
+    assert (
+        occupancy_mesh(OccupancyGrid(origin=(0, 0), resolution_m=1.0, occupied=np.zeros((2, 2), dtype=bool))) is None
+    )
