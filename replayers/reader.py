@@ -10,8 +10,6 @@ is followed by another. No length is believed before it is compared with what is
 from __future__ import annotations
 
 import io
-import re
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,17 +18,11 @@ from typing import BinaryIO, NamedTuple, final
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
-    AttachmentIndex,
     Channel,
-    ChunkIndex,
     DataEnd,
-    Footer,
-    Header,
     McapRecord,
     Metadata,
-    MetadataIndex,
     Schema,
-    Statistics,
 )
 
 from recorders.log_index import MAGIC, LogIndex
@@ -41,20 +33,33 @@ from replayers.mcap_records import (
     Raw,
     Record,
     Unreadable,
-    is_known,
     opcode_name,
     parse,
     records_in,
 )
+from replayers.resync import next_record
+from replayers.summary import read_index
 from workbench.errors import FileMissing, Malformed, MalformedFile
 
+__all__ = [
+    "Content",
+    "Damage",
+    "DamagedLog",
+    "Message",
+    "NoMcap",
+    "attachment",
+    "messages",
+    "metadata",
+    "open_log",
+    "read_index",
+    "record_at",
+    "scan",
+    "wanted_chunks",
+]
+
 CHUNK_HEAD_BYTES = 48
-FOOTER_BYTES = HEAD.size + 20
 BOOKKEEPING = frozenset({-1, 2, 7, 8, 10, 11, 13, 14, 15})
 """Opcodes of indexes, statistics and ends: what can be made anew."""
-WINDOW_BYTES = 1 << 20
-CHAIN = 3
-"""So many records in a row must fit before a place after damage is taken for the beginning of one."""
 
 
 class NoMcap(MalformedFile):
@@ -242,20 +247,6 @@ def _saved_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what: str
     return _Found(opcode, -1, damage=damage)
 
 
-def next_record(stream: BinaryIO, start: int, limit: int = MAX_RECORD_BYTES) -> int:
-    """Where a record begins again at or after start; -1 if nowhere."""
-    size = stream.seek(0, io.SEEK_END)
-    at = start
-    while at < size:
-        stream.seek(at)
-        window = stream.read(WINDOW_BYTES + HEAD.size)
-        for match in _HEADS.finditer(window):
-            if match.start() < WINDOW_BYTES and _begins_here(stream, at + match.start(), size, limit):
-                return at + match.start()
-        at += WINDOW_BYTES
-    return -1
-
-
 def messages(
     path: Path | str,
     *,
@@ -373,38 +364,6 @@ class Content:
         return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
 
 
-def read_index(stream: BinaryIO) -> LogIndex | None:
-    """What the end of a closed file says is in it; None when it was not closed or its summary is damaged."""
-    size = stream.seek(0, io.SEEK_END)
-    tail = FOOTER_BYTES + len(MAGIC)
-    stream.seek(max(size - tail, 0))
-    end = stream.read(tail)
-    if len(end) < tail or end[-len(MAGIC) :] != MAGIC or end[0] != Opcode.FOOTER:
-        return None
-    try:
-        footer, _ = parse(Opcode.FOOTER, end[HEAD.size : -len(MAGIC)])
-        if not isinstance(footer, Footer) or not len(MAGIC) < footer.summary_start <= size - tail:
-            return None
-        if size - tail - footer.summary_start > MAX_RECORD_BYTES:
-            return None
-        stream.seek(footer.summary_start)
-        body = stream.read(size - tail - footer.summary_start)
-        if footer.summary_crc and zlib.crc32(body + end[: HEAD.size + 16]) != footer.summary_crc:
-            return None
-        index = _filled(body)
-        first = next(scan(stream, limit=MAX_RECORD_BYTES), None)
-    except (Unreadable, DamagedLog):
-        return None
-    index.header = first[1] if first is not None and isinstance(first[1], Header) else None
-    index.data_end = footer.summary_start - HEAD.size - 4
-    stream.seek(index.data_end)
-    data_end = stream.read(HEAD.size + 4)
-    if not data_end or data_end[0] != Opcode.DATA_END:
-        return None
-    index.data_crc = int.from_bytes(data_end[HEAD.size :], "little")
-    return index
-
-
 def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = None) -> Record | None:
     """The one record at an offset; None, and damage told, where there is none or it makes no sense."""
     size = stream.seek(0, io.SEEK_END)
@@ -439,75 +398,5 @@ def _outside_chunks(path: Path | str, kind: type[McapRecord], name: str) -> Iter
             yield record
 
 
-def _begins_here(stream: BinaryIO, offset: int, size: int, limit: int) -> bool:
-    """Whether CHAIN records in a row, or records up to the end of the file, begin at an offset."""
-    at = offset
-    for step in range(CHAIN):
-        stream.seek(at)
-        head = stream.read(HEAD.size)
-        if step and (not head or at + len(head) == size):
-            return step > 1 or _is_whole(stream, offset, limit)
-        if len(head) < HEAD.size:
-            return False
-        opcode, length = HEAD.unpack(head)
-        if not is_known(opcode):
-            return False
-        if length > limit or at + HEAD.size + length > size:
-            return step > 0 and _is_whole(stream, offset, limit)
-        at += HEAD.size + length
-        if opcode == Opcode.FOOTER:
-            return at + len(MAGIC) == size
-    return _is_whole(stream, offset, limit)
-
-
-def _is_whole(stream: BinaryIO, offset: int, limit: int) -> bool:
-    """Whether the record at an offset can be read, a chunk with its checksum."""
-    stream.seek(offset)
-    opcode, length = HEAD.unpack(stream.read(HEAD.size))
-    try:
-        record, _ = parse(opcode, stream.read(length))
-        if isinstance(record, ChunkRecord):
-            record.unpack(limit=limit)
-    except Unreadable:
-        return False
-    return record is not None
-
-
-def _filled(body: bytes) -> LogIndex:
-    """An index from the bytes of a summary section."""
-    index = LogIndex()
-    offset = 0
-    while offset + HEAD.size <= len(body):
-        opcode, length = HEAD.unpack_from(body, offset)
-        start = offset + HEAD.size
-        if start + length > len(body):
-            raise Unreadable("the summary ends inside a record")
-        _take(index, parse(opcode, body[start : start + length])[0])
-        offset = start + length
-    return index
-
-
-def _take(index: LogIndex, record: Record | None) -> None:
-    match record:
-        case Schema():
-            index.schemas[record.id] = record
-        case Channel():
-            index.channels[record.id] = record
-        case ChunkIndex():
-            index.chunks.append(record)
-        case AttachmentIndex():
-            index.attachments.append(record)
-        case MetadataIndex():
-            index.metadata.append(record)
-        case Statistics():
-            index.statistics = record
-            index.counts = dict(record.channel_message_counts)
-            index.first_ns, index.last_ns = record.message_start_time, record.message_end_time
-        case _:
-            pass
-
-
 NO_DATA = frozenset({int(Opcode.MESSAGE_INDEX), int(Opcode.ATTACHMENT), int(Opcode.METADATA)})
 """Records that say nothing of messages; skipped unread by those who want messages only."""
-_HEADS = re.compile(rb"(?=[\x01-\x0f].{3}[\x00-\x08]\x00\x00\x00\x00)", re.DOTALL)
-"""Where a record could begin: a known opcode and a length below 2^35."""

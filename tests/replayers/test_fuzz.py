@@ -34,7 +34,8 @@ ACTIONS: tuple[Callable[[Path], object], ...] = (
     lambda path: list(messages(path)),
     lambda path: read_many(path).actions,
 )
-SLOWEST_S = 20.0
+SLOWEST_S = 10.0
+"""Processor seconds."""
 MOST_BYTES = 200_000_000
 
 
@@ -66,7 +67,7 @@ def _hold(data: bytes, folder: Path) -> None:
     """Everything ends in an answer or in one line, and what was recovered is no longer broken."""
     path, clean = folder / "fuzzed.mcap", folder / "clean.mcap"
     path.write_bytes(data)
-    began = time.monotonic()
+    began = time.thread_time()
     for action in ACTIONS:
         try:
             action(path)
@@ -78,7 +79,7 @@ def _hold(data: bytes, folder: Path) -> None:
     except LiosError:
         return
     finally:
-        assert time.monotonic() - began < SLOWEST_S
+        assert time.thread_time() - began < SLOWEST_S
     found = [finding for finding in examine(clean).findings if "byte" in finding.where or finding.where == "summary"]
     assert examine(clean).verdict is Verdict.FINE or not found, found
 
