@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from workbench.beliefs.encoder import (
 )
 from workbench.errors import BadValue, MissingExtra
 from workbench.worlds.names import vocabulary
+from workbench.worlds.procthor import load_houses
+from workbench.worlds.shipped import shipped_houses
 
 live = pytest.mark.skipif(
     importlib.util.find_spec("sentence_transformers") is None, reason="the extra 'encoder' is not installed"
@@ -86,3 +89,15 @@ def test_an_encoder_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HF_HUB_OFFLINE", "1")
     with pytest.raises(NoSuchEncoder, match="no-such/model"):
         live_encoder("no-such/model")
+
+
+def test_names_of_all_houses_at_hand_are_shipped(procthor: Path) -> None:
+    known = set(shipped_vectors().table)
+    for path in (shipped_houses(), procthor / "multi_room_train.jsonl.gz"):
+        for house in load_houses(path):
+            types = (
+                *house.item_types(),
+                *(c.type for c in house.plan.containers),
+                *(r.kind for r in house.plan.rooms),
+            )
+            assert {generic_name(t) for t in types} <= known

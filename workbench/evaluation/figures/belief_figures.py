@@ -86,7 +86,7 @@ def _heat_maps(
 def _curve(request: BeliefRequest, folder: Path) -> Path | None:
     """Trained on 5, 10, 20, ... houses that are not measured on; None where there are too few."""
     pool, held_out, measured = _curve_houses(request)
-    sizes = [n for n in (5, 10, 20, 40, 80, 160, 320) if n <= len(pool)]
+    sizes = sorted({n for n in (5, 10, 20, 40, 80, 160, 320) if n <= 0.75 * len(pool)} | {len(pool)})
     if len(sizes) < 2 or not held_out or not measured:
         return None
     order = np.random.default_rng(request.seed).permutation(len(pool))
