@@ -234,6 +234,17 @@ def test_each_row_of_a_table_is_what_it_would_be_alone() -> None:
         assert whole.metres[i] == pytest.approx(alone.metres[0], abs=1e-9)
 
 
+def test_many_item_types_are_taken_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(7)
+    travel = world([tuple(x) for x in rng.random((7, 2)) * 10])
+    rows = belief(*(rng.random((5, 6)) * 0.4).tolist())
+    ends = {"origins": travel.locations, "targets": travel.locations, "costs": COSTS, "belief_model": "marginal"}
+    whole = expected_find_costs(rows, travel, **ends)  # type: ignore[arg-type]
+    monkeypatch.setattr(engine, "MOST_SUBSETS", 1 << 7)
+    in_parts = expected_find_costs(rows, travel, **ends)  # type: ignore[arg-type]
+    assert in_parts.metres == pytest.approx(whole.metres, abs=1e-12)
+
+
 def test_more_candidates_see_more_of_the_cost_under_a_belief_that_knows_of_an_instance() -> None:
     rng = np.random.default_rng(6)
     travel = world([tuple(x) for x in rng.random((12, 2)) * 10])

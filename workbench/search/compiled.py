@@ -22,6 +22,9 @@ Indices = npt.NDArray[np.int64]
 TILE = 64
 """Targets that are carried through the subsets together."""
 
+MOST_ENTRIES = 8_000_000
+"""Entries of the two layers in memory, at most, while a tile can be narrower."""
+
 THREADS_FROM, MOST_THREADS = 11, 8
 """From this many candidates on, item types are shared among threads; the program holds no lock of Python's."""
 
@@ -99,10 +102,10 @@ def _cost_table(
 ) -> None:
     items, origins, k = from_m.shape
     targets = found.shape[2]
-    width = min(targets, TILE)
     largest = 0
     for size in range(k + 1):
         largest = max(largest, start[size + 1] - start[size])
+    width = min(targets, TILE, max(4, MOST_ENTRIES // (2 * largest * k)))
     layer = np.zeros((2, largest, k, width))
     onward = np.empty((k, width))
     best = np.empty(width)

@@ -67,7 +67,7 @@ def corrected_find_costs(
         belief_model=belief_model,
         limit=limit,
         ranking=ranking,
-        tail=lambda these, candidates: tail_costs(these, candidates, costs=costs, model=belief_model),
+        tail=lambda p, candidates: tail_costs(here, p, candidates, costs=costs, model=belief_model),
     )
     return FindCosts(
         item_types=belief.item_types,
@@ -84,13 +84,16 @@ def scale_of(estimator: str) -> float:
     return SCALES.get(estimator.partition("@")[0], 1.0)
 
 
-def tail_costs(here: Places, candidates: Indices, *, costs: ActionCosts, model: BeliefModel) -> Array:
+def tail_costs(
+    here: Places, probability: Array, candidates: Indices, *, costs: ActionCosts, model: BeliefModel
+) -> Array:
     """What follows once every candidate has been searched, weighted by the chance that it comes to that.
 
     The order of the other containers is one per item type: it begins with the one of greatest probability against
     the mean way from the candidates, and goes on from there.
 
     Args:
+        probability: of the item types that are asked about, shape (item types, containers).
         candidates: shape (item types, k).
 
     Returns:
@@ -99,8 +102,8 @@ def tail_costs(here: Places, candidates: Indices, *, costs: ActionCosts, model: 
     items, k = candidates.shape
     if k == len(here.containers):
         return np.zeros((items, k, here.to_m.shape[1]))
-    order = _others(unconditioned(here.probability, model), candidates, here.between_m)
-    missing = still_missing_along(here.probability, np.concatenate([candidates, order], axis=1), model)[:, k:]
+    order = _others(unconditioned(probability, model), candidates, here.between_m)
+    missing = still_missing_along(probability, np.concatenate([candidates, order], axis=1), model)[:, k:]
     legs = here.between_m[order[:, :-1], order[:, 1:]]
     ends = missing[:, :-1] - missing[:, 1:]
     walks = (missing[:, 1:-1] * legs).sum(axis=1) + missing[:, :-1].sum(axis=1) * costs.search

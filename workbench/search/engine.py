@@ -30,6 +30,9 @@ from workbench.worlds.travel import TravelCosts
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
+MOST_SUBSETS = 1 << 22
+"""Subsets of all item types together that are held in memory at once."""
+
 
 def expected_find_costs(
     belief: Belief,
@@ -96,21 +99,26 @@ def cost_table(
     belief_model: BeliefModel,
     limit: int,
     ranking: Ranking | None = None,
-    tail: Callable[[Places, Indices], Array] | None = None,
+    tail: Callable[[Array, Indices], Array] | None = None,
 ) -> Array:
     """Eq. 1 for all of `here`, shape (item types, origins, targets).
 
     Args:
-        tail: given the candidates, what follows when the object is in none of them: reference.cost_table's `tail`.
+        tail: given probabilities and candidates, shapes (item types, containers) and (item types, k), what follows
+            when the object is in none of them: reference.cost_table's `tail`.
     """
     check_limit(limit)
     metres = np.zeros((len(here.probability), len(here.from_m), here.to_m.shape[1]))
     if not here.containers or not metres.size:
         return metres
-    setup = _setup(here, np.arange(len(metres)), costs, belief_model, limit, ranking)
-    ends = None if tail is None else tail(here, setup.candidates)
-    table = _program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search, ends)
-    return np.maximum(table, 0.0)
+    at_once = max(1, MOST_SUBSETS >> min(limit, len(here.containers)))
+    for first in range(0, len(metres), at_once):
+        items = np.arange(first, min(first + at_once, len(metres)))
+        setup = _setup(here, items, costs, belief_model, limit, ranking)
+        ends = None if tail is None else tail(setup.probability, setup.candidates)
+        table = _program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search, ends)
+        metres[items] = np.maximum(table, 0.0)
+    return metres
 
 
 def best_order(
@@ -136,8 +144,9 @@ def best_order(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Setup:
-    """The arrays of reference.cost_table and the candidates that they are about, shape (item types, k)."""
+    """The arrays of reference.cost_table, with the probabilities and candidates that they are about."""
 
+    probability: Array
     candidates: Indices
     missing: Array
     between_m: Array
@@ -162,6 +171,7 @@ def _setup(
         ranking=ranking or ranking_of(model),
     )
     return _Setup(
+        probability=probability,
         candidates=chosen,
         missing=still_missing_by_subset(probability, chosen, model),
         between_m=here.between_m[chosen[:, :, None], chosen[:, None, :]],
