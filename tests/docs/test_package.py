@@ -70,8 +70,9 @@ def _pythons() -> list[str]:
     homes += sorted(Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")).glob("versions/*/bin"))
     for minor in (11, 12, 13):
         for home in homes:
-            if (home / f"python3.{minor}").exists():
-                found.setdefault((3, minor), str(home / f"python3.{minor}"))
+            python = home / f"python3.{minor}"
+            if python.exists() and "shims" not in python.parts:
+                found.setdefault((3, minor), str(python))
     return [python for _, python in sorted(found.items())]
 
 
