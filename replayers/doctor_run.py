@@ -68,8 +68,9 @@ class RunChecks:
 
     @property
     def real_time(self) -> bool:
-        """Whether log times are those of the computer that recorded."""
-        return self.info is None or self.info.source not in ("simulation", "replay")
+        """Whether log times are those of the computer that recorded: not where a simulator knew the truth."""
+        simulated = self.events is not None and self.events.truth is not None
+        return not simulated and (self.info is None or self.info.source not in ("simulation", "replay"))
 
     @property
     def promised_s(self) -> float | None:
