@@ -32,7 +32,7 @@ SEARCHES: Mapping[str, str] = MappingProxyType(
         "ff-astar2": "let(h,ff(),astar(h,cost_type=plusone))",
         "anytime": (
             "let(h,ff(),iterated([lazy_greedy([h],preferred=[h]),lazy_wastar([h],preferred=[h],w=3),"
-            "lazy_wastar([h],preferred=[h],w=1)],repeat_last=true,continue_on_fail=false))"
+            "lazy_wastar([h],preferred=[h],w=1)],repeat_last=true))"
         ),
     }
 )

@@ -17,8 +17,10 @@ from itertools import product
 from typing import final
 
 import numpy as np
+import numpy.typing as npt
 
 from workbench.beliefs.belief import Belief
+from workbench.planning.actions import prepares
 from workbench.planning.built_in import solve
 from workbench.planning.composed import Composed, problem_at, types_to_believe
 from workbench.planning.plans import PlanStatus
@@ -37,21 +39,22 @@ class Scout:
         base: plans, and prices what may come.
         most_containers: containers considered a decision.
         most_types: missing types whose outcomes are told apart; the others count as not found.
-        margin: an extra look must promise to save this much.
+        margin: an extra look must promise to save this much; V is an estimate, and the least of several
+            estimates flatters.
     """
 
     base: Composed
     name: str = "scout-lios"
-    most_containers: int = 8
+    most_containers: int = 5
     most_types: int = 3
-    margin: float = 0.5
+    margin: float = 4.0
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         return types_to_believe(task)
 
     def decide(self, view: View) -> Decision:
         made = self.base.decide(view)
-        if made.plan.status is not PlanStatus.SOLVED or not made.plan.steps:
+        if made.plan.status is not PlanStatus.SOLVED or not made.plan.steps or prepares(view.task.goal):
             return made
         sought = _sought(made, view)
         if not sought:
@@ -73,18 +76,7 @@ class Scout:
         self, first: ContainerId | None, sought: tuple[ItemType, ...], made: Decision, view: View
     ) -> list[ContainerId]:
         """The containers that promise most for the way there: chances of all sought types over the detour."""
-        travel, here = view.knowledge.travel, view.knowledge.robot_at
-        index = travel.index(here)
-        onward = next((s.target for s in made.plan.steps if s.action == "move"), here)
-        if first is not None:
-            onward = LocationId(first)
-        ends = travel.index(onward)
-        columns = np.array([travel.index(LocationId(c)) for c in view.belief.containers], dtype=np.intp)
-        detour = travel.metres[index, columns] + travel.metres[columns, ends] - travel.metres[index, ends]
-        chance = np.zeros(len(columns))
-        for item_type in sought:
-            chance += conditioned(view.belief, item_type)
-        score = chance / (1.0 + detour)
+        score = _chance_of_any(sought, view) / (1.0 + _detours(made, view))
         ranked = [view.belief.containers[int(i)] for i in np.argsort(-score, kind="stable")]
         chosen = ranked[: self.most_containers]
         if first is not None and first not in chosen:
@@ -121,7 +113,27 @@ class Scout:
         return plan.cost if plan.status is PlanStatus.SOLVED else view.task.failure_cost
 
 
-def conditioned(belief: Belief, item_type: ItemType) -> np.ndarray:
+def _detours(made: Decision, view: View) -> npt.NDArray[np.float64]:
+    """How much longer the next leg gets by way of each unsearched container, metres."""
+    travel, here = view.knowledge.travel, view.knowledge.robot_at
+    leg = next((step for step in made.plan.steps if step.action in ("move", "find")), None)
+    onward = here if leg is None else leg.target
+    if leg is not None and leg.action == "find" and made.search_order:
+        onward = LocationId(made.search_order[0].container)
+    a, b = travel.index(here), travel.index(onward)
+    columns = np.array([travel.index(LocationId(c)) for c in view.belief.containers], dtype=np.intp)
+    return travel.metres[a, columns] + travel.metres[columns, b] - travel.metres[a, b]
+
+
+def _chance_of_any(sought: tuple[ItemType, ...], view: View) -> npt.NDArray[np.float64]:
+    """The expected number of sought types in each unsearched container."""
+    chance = np.zeros(len(view.belief.containers))
+    for item_type in sought:
+        chance = chance + conditioned(view.belief, item_type)
+    return chance
+
+
+def conditioned(belief: Belief, item_type: ItemType) -> npt.NDArray[np.float64]:
     """The chance of each container, given that an instance is in at least one."""
     p = belief.of(item_type)
     anywhere = 1.0 - float(np.prod(1.0 - p))

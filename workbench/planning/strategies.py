@@ -51,7 +51,7 @@ STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
         "pes-lios": lambda _: Composed(name="pes-lios", pricing=Pessimistic(), policy=policy("lios")),
         "model-lios": lambda _: Composed(name="model-lios", pricing=Expected(), policy=policy("lios")),
         "conditioned-lios": lambda _: _conditioned("conditioned-lios"),
-        "scout-lios": lambda _: Scout(base=_conditioned("conditioned-lios")),
+        "scout-lios": lambda _: Scout(base=_conditioned("scout-base")),
         "oracle": _oracle,
     }
 )

@@ -1,0 +1,50 @@
+"""Task trials on a Dask cluster: a scheduler and two workers in processes of their own, one of them killed midway."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+from test_task_evaluation import plain, request
+
+from workbench.evaluation.task_experiment import plan_trials, run_unit, run_units, units_left, wanted_rows
+
+pytest.importorskip("distributed")
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
+
+CLI = [sys.executable, "-m", "distributed.cli"]
+
+
+@pytest.fixture
+def cluster(tmp_path: object) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    port = 18786 + os.getpid() % 1000
+    address = f"tcp://127.0.0.1:{port}"
+    words = ["--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
+    scheduler = subprocess.Popen([*CLI[:2], "distributed.cli.dask_scheduler", *words])
+    time.sleep(3)
+    command = [*CLI[:2], "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    workers = [subprocess.Popen(command) for _ in range(2)]
+    yield address, workers
+    for process in (*workers, scheduler):
+        process.kill()
+        process.wait()
+
+
+def test_a_worker_may_die(cluster: tuple[str, list[subprocess.Popen[bytes]]]) -> None:
+    address, workers = cluster
+    asked = request(trials=8)
+    planned = plan_trials(asked)
+    units = units_left(asked, planned.keys, [], None)
+    done = []
+    for some in run_units(units, workers=2, scheduler=address):
+        if not done:
+            workers[0].send_signal(signal.SIGKILL)
+        done += some
+    here = [row for unit in units for row in run_unit(unit)]
+    order = [plain(row) for row in wanted_rows(asked, planned.keys, done)]
+    assert order == [plain(row) for row in wanted_rows(asked, planned.keys, here)]
