@@ -10,9 +10,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_WHERE = {"read": "replayers.run", "Run": "replayers.run", "read_many": "replayers.frames"}
+_WHERE = {
+    "read": "replayers.run",
+    "Run": "replayers.run",
+    "read_many": "replayers.frames",
+    "messages": "replayers.reader",
+}
 
-__all__ = ["Run", "read", "read_many"]
+__all__ = ["Run", "messages", "read", "read_many"]
 
 
 def __getattr__(name: str) -> Any:

@@ -52,7 +52,7 @@ class UnknownTopic(Malformed):
     """A topic that is not part of the vocabulary."""
 
     def __init__(self, topic: str) -> None:
-        super().__init__(f"{topic} is no topic of this vocabulary. Read it raw, by replayers.raw_messages.")
+        super().__init__(f"{topic} is no topic of this vocabulary. Read it raw: replayers.messages.")
 
 
 def encode(event: DomainEvent) -> bytes:
