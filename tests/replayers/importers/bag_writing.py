@@ -27,7 +27,9 @@ HEADER1 = "std_msgs/Header header\n"
 
 ROS1_TYPES = {
     # ar_track_alvar_msgs, move_base_msgs and moveit_msgs as their packages define them
-    "ar_track_alvar_msgs/msg/AlvarMarker": "Header header\nuint32 id\nuint32 confidence\ngeometry_msgs/PoseStamped pose\n",
+    "ar_track_alvar_msgs/msg/AlvarMarker": (
+        "Header header\nuint32 id\nuint32 confidence\ngeometry_msgs/PoseStamped pose\n"
+    ),
     "ar_track_alvar_msgs/msg/AlvarMarkers": "Header header\nAlvarMarker[] markers\n",
     "move_base_msgs/msg/MoveBaseGoal": "geometry_msgs/PoseStamped target_pose\n",
     "move_base_msgs/msg/MoveBaseResult": "",

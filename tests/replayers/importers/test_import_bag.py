@@ -158,9 +158,9 @@ def test_a_type_that_nobody_defines(site: Site, tmp_path: Path) -> None:
         base.execute("DELETE FROM message_definitions")
         base.commit()
     mapping = load_mapping("spot_ros2", ())
-    with open_bag(bag) as opened:
-        with pytest.raises(UnknownMessageType, match="/apriltag/detections has type odd_msgs/msg/Unheard"):
-            list(opened.messages(tuple(t for t in opened.topics if mapping.role_of(t) == "markers")))
+    said = "/apriltag/detections has type odd_msgs/msg/Unheard"
+    with open_bag(bag) as opened, pytest.raises(UnknownMessageType, match=said):
+        list(opened.messages(tuple(t for t in opened.topics if mapping.role_of(t) == "markers")))
 
 
 def test_mappings_are_checked(tmp_path: Path) -> None:
