@@ -12,10 +12,11 @@
     write.call(input, input.value === words ? words + " " : words);
     input.dispatchEvent(new Event("input", { bubbles: true }));
   };
+  const asked = window.location.search;
   let tries = 0;
   const arrive = () => {
-    if (field()) window.liosCommand("address " + window.location.search);
-    else if (tries++ < 100) setTimeout(arrive, 100);
+    if (field()) window.liosCommand("address " + asked);
+    else if (tries++ < 600) setTimeout(arrive, 100);
   };
   arrive();
 })();

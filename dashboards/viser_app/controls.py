@@ -39,6 +39,7 @@ class Controls:
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._types: dict[str, str] = {}
         self._names: list[str] = []
+        self._arrived = False
         self._plotted: tuple[int, str] = (0, "")
         self._build()
         session.openers.append(self._opened)
@@ -192,6 +193,9 @@ class Controls:
         """Does what the field says; a command of the page (not a number being typed) then leaves it empty."""
         words = go.value
         obey(self._session, words)
+        if words.startswith("address"):
+            self._arrived = True
+            self._session.stir()
         if words.strip() and not words.strip()[0].isdecimal():
             go.value = ""
 
@@ -217,8 +221,9 @@ class Controls:
             self._draw_scatter()
 
     def _settled(self, session: Session) -> None:
-        """The page's address follows a view that has come to rest."""
-        self._set("address", keep_address(address(session.state, session.client.camera)))
+        """The page's address follows a view that has come to rest, once the page has said what its address was."""
+        if self._arrived:
+            self._set("address", keep_address(address(session.state, session.client.camera)))
 
     def _toggle(self) -> None:
         state = self._session.state
