@@ -7,7 +7,7 @@ estimator that the log names is asked again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -16,8 +16,14 @@ import numpy as np
 from replayers.evidence import Evidence
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.errors import LiosError, Unsupported
+from workbench.runs.vocabulary import BeliefUpdate
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
+
+NAMES_ALONE = ("counts", "fcnn")
+"""Estimators that nothing seen in a run moves."""
+
+HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
 
 
 class NoBelief(Unsupported):
@@ -28,6 +34,32 @@ class NoBelief(Unsupported):
             f"{log}: its beliefs do not cover this task and its estimator {estimator!r} cannot be had here "
             f"({reason}). Name another with --estimator."
         )
+
+
+@final
+class RecordedBeliefs:
+    """The log's beliefs one after the other, for who goes the very same way: verification."""
+
+    def __init__(self, evidence: Evidence, beliefs: Sequence[BeliefUpdate]) -> None:
+        self._otherwise = LoggedBelief(evidence)
+        self._left = list(beliefs)
+
+    @property
+    def name(self) -> str:
+        return self._otherwise.name
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        """The next one if it is about the same containers and types; the first one otherwise."""
+        if self._left:
+            update = self._left.pop(0)
+            if update.containers == knowledge.unsearched and update.item_types == item_types:
+                return Belief(
+                    item_types=item_types,
+                    containers=knowledge.unsearched,
+                    probability=np.array(update.probability).reshape(len(item_types), len(knowledge.unsearched)),
+                    estimator=self.name,
+                )
+        return self._otherwise.believe(knowledge, item_types)
 
 
 @final
@@ -55,14 +87,34 @@ def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
     return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
 
 
-def estimator_for(
-    evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log"
-) -> tuple[Estimator, str]:
-    """Who believes in a replay, and a note where that is not who believed in the run.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Believer:
+    """Who believes in a replay.
+
+    Attributes:
+        estimator: what is asked.
+        steady: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an open
+            container would move it.
+        note: where it is not who believed in the run.
+    """
+
+    estimator: Estimator
+    steady: bool
+    note: str = ""
+
+
+LEARNS = (
+    "beliefs follow what is seen: in worlds where an unopened container is looked into, they are taken as if nothing "
+    "but the task's types were in it; --estimator first holds the log's first belief fixed instead"
+)
+
+
+def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log") -> Believer:
+    """Who believes in a replay.
 
     Args:
-        name: "log" takes the log's own belief where it suffices; "same" asks the estimator that the log names
-            first; another name is one of the estimators' table.
+        name: "log" takes the log's first belief where it never changed, and the estimator that the log names where
+            it did; "first" holds the log's first belief fixed; another name is one of the estimators' table.
 
     Raises:
         NoBelief: nothing suffices.
@@ -70,18 +122,27 @@ def estimator_for(
     """
     from workbench.beliefs.estimators import estimator
 
-    if name not in ("log", "same"):
-        return estimator(name), f"beliefs by {name}; the run used {evidence.info.estimator}"
-    sufficient = evidence.steady and covers(evidence, item_types)
-    if name == "log" and sufficient:
-        return LoggedBelief(evidence), ""
-    recorded = evidence.info.estimator
+    whole, recorded = covers(evidence, item_types), evidence.info.estimator
+    first = LoggedBelief(evidence)
+    if name == "first":
+        if not whole:
+            raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
+        return Believer(estimator=first, steady=True)
+    if name != "log":
+        found = estimator(name)
+        note = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}"
+        return Believer(estimator=found, steady=name in NAMES_ALONE, note=note)
+    if evidence.steady and whole:
+        return Believer(estimator=first, steady=True)
+    kind = recorded.partition("@")[0]
     try:
-        found = estimator(recorded.partition("@")[0])
+        found = estimator(kind)
     except LiosError as error:
-        if covers(evidence, item_types):
-            return LoggedBelief(evidence), "the log's first belief stands in for its estimator"
+        if whole:
+            return Believer(estimator=first, steady=True, note=HELD)
         raise NoBelief(evidence.path, recorded, str(error)) from error
-    if found.name != recorded and sufficient:
-        return LoggedBelief(evidence), ""
-    return found, "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}"
+    if found.name != recorded and whole:
+        return Believer(estimator=first, steady=True, note=HELD)
+    steady = kind in NAMES_ALONE
+    other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
+    return Believer(estimator=found, steady=steady, note=other + ("" if steady else LEARNS))

@@ -58,7 +58,7 @@ class Settings:
     """How replays are made.
 
     Attributes:
-        estimator: "log", "same", or an estimator's name (logged_belief.py).
+        estimator: "log", "first", or an estimator's name (logged_belief.py).
         worlds: how many worlds the estimate draws; 0 leaves it out.
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
@@ -132,7 +132,7 @@ class Ground:
 
     Attributes:
         evidence: what the log makes certain.
-        estimator: who believes.
+        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
         worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
@@ -142,6 +142,7 @@ class Ground:
 
     evidence: Evidence
     estimator: Estimator
+    steady: bool
     worlds: DrawnWorlds | None
     durations: Durations
     truth: House | None
@@ -163,12 +164,14 @@ def ground_of(run: Run, settings: Settings) -> Ground:
     if settings.with_truth and run.truth is None:
         raise TruthNotRecorded(run.path)
     types = relevant_types(evidence.task.goal)
-    estimator, note = estimator_for(evidence, types, name=settings.estimator)
+    believer = estimator_for(evidence, types, name=settings.estimator)
+    estimator = believer.estimator
     robot = evidence.info.source not in ("simulation", "replay")
     durations = fitted_durations(run.actions) if robot else SIMULATED
     ground = Ground(
         evidence=evidence,
         estimator=estimator,
+        steady=believer.steady,
         worlds=None,
         durations=durations,
         truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
@@ -176,7 +179,7 @@ def ground_of(run: Run, settings: Settings) -> Ground:
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, estimator),
-        notes=tuple(n for n in (*evidence.notes, note, durations.words() if robot else "") if n),
+        notes=tuple(n for n in (*evidence.notes, believer.note, durations.words() if robot else "") if n),
     )
     return replace(ground, worlds=_worlds(ground, types))
 
@@ -215,6 +218,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         relevance,
         seed=evidence.info.seed,
         merge=canonical_name(planner.name) is not None and not isinstance(planner, Sandboxed),
+        steady=ground.steady,
     )
     bounds = bounds_of(tree, budget=settings.budget)
     drawn, estimate = None, None

@@ -81,6 +81,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         log, run_id, sha256, complete_log: which log.
         place, place_sha256: which house, and its plan and travel costs hashed: two houses of one name that differ
             are two houses.
+        source: simulation, spot, import: what was driven; a robot's seconds are predicted by its own speeds.
         recorded_strategy, recorded_status, recorded_cost: what was driven.
         leaves: every end over all consistent worlds, when the bounds are complete.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
@@ -95,6 +96,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     place: str
     place_sha256: str
     scenario: str
+    source: str
     recorded_strategy: str
     recorded_status: str
     recorded_cost: float | None
@@ -133,6 +135,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         place=evidence.info.place,
         place_sha256=ground.place_sha256,
         scenario=evidence.info.scenario,
+        source=evidence.info.source,
         recorded_strategy=evidence.info.strategy,
         recorded_status=outcome.status if outcome else "cut off",
         recorded_cost=outcome.cost if outcome else None,

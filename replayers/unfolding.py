@@ -107,6 +107,7 @@ class Unfolding:
     Args:
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
+        steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
 
     Attributes:
         root: the start.
@@ -125,6 +126,7 @@ class Unfolding:
         seed: int = 0,
         max_steps: int = MAX_STEPS,
         merge: bool = False,
+        steady: bool = True,
     ) -> None:
         self.evidence = evidence
         self.relevance = relevance
@@ -137,6 +139,7 @@ class Unfolding:
         self._estimator = estimator
         self._seed = seed
         self._merge = merge
+        self._steady = steady
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
@@ -207,7 +210,8 @@ class Unfolding:
             if item.type in live
         )
         held = knowledge.holding.id if knowledge.holding else None
-        return (live, knowledge.robot_at, held, items, knowledge.unsearched, knowledge.facts, knowledge.closed)
+        told = () if self._steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen))
+        return (live, knowledge.robot_at, held, items, knowledge.unsearched, knowledge.facts, knowledge.closed, told)
 
     def _run(self, node: Node) -> Stretch:
         self.stretches += 1

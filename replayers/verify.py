@@ -8,21 +8,22 @@ Stamps, ways and timings are not compared: they are the robot's, not the strateg
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 
 import msgspec
 
-from replayers.evidence import evidence_of
-from replayers.logged_belief import estimator_for
+from replayers.evidence import Evidence, evidence_of
+from replayers.logged_belief import RecordedBeliefs
 from replayers.logged_world import LoggedWorld
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
 from replayers.unfolding import no_time
-from workbench.errors import Unsupported
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
 from workbench.execution.loop import run_task
-from workbench.planning.actions import relevant_types
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.runs.codec import to_wire
@@ -41,6 +42,9 @@ TOLERANCE = 2e-6
 
 NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator"})
 """Fields that are the world's or the machine's, not the strategy's."""
+
+MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
+"""The same for a robot's log: what it walked is measured there, and read off the map in a replay."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +97,7 @@ def verify(run: Run) -> Verification:
     name = run.info.strategy
     if canonical_name(name) in NEEDS_TRUTH:
         return _compared(run, _with_truth(run, name), ())
-    estimator, note = estimator_for(evidence, relevant_types(evidence.task.goal), name="same")
+    estimator, note = _believer(run, evidence)
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
     def again(planner: Strategy) -> Iterator[Event]:
@@ -108,23 +112,37 @@ def verify(run: Run) -> Verification:
     return _compared(run, again(strategy(name)), notes)
 
 
+def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
+    """The estimator of the run, if it is here with the same weights; else its beliefs as they were logged."""
+    recorded = run.info.estimator
+    try:
+        found = estimator_named(recorded.partition("@")[0])
+    except LiosError:
+        found = None
+    if found is not None and found.name == recorded:
+        return found, ""
+    return RecordedBeliefs(evidence, run.beliefs), f"beliefs as logged: {recorded} is not here"
+
+
 def _with_truth(run: Run, name: str) -> Iterable[Event]:
     from replayers.replay import Settings, ground_of, in_truth
 
     if run.truth is None:
         raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
-    ground = ground_of(run, Settings(estimator="same", worlds=0, with_truth=True))
+    ground = ground_of(run, Settings(worlds=0, with_truth=True))
+    ground = replace(ground, estimator=_believer(run, ground.evidence)[0])
     return in_truth(ground, strategy(name, house=ground.truth))
 
 
 def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Verification:
     logged = _in_order(run)
     replayed = (wire for event in events for wire in to_wire(event) if type(wire) in _ORDER)
+    ignored = NOT_COMPARED if run.info.source in ("simulation", "replay") else MEASURED
     count, decisions = 0, 0
     for index, (was, now) in enumerate(zip_longest(logged, replayed)):
         if was is None and run.outcome is None:
             break
-        divergence = _difference(was, now, index)
+        divergence = _difference(was, now, index, ignored)
         if divergence is not None:
             return Verification(
                 same=False,
@@ -169,7 +187,9 @@ def _in_order(run: Run) -> list[DomainEvent]:
     return [*sorted(start, key=lambda o: o.container), *(event for _, event in rest), *end]
 
 
-def _difference(was: DomainEvent | None, now: DomainEvent | None, index: int) -> Divergence | None:
+def _difference(
+    was: DomainEvent | None, now: DomainEvent | None, index: int, ignored: frozenset[str]
+) -> Divergence | None:
     if was is None or now is None or type(was) is not type(now):
         both = [event for event in (was, now) if event is not None]
         return Divergence(
@@ -183,7 +203,8 @@ def _difference(was: DomainEvent | None, now: DomainEvent | None, index: int) ->
         )
     before, after = msgspec.to_builtins(was), msgspec.to_builtins(now)
     for name in before:
-        if name not in NOT_COMPARED and not _same(before[name], after[name]):
+        ignore = ignored if isinstance(was, ActionFinished | Outcome) else NOT_COMPARED
+        if name not in ignore and not _same(before[name], after[name]):
             return Divergence(
                 decision=was.decision,
                 topic=type(was).__name__,

@@ -26,11 +26,14 @@ def replay(
         Path | None, typer.Option("--output", "-o", help="Folder that keeps replays (JSON and MCAP); resumes there.")
     ] = None,
     estimator: Annotated[
-        str, typer.Option("--estimator", help='"log": the log\'s own beliefs; or counts, fcnn, best.')
+        str,
+        typer.Option(
+            "--estimator", help='"log": as in the log; "first": the log\'s first belief, held; or counts, fcnn, best.'
+        ),
     ] = "log",
     worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
     budget: Annotated[
-        int, typer.Option("--budget", min=1, help="Runs that the bounds of one strategy may take.")
+        int, typer.Option("--budget", min=1, help="Stretches of the loop that the bounds of one strategy may take.")
     ] = 400,
     unique: Annotated[
         bool, typer.Option("--unique", help="Assume no instances beyond those that the log shows.")
@@ -140,6 +143,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "support": outcome.support,
         "searches": outcome.searches,
         "seconds": outcome.seconds,
+        "source": outcome.source,
         "recorded_strategy": outcome.recorded_strategy,
         "recorded_cost": outcome.recorded_cost,
         "complete_log": outcome.complete_log,
@@ -185,10 +189,12 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
                 "90 % of drawn worlds": f"{interval[0]:.1f} to {interval[1]:.1f}" if interval else None,
                 "in truth": row.get("true_cost"),
                 "not opened": row.get("unseen"),
+                "seconds": row.get("seconds") if row.get("source") not in (None, "simulation", "replay") else None,
             }
         )
-    if all(line["in truth"] is None for line in shown):
-        shown = [{k: v for k, v in line.items() if k != "in truth"} for line in shown]
+    for column in ("in truth", "seconds"):
+        if all(line[column] is None for line in shown):
+            shown = [{k: v for k, v in line.items() if k != column} for line in shown]
     emit_table(shown)
     for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
         say(f"note: {note}")
