@@ -1,6 +1,6 @@
 """A small house worked out by hand, for tests that need no real one.
 
-Two rooms side by side: kitchen x in [0, 4], bedroom x in [4, 8], both y in [0, 4]; one door at x = 4, y in [1.5, 2.5].
+Two rooms side by side: kitchen x in [0, 4], bedroom x in [4, 8], both y in [0, 4]; a door at x = 4, y in [1.5, 2.5].
 
     kitchen: fridge (0.5, 3.5), counter (2.0, 3.6), table (2.0, 1.0)
     bedroom: bed (7.0, 3.0), desk (7.5, 0.6)
