@@ -18,6 +18,7 @@ from foxglove_schemas_protobuf.Grid_pb2 import Grid
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
+from recorders.spot.localized import waypoint_of
 from replayers.reader import messages
 from replayers.run import read
 from workbench.errors import Unsupported
@@ -180,7 +181,7 @@ def _listen(path: Path) -> _Heard:
                     at = entity.cubes[0].pose.position
                     heard.tags.setdefault(int(entity.id[4:]), []).append((at.x, at.y, at.z))
         elif topic == LOCALIZATION:
-            heard.waypoints.append((stamp_ns, _waypoint(data)))
+            heard.waypoints.append((stamp_ns, waypoint_of(data)))
         else:
             heard.grid = _grid(Grid.FromString(data))
     return heard
@@ -189,17 +190,6 @@ def _listen(path: Path) -> _Heard:
 def _of_topics(path: Path, topics: tuple[str, ...]) -> Iterable[tuple[str, int, bytes]]:
     for message in messages(path, topics=lambda topic: topic in topics):
         yield message.topic, message.publish_time, message.data
-
-
-def _waypoint(data: bytes) -> str:
-    """The waypoint at which the robot is localised, when it stands on it (within 0.3 m); needs the Spot SDK."""
-    try:
-        from bosdyn.api.graph_nav import nav_pb2
-    except ImportError:
-        return ""
-    place = nav_pb2.Localization.FromString(data)
-    at = place.waypoint_tform_body.position
-    return place.waypoint_id if hypot(at.x, at.y) < 0.3 else ""
 
 
 def _grid(message: Grid) -> OccupancyGrid | None:
