@@ -23,6 +23,9 @@ from workbench.worlds.knowledge import Knowledge
 NAMES_ALONE = ("counts", "fcnn")
 """Estimators that nothing seen in a run moves."""
 
+LEARNING = ("best",)
+"""Estimators that all that is seen moves, even where a short run does not show it."""
+
 HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
 
 
@@ -132,9 +135,9 @@ def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name:
         found = estimator(name)
         note = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}"
         return Believer(estimator=found, steady=name in NAMES_ALONE, note=note)
-    if evidence.steady and whole:
-        return Believer(estimator=first, steady=True)
     kind = recorded.partition("@")[0]
+    if evidence.steady and whole and kind not in LEARNING:
+        return Believer(estimator=first, steady=True)
     try:
         found = estimator(kind)
     except LiosError as error:
