@@ -10,8 +10,9 @@ import msgspec
 import numpy as np
 import pandas as pd
 import pytest
+from sample_logs import killed_toy_log
 from toy import BED, COUNTER, DESK, TABLE
-from toy_logs import InOrder, simulated_log, toy_run
+from toy_logs import InOrder, delivered, simulated_log, task_of, toy_run
 
 from replayers.batch import LogFailed, Wanted, log_path, logs_among, replay_all, replay_log, strategies_named
 from replayers.comparing import agree, changed_houses, compare, difference
@@ -97,6 +98,28 @@ def test_folders_give_their_logs_but_not_their_replays(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(MalformedFile, match=r"no \.mcap"):
         logs_among([tmp_path / "empty"])
+
+
+def test_a_log_that_is_cut_off_is_replayed_as_far_as_it_goes_and_says_so(tmp_path: Path) -> None:
+    log = killed_toy_log(tmp_path / "killed.mcap", events=9)
+    made = [r for r in replay_log(log, wanted()) if isinstance(r, StoredReplay)]
+    assert len(made) == len(NAMES)
+    for record in made:
+        assert not record.complete_log
+        assert record.recorded_status == "cut off"
+        assert record.recorded_cost is None
+        assert any("cut off" in note for note in record.notes)
+        assert record.bounds is not None
+
+
+def test_a_run_that_failed_is_evidence_like_any_other(tmp_path: Path) -> None:
+    """It looked everywhere in vain, so that no container is open: every strategy fails."""
+    log = simulated_log(tmp_path / "run.mcap", name="opt-greedy", task=task_of(delivered("Teapot", BED)))
+    run = read(log)
+    assert run.outcome is not None
+    assert run.outcome.status != "done"
+    made = [r for r in replay_log(log, wanted()) if isinstance(r, StoredReplay)]
+    assert [(r.exact, r.cost) for r in made] == [(True, 400.0)] * len(NAMES)
 
 
 def test_a_log_that_cannot_be_read_stops_no_other(tmp_path: Path) -> None:

@@ -65,9 +65,10 @@ def test_an_estimator_that_learns_is_asked_again_if_it_is_here_and_held_fixed_if
 
 
 def test_another_estimator_may_be_named(tmp_path: Path) -> None:
-    assert estimator_for(recorded(tmp_path), (MUG,), name="counts").note == ""
+    evidence = recorded(tmp_path)
+    assert estimator_for(evidence, (MUG,), name="counts").note == ""
     with pytest.raises(UnknownName, match="counts"):
-        estimator_for(recorded(tmp_path), (MUG,), name="nobody")
+        estimator_for(evidence, (MUG,), name="nobody")
 
 
 def test_recorded_beliefs_come_one_after_the_other(tmp_path: Path) -> None:
