@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house
 from toy_logs import Even, InOrder, toy_evidence, toy_run
-from worlds.world_contract import check_world
+from world_contract import check_world
 
 from replayers.logged_world import LoggedWorld
 from workbench.execution.events import Acted, Observed, RunStatus
