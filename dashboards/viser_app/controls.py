@@ -48,7 +48,7 @@ class Controls:
         session.client.camera.on_update(lambda _: session.stir())
 
     def _build(self) -> None:
-        gui, _session = self._gui, self._session
+        gui = self._gui
         gui.set_panel_label("LIOS workbench")
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
         gui.main_panel.dock_right()
@@ -86,7 +86,8 @@ class Controls:
             self._add("strip")
             self._add("cursor")
             self._add("legend")
-        panel.float(x=16, y=-16, width=760)
+        window_px = self._session.client.camera.image_width or 1600
+        panel.float(x=16, y=-16, width=max(300, min(760, window_px - PANEL_PX - 48)))
 
     def _build_time(self) -> None:
         gui, session = self._gui, self._session
