@@ -42,7 +42,7 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
         ]
         for row in rows[:MOST_ROWS]
     ]
-    head = ("", "place", "scenario", "strategy", "outcome", "cost", "searched")
+    head = ("", "place", "scenario", "strategy", "outcome", "cost", "looks")
     more = (
         f'<p class="muted">and {len(rows) - MOST_ROWS} more; filter to see them</p>' if len(rows) > MOST_ROWS else ""
     )
