@@ -14,7 +14,8 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from replayers.replay import Ground, Settings, ground_of, replay_on
+from replayers.ground import Ground, Settings, ground_of
+from replayers.replay import replay_on
 from replayers.run import read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay

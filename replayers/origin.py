@@ -13,7 +13,8 @@ import msgspec
 
 from recorders.provenance import revision
 from recorders.recorder import RunRecorder
-from replayers.replay import Ground, Replay
+from replayers.ground import Ground
+from replayers.replay import Replay
 from workbench import __version__
 from workbench.runs.vocabulary import RunInfo
 

@@ -8,7 +8,7 @@ types lie there, each at most as often as the task can use it.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import product
 from types import MappingProxyType
@@ -16,9 +16,8 @@ from types import MappingProxyType
 from replayers.evidence import Evidence
 from workbench.execution.goal_check import is_met
 from workbench.planning.actions import relevant_types
-from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Task
-from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
+from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
 Answer = tuple[ItemType, ...]
@@ -92,10 +91,14 @@ class Relevance:
         return tuple(sorted(answers, key=lambda a: (len(a), a)))
 
 
-def relevance_of(evidence: Evidence, strategy: Strategy, assumptions: Assumptions) -> Relevance:
-    """What matters for a strategy over a log."""
+def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Assumptions) -> Relevance:
+    """What matters over a log.
+
+    Args:
+        asked: the types about which a strategy wants beliefs; the goal's own always matter.
+    """
     task = evidence.task
-    wanted = set(relevant_types(task.goal)) | set(strategy.relevant_types(task))
+    wanted = set(relevant_types(task.goal)) | set(asked)
     listed = frozenset(task.available) if assumptions.inventory else frozenset[ItemType]()
     seen = evidence.seen_types()
     types = tuple(sorted(wanted & (listed | seen) if listed else wanted))
@@ -161,8 +164,3 @@ def _finishing(goal: Goal, types: tuple[ItemType, ...]) -> dict[ItemType, Goal]:
         return {}
     named = {t: tuple(p for p in parts if isinstance(p, Delivered) and p.item_type == t) for t in types}
     return {t: AllOf(parts=mine) for t, mine in named.items() if mine}
-
-
-def places_of(knowledge: Knowledge, item_type: ItemType) -> tuple[LocationId, ...]:
-    """Where known instances of a type stand now."""
-    return tuple(dict.fromkeys(location for location, _ in knowledge.where(item_type)))

@@ -6,74 +6,48 @@ agrees with it (bounds), over worlds drawn from the belief (estimate), and, on r
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
-from replayers.bounds import NEAR, Bounds, Budget, bounds_of
-from replayers.drawn_worlds import DrawnWorlds, draw_worlds
-from replayers.durations import SIMULATED, Durations, fitted_durations
+from replayers.bounds import NEAR, Bounds, bounds_of
 from replayers.estimates import Estimate, costs_in, estimate_of
-from replayers.evidence import Evidence, evidence_of
-from replayers.logged_belief import estimator_for
+from replayers.ground import Ground, Settings, ground_of
 from replayers.logged_world import LoggedWorld
-from replayers.relevance import Assumptions, Relevance, relevance_of
+from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
 from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
-from workbench.beliefs.belief import Estimator
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
-from workbench.planning.actions import relevant_types
 from workbench.planning.composed import Composed
 from workbench.planning.solver import BuiltIn
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
 from workbench.planning.strategy import Strategy
-from workbench.runs.place import place_to_json
-from workbench.runs.vocabulary import GroundTruth, Outcome
-from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
-from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.house import ContainerId, Item
+from workbench.worlds.knowledge import Knowledge
+
+__all__ = [
+    "Ground",
+    "Replay",
+    "Settings",
+    "ground_of",
+    "in_truth",
+    "over_log_alone",
+    "replay",
+    "replay_on",
+    "replay_strategy",
+]
 
 MOST_LEAVES = 2000
 """Of one replay, for comparisons world by world; a replay with more keeps its bounds only."""
 
 Floats = npt.NDArray[np.float64]
-
-
-class TruthNotRecorded(Unsupported):
-    """The truth was asked for, and the log does not hold it."""
-
-    def __init__(self, path: object) -> None:
-        super().__init__(f"{path}: this log holds no ground truth. Leave --with-truth out.")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
-    """How replays are made.
-
-    Attributes:
-        estimator: "log", "first", or an estimator's name (logged_belief.py).
-        worlds: how many worlds the estimate draws; 0 leaves it out.
-        budget: how far the tree of runs is followed.
-        assumptions: what is taken for granted beyond the log.
-        with_truth: also run in the recorded truth.
-        timeout_s: the longest that a planner from outside may take for one decision.
-        seed: of the drawn worlds. The strategies' own seed is the run's.
-    """
-
-    estimator: str = "log"
-    worlds: int = 200
-    budget: Budget = field(default_factory=Budget)
-    assumptions: Assumptions = field(default_factory=Assumptions)
-    with_truth: bool = False
-    timeout_s: float = 10.0
-    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,64 +100,6 @@ class Replay:
         return self.bounds.lower if self.bounds.exact else None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ground:
-    """One log prepared for any number of strategies.
-
-    Attributes:
-        evidence: what the log makes certain.
-        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
-        worlds: drawn once for all strategies, so that comparisons are paired.
-        truth: the recorded truth, where it may be used.
-        recorded: the end of the recorded run; None where the log is cut off before it.
-        place_sha256: the plan and its travel costs, hashed.
-        draws: names the drawn worlds; only replays with the same draws are paired.
-    """
-
-    evidence: Evidence
-    estimator: Estimator
-    steady: bool
-    worlds: DrawnWorlds | None
-    durations: Durations
-    truth: House | None
-    settings: Settings
-    recorded: Outcome | None
-    place_sha256: str
-    draws: str
-    notes: tuple[str, ...] = ()
-
-
-def ground_of(run: Run, settings: Settings) -> Ground:
-    """Prepares a log.
-
-    Raises:
-        NoBelief, UnknownName: no beliefs can be had.
-        TruthNotRecorded: the truth is asked for and is not there.
-    """
-    evidence = evidence_of(run)
-    if settings.with_truth and run.truth is None:
-        raise TruthNotRecorded(run.path)
-    types = relevant_types(evidence.task.goal)
-    believer = estimator_for(evidence, types, name=settings.estimator)
-    estimator = believer.estimator
-    robot = evidence.info.source not in ("simulation", "replay")
-    durations = fitted_durations(run.actions) if robot else SIMULATED
-    ground = Ground(
-        evidence=evidence,
-        estimator=estimator,
-        steady=believer.steady,
-        worlds=None,
-        durations=durations,
-        truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
-        settings=settings,
-        recorded=run.outcome,
-        place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
-        draws=_draws(evidence, settings, estimator),
-        notes=tuple(n for n in (*evidence.notes, believer.note, durations.words() if robot else "") if n),
-    )
-    return replace(ground, worlds=_worlds(ground, types))
-
-
 def replay(run: Run, strategy_name: str, settings: Settings | None = None) -> Replay:
     """Replays one strategy over one run. For many over one log, prepare it once: ground_of, replay_on."""
     return replay_on(ground_of(run, settings or Settings()), strategy_name)
@@ -210,7 +126,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
     alone = over_log_alone(ground, planner)
     ended = alone[-1]
     assert isinstance(ended, Ended), "the loop always ends with Ended"
-    relevance = relevance_of(evidence, planner, settings.assumptions)
+    relevance = relevance_of(evidence, planner.relevant_types(evidence.task), settings.assumptions)
     tree = Unfolding(
         evidence,
         _without_words(planner),
@@ -269,15 +185,6 @@ def support_of(events: tuple[Event, ...]) -> dict[str, int]:
     return dict(sorted(counted.items()))
 
 
-def house_of(evidence: Evidence, truth: GroundTruth) -> House:
-    """The house of a recorded truth."""
-    contents = {
-        ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
-        for c, items in truth.contents.items()
-    }
-    return House(plan=evidence.place.plan, contents=contents)
-
-
 def _run(ground: Ground, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
     evidence = ground.evidence
     return tuple(
@@ -326,24 +233,6 @@ def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
     )
 
 
-def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
-    """Worlds for the estimate, over all the task's types."""
-    evidence, settings = ground.evidence, ground.settings
-    if settings.worlds <= 0:
-        return None
-    relevance: Relevance = relevance_of(evidence, _Types(types), settings.assumptions)
-    start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
-    belief = ground.estimator.believe(start, relevance.types)
-    return draw_worlds(
-        evidence,
-        relevance,
-        belief,
-        count=settings.worlds,
-        rng=np.random.default_rng(settings.seed),
-        exists=relevance.must_exist,
-    )
-
-
 def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
     """A note where the strategy, asked the same again, went elsewhere before the first open container."""
     again = tree.advance(tree.root)
@@ -359,19 +248,3 @@ def _without_words(planner: Strategy) -> Strategy:
     if isinstance(planner, Composed) and isinstance(planner.solver, BuiltIn):
         return replace(planner, solver=replace(planner.solver, explain=False))
     return planner
-
-
-def _draws(evidence: Evidence, settings: Settings, estimator: Estimator) -> str:
-    parts = (evidence.sha256, settings.seed, settings.worlds, estimator.name, settings.assumptions)
-    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
-
-
-@dataclass(frozen=True, slots=True)
-class _Types:
-    """Stands for whichever strategy: the types of the task."""
-
-    types: tuple[ItemType, ...]
-    name: str = "any"
-
-    def relevant_types(self, task: object) -> tuple[ItemType, ...]:
-        return self.types

@@ -16,7 +16,8 @@ from tempfile import TemporaryDirectory
 
 from recorders.trial import Trial, Wish, record_trial, trial_events, trial_for
 from replayers.estimates import share_within
-from replayers.replay import Settings, ground_of, replay_on
+from replayers.ground import Settings, ground_of
+from replayers.replay import replay_on
 from replayers.run import read
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.splits import split_indices

@@ -13,7 +13,8 @@ from pathlib import Path
 import msgspec
 
 from replayers.bounds import Bounds
-from replayers.replay import Ground, Replay, Settings
+from replayers.ground import Ground, Settings
+from replayers.replay import Replay
 from replayers.unfolding import Leaf
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile

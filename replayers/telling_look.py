@@ -21,7 +21,7 @@ from replayers.drawn_worlds import DrawnWorlds
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from replayers.replay import Settings
+    from replayers.ground import Settings
 
 Floats = npt.NDArray[np.float64]
 NEAR = 1e-6
@@ -79,7 +79,7 @@ def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collecti
 
 def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
     """The most telling look of each log that was replayed, from the costs kept with its replays."""
-    from replayers.replay import ground_of
+    from replayers.ground import ground_of
     from replayers.run import read
     from replayers.stored_replays import StoredReplay
 

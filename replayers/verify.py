@@ -125,7 +125,8 @@ def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
 
 
 def _with_truth(run: Run, name: str) -> Iterable[Event]:
-    from replayers.replay import Settings, ground_of, in_truth
+    from replayers.ground import Settings, ground_of
+    from replayers.replay import in_truth
 
     if run.truth is None:
         raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")

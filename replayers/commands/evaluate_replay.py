@@ -58,7 +58,7 @@ def replay(
 
     from replayers.batch import strategies_named
     from replayers.bounds import Budget
-    from replayers.replay import Settings
+    from replayers.ground import Settings
     from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for, summary
     from workbench.errors import Failed, OutputExists
     from workbench.terminal import emit_json, emit_table, progress, say

@@ -70,8 +70,8 @@ def replay(
         return
     from replayers.batch import LogFailed, Wanted, logs_among, replay_all, strategies_named
     from replayers.bounds import Budget
+    from replayers.ground import Settings
     from replayers.relevance import Assumptions
-    from replayers.replay import Settings
     from replayers.sandbox import is_foreign
     from workbench.terminal import emit_json, progress, say
 

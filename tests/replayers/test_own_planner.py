@@ -38,7 +38,7 @@ def test_it_is_replayed_by_module_and_class(tmp_path: Path) -> None:
 def test_it_searches_the_room_at_hand_first(tmp_path: Path) -> None:
     """From the start: table (1 m), then the kitchen's counter (3 m) with its mug, and back (2 m): 1 + 3 + 5 + 2."""
     planner, evidence = load_foreign("own_planner:RoomsFirst"), toy_evidence(tmp_path)
-    relevance = relevance_of(evidence, planner, Assumptions())
+    relevance = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions())
     bounds = bounds_of(Unfolding(evidence, planner, Even(), relevance), budget=Budget())
     assert (bounds.lower, bounds.upper) == (11.0, 11.0)
 
@@ -46,7 +46,7 @@ def test_it_searches_the_room_at_hand_first(tmp_path: Path) -> None:
 def test_what_it_does_not_do_is_a_failed_run_and_not_a_crash(tmp_path: Path) -> None:
     planner = load_foreign("own_planner:RoomsFirst")
     evidence = toy_evidence(tmp_path, task_of(AllOf(parts=())))
-    relevance = relevance_of(evidence, planner, Assumptions())
+    relevance = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions())
     assert bounds_of(Unfolding(evidence, planner, Even(), relevance), budget=Budget()).lower == 0.0
 
 

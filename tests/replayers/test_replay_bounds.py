@@ -40,7 +40,7 @@ TASKS: dict[str, Task] = {
 def tree_of(
     evidence: Evidence, planner: Strategy, *, merge: bool = True, assumptions: Assumptions | None = None
 ) -> Unfolding:
-    relevance = relevance_of(evidence, planner, assumptions or Assumptions())
+    relevance = relevance_of(evidence, planner.relevant_types(evidence.task), assumptions or Assumptions())
     return Unfolding(evidence, planner, Even(), relevance, merge=merge)
 
 
@@ -116,7 +116,7 @@ def test_unique_instances_leave_nothing_open(tmp_path: Path) -> None:
 def test_bounds_are_the_extremes_over_every_filling(tmp_path: Path, name: str, title: str) -> None:
     evidence = toy_evidence(tmp_path, TASKS[title])
     planner = strategy(name)
-    types = relevance_of(evidence, planner, Assumptions()).types
+    types = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions()).types
     costs = [cost_in(evidence, planner, world) for world in fillings(types, OPEN)]
     if title == "two of one type":
         two = (MUG, MUG)

@@ -25,7 +25,7 @@ P_BED, P_DESK = 0.2, 0.5
 
 def drawn(tmp_path: Path, item_type: ItemType, *, exists: bool, count: int = 40_000) -> DrawnWorlds:
     evidence = toy_evidence(tmp_path, find_task(item_type, START))
-    relevance: Relevance = relevance_of(evidence, InOrder(()), Assumptions())
+    relevance: Relevance = relevance_of(evidence, (), Assumptions())
     belief = Belief(
         item_types=(item_type,),
         containers=(BED, DESK),

@@ -1,0 +1,146 @@
+"""What stands ready before any strategy is replayed over a log? Its evidence, its beliefs, its drawn worlds.
+
+Prepared once a log and shared by all strategies, so that they are compared in the same worlds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from replayers.bounds import Budget
+from replayers.drawn_worlds import DrawnWorlds, draw_worlds
+from replayers.durations import SIMULATED, Durations, fitted_durations
+from replayers.evidence import Evidence, evidence_of
+from replayers.logged_belief import estimator_for
+from replayers.relevance import Assumptions, Relevance, relevance_of
+from replayers.run import Run
+from workbench.beliefs.belief import Estimator
+from workbench.errors import Unsupported
+from workbench.planning.actions import relevant_types
+from workbench.runs.place import place_to_json
+from workbench.runs.vocabulary import GroundTruth, Outcome
+from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
+from workbench.worlds.knowledge import knowledge_at_start
+
+
+class TruthNotRecorded(Unsupported):
+    """The truth was asked for, and the log does not hold it."""
+
+    def __init__(self, path: object) -> None:
+        super().__init__(f"{path}: this log holds no ground truth. Leave --with-truth out.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How replays are made.
+
+    Attributes:
+        estimator: "log", "first", or an estimator's name (logged_belief.py).
+        worlds: how many worlds the estimate draws; 0 leaves it out.
+        budget: how far the tree of runs is followed.
+        assumptions: what is taken for granted beyond the log.
+        with_truth: also run in the recorded truth.
+        timeout_s: the longest that a planner from outside may take for one decision.
+        seed: of the drawn worlds. The strategies' own seed is the run's.
+    """
+
+    estimator: str = "log"
+    worlds: int = 200
+    budget: Budget = field(default_factory=Budget)
+    assumptions: Assumptions = field(default_factory=Assumptions)
+    with_truth: bool = False
+    timeout_s: float = 10.0
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ground:
+    """One log prepared for any number of strategies.
+
+    Attributes:
+        evidence: what the log makes certain.
+        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
+        worlds: drawn once for all strategies, so that comparisons are paired.
+        truth: the recorded truth, where it may be used.
+        recorded: the end of the recorded run; None where the log is cut off before it.
+        place_sha256: the plan and its travel costs, hashed.
+        draws: names the drawn worlds; only replays with the same draws are paired.
+    """
+
+    evidence: Evidence
+    estimator: Estimator
+    steady: bool
+    worlds: DrawnWorlds | None
+    durations: Durations
+    truth: House | None
+    settings: Settings
+    recorded: Outcome | None
+    place_sha256: str
+    draws: str
+    notes: tuple[str, ...] = ()
+
+
+def ground_of(run: Run, settings: Settings) -> Ground:
+    """Prepares a log.
+
+    Raises:
+        NoBelief, UnknownName: no beliefs can be had.
+        TruthNotRecorded: the truth is asked for and is not there.
+    """
+    evidence = evidence_of(run)
+    if settings.with_truth and run.truth is None:
+        raise TruthNotRecorded(run.path)
+    types = relevant_types(evidence.task.goal)
+    believer = estimator_for(evidence, types, name=settings.estimator)
+    estimator = believer.estimator
+    robot = evidence.info.source not in ("simulation", "replay")
+    durations = fitted_durations(run.actions) if robot else SIMULATED
+    ground = Ground(
+        evidence=evidence,
+        estimator=estimator,
+        steady=believer.steady,
+        worlds=None,
+        durations=durations,
+        truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
+        settings=settings,
+        recorded=run.outcome,
+        place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
+        draws=_draws(evidence, settings, estimator),
+        notes=tuple(n for n in (*evidence.notes, believer.note, durations.words() if robot else "") if n),
+    )
+    return replace(ground, worlds=_worlds(ground, types))
+
+
+def house_of(evidence: Evidence, truth: GroundTruth) -> House:
+    """The house of a recorded truth."""
+    contents = {
+        ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
+        for c, items in truth.contents.items()
+    }
+    return House(plan=evidence.place.plan, contents=contents)
+
+
+def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
+    """Worlds for the estimate, from the belief given all that the log saw."""
+    evidence, settings = ground.evidence, ground.settings
+    if settings.worlds <= 0:
+        return None
+    relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
+    all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
+    belief = ground.estimator.believe(all_seen, relevance.types)
+    return draw_worlds(
+        evidence,
+        relevance,
+        belief,
+        count=settings.worlds,
+        rng=np.random.default_rng(settings.seed),
+        exists=relevance.must_exist,
+    )
+
+
+def _draws(evidence: Evidence, settings: Settings, estimator: Estimator) -> str:
+    parts = (evidence.sha256, settings.seed, settings.worlds, estimator.name, settings.assumptions)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
