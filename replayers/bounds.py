@@ -81,7 +81,7 @@ class Budget:
 
     stretches: int = 400
     finish: int = 150
-    draws: int = 200
+    draws: int = 100
 
 
 def bounds_of(tree: Unfolding, *, budget: Budget) -> Bounds:
