@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import socket
+import warnings
 from dataclasses import dataclass, field
 
 import viser
@@ -65,6 +66,8 @@ def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 
         PortInUse, CannotListen: nothing can listen there.
     """
     _check_port(host, port)
+    # A browser may leave at any moment; what was on its way to it then is nobody's loss.
+    warnings.filterwarnings("ignore", message="Queued .* on a closed connection", category=UserWarning)
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="LIOS workbench", verbose=False)
     dashboard = Dashboard(server)
@@ -77,6 +80,8 @@ def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 
         dashboard.sessions[client.client_id] = session
         Controls(session)
         session.start()
+        if client.client_id not in server.get_clients():
+            leave(client)  # It left while its view was being built; its own farewell came too early.
 
     def leave(client: viser.ClientHandle) -> None:
         session = dashboard.sessions.pop(client.client_id, None)

@@ -19,7 +19,11 @@ from recorders.trial import Wish, record_trial, trial_for
 from workbench.worlds.procthor import load_house
 from workbench.worlds.shipped import shipped_houses
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(1200)]
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.timeout(1200),
+    pytest.mark.filterwarnings("ignore:Queued .* on a closed connection"),
+]
 
 
 @pytest.fixture(scope="module")
