@@ -84,6 +84,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             are two houses.
         source: simulation, spot, import: what was driven; a robot's seconds are predicted by its own speeds.
         recorded_strategy, recorded_status, recorded_cost: what was driven.
+        steady_beliefs: what else lies in an open container cannot move the beliefs; otherwise bounds that rest on
+            open containers hold as if nothing else were there (docs/replay.md, Whose beliefs).
         leaves: every end over all consistent worlds, when the bounds are complete.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
@@ -118,6 +120,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     drawn: tuple[float, ...]
     draws: str
     asked: tuple[str, ...]
+    steady_beliefs: bool
     steps: tuple[StepRow, ...]
     notes: tuple[str, ...]
 
@@ -159,6 +162,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
         draws=ground.draws,
         asked=made.asked,
+        steady_beliefs=ground.steady,
         steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),
         notes=made.notes,
     )

@@ -135,6 +135,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "lower_proof": bounds.lower_proof if bounds else None,
         "upper_proof": bounds.upper_proof if bounds else None,
         "complete": bounds.complete if bounds else None,
+        "steady_beliefs": outcome.steady_beliefs,
         "estimate_ci95": estimate.ci95 if estimate else None,
         "interval90": estimate.interval90 if estimate else None,
         "success": estimate.success if estimate else None,
@@ -209,7 +210,8 @@ def _proof(row: dict[str, Any]) -> str | None:
     if row["exact"]:
         return "exact"
     sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] != "exact"]
-    return "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
+    words = "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
+    return words if row["steady_beliefs"] else f"{words}, if beliefs stand"
 
 
 def _refuse(failed: list[LogFailed]) -> None:
