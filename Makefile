@@ -21,6 +21,10 @@ $(VENV)/.installed-docs: $(VENV)/.installed
 	$(PIP) --editable '.[docs]'
 	touch $@
 
+$(VENV)/.installed-all: $(VENV)/.installed-test
+	$(PIP) --editable '.[test,docs,notebooks]' build
+	touch $@
+
 demo: $(VENV)/.installed
 	$(BIN)/lios demo $(DEMO_OPTIONS)
 
@@ -28,7 +32,7 @@ test: $(VENV)/.installed-test
 	bash .ci/chromium
 	$(BIN)/pytest -n $(WORKERS) --dist loadgroup -m "not slow"
 
-test-all: $(VENV)/.installed-test
+test-all: $(VENV)/.installed-all
 	bash .ci/chromium
 	$(BIN)/pytest -n $(WORKERS) --dist loadgroup
 

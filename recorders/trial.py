@@ -15,7 +15,7 @@ from recorders.recorder import RunRecorder
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.errors import BadValue, UnknownName
+from workbench.errors import InputError, UnknownName
 from workbench.execution.events import Ended, Event
 from workbench.execution.loop import outcome_of, run_task
 from workbench.execution.start import MOST_KNOWN_SHARE, known_at_start
@@ -50,12 +50,19 @@ class Trial:
     costs: ActionCosts = SIMULATION
 
 
+class NotOneTask(InputError):
+    """A run does exactly one task."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f"{what}. Give one of --find ITEM, --scenario NAME, --task FILE.")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wish:
     """What a person asks a robot to do: exactly one of an item type to find, a scenario, or a task file.
 
     Raises:
-        BadValue: none or more than one of them.
+        NotOneTask: none or more than one of them.
     """
 
     find: str = ""
@@ -65,9 +72,8 @@ class Wish:
     def __post_init__(self) -> None:
         given = [bool(self.find), bool(self.scenario), self.task_file is not None]
         if sum(given) != 1:
-            raise BadValue(
-                "task", "nothing" if not any(given) else "more than one", "one of --find, --scenario, --task"
-            )
+            what = "more than one task is given" if any(given) else "no task is given"
+            raise NotOneTask(what)
 
 
 def trial_for(
@@ -95,7 +101,7 @@ def trial_for(
     else:
         scenario = wish.scenario or str(wish.task_file)
         house = prepare_house(scenario, house, seed=seed)
-        task = make_task(scenario, house, seed=seed)
+        task = make_task(scenario, house, seed=seed, travel=navigate(house.plan).travel)
         share = MOST_KNOWN_SHARE if most_known is None else most_known
     known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
     return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)

@@ -41,12 +41,11 @@ def record(
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
-    from workbench.worlds.procthor import load_house
-    from workbench.worlds.shipped import shipped_houses
-
     from recorders.trial import Wish, record_trial, trial_for
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
+    from workbench.worlds.procthor import load_house
+    from workbench.worlds.shipped import shipped_houses
 
     if output.exists() and not force:
         raise OutputExists(output)

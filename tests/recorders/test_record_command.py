@@ -10,11 +10,10 @@ from pathlib import Path
 import pytest
 from toy import toy_house
 
-from recorders.trial import Wish, item_type_in, record_trial, trial_events, trial_for
+from recorders.trial import NotOneTask, Wish, item_type_in, record_trial, trial_events, trial_for
 from replayers.reader import messages
 from replayers.run import read
 from workbench import cli
-from workbench.errors import BadValue
 from workbench.runs.vocabulary import REPEATABLE
 from workbench.worlds.procthor import load_house
 from workbench.worlds.shipped import shipped_houses
@@ -74,9 +73,9 @@ def test_item_types_are_found_as_people_write_them(name: str) -> None:
 
 
 def test_a_wish_is_one_wish() -> None:
-    with pytest.raises(BadValue, match="nothing"):
+    with pytest.raises(NotOneTask, match="no task"):
         Wish()
-    with pytest.raises(BadValue, match="more than one"):
+    with pytest.raises(NotOneTask, match="more than one"):
         Wish(find="mug", scenario="coffee")
 
 
@@ -173,7 +172,7 @@ def test_a_bad_house_is_one_line_and_no_file(case: str, lios: Run, tmp_path: Pat
         (("--find", "mug", "--known", "7"), "within"),
         (("--scenario", "brekfast"), "breakfast"),
         (("--task", "no-such.yaml"), "no such file"),
-        ((), "one of --find"),
+        ((), "Give one of --find"),
     ],
 )
 def test_a_bad_word_is_one_line_and_no_file(words: tuple[str, ...], says: str, lios: Run, tmp_path: Path) -> None:

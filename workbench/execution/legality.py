@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
+from workbench.planning.actions import ACTION_NAMES
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import Decision
 from workbench.worlds.knowledge import Knowledge
 
-KNOWN_ACTIONS = frozenset(
-    {
-        "move",
-        "pick",
-        "place",
-        "find",
-        "pour-water",
-        "make-coffee",
-        "pour-coffee",
-        "boil",
-        "peel",
-        "toast",
-    }
-)
-
 
 def why_illegal(step: PlanStep, knowledge: Knowledge, made: Decision) -> str | None:
     """Why a step cannot be executed in this state, or None when it can."""
-    if step.action not in KNOWN_ACTIONS:
+    if step.action not in ACTION_NAMES:
         return f"there is no action {step.action!r}"
     if step.origin != knowledge.robot_at:
         return f"it starts at {step.origin}, but the robot is at {knowledge.robot_at}"

@@ -97,7 +97,7 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
             return _made(name, entry.load())
     if ":" in name:
         return _imported(name)
-    raise UnknownName("strategy", name, strategy_names(with_truth=True))
+    raise UnknownName("strategy", name, (*strategy_names(with_truth=True), *ALIASES))
 
 
 def _with_solver(made: Strategy, solver_name: str) -> Strategy:
