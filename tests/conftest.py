@@ -22,3 +22,10 @@ def procthor() -> Path:
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Tests do not read or write the user's cache."""
     os.environ["LIOS_CACHE"] = str(tmp_path_factory.mktemp("lios-cache"))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Browser tests run one after another: a second browser on two cores makes both miss their time-outs."""
+    for item in items:
+        if item.get_closest_marker("browser") is not None:
+            item.add_marker(pytest.mark.xdist_group("browser"))

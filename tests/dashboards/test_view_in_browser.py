@@ -194,6 +194,7 @@ def test_when_the_server_comes_back_so_does_the_view(browser: Browser, logs: lis
         second.stop()
 
 
+@pytest.mark.slow
 def test_twenty_visits_leave_nothing_behind(browser: Browser, dashboard: Dashboard) -> None:
     sizes: list[int] = []
     for visit in range(20):
