@@ -24,8 +24,9 @@ from workbench.planning.actions import prepares
 from workbench.planning.built_in import solve
 from workbench.planning.composed import Composed, problem_at, types_to_believe
 from workbench.planning.plans import PlanStatus
+from workbench.planning.single_find import plan_single_find
 from workbench.planning.strategy import Decision, View
-from workbench.planning.tasks import Task
+from workbench.planning.tasks import Holding, Task
 from workbench.search.find_costs import SearchStop
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
@@ -109,7 +110,11 @@ class Scout:
         belief = _without(view.belief, container)
         later = replace(view, knowledge=knowledge, belief=belief)
         problem = problem_at(later, self.base.pricing, find_known=self.base.find_known)
-        plan = solve(problem, budget_s=view.budget_s, polish_nodes=0).plan
+        goal, find_known = view.task.goal, self.base.find_known
+        if isinstance(goal, Holding):
+            plan = plan_single_find(goal, knowledge, problem.find_costs, view.costs, find_known=find_known)
+        else:
+            plan = solve(problem, budget_s=view.budget_s, polish_nodes=0).plan
         return plan.cost if plan.status is PlanStatus.SOLVED else view.task.failure_cost
 
 
