@@ -20,7 +20,9 @@ def record(
     strategy: Annotated[
         str, typer.Option("--strategy", "-s", help="Strategy or search policy.")
     ] = "conditioned-lios",
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[
+        str, typer.Option("--estimator", help="What believes: counts, fcnn, best, or a .safetensors of lios train.")
+    ] = "best",
     seed: Annotated[int, typer.Option("--seed", help="Seed of the scenario and of what is known.")] = 0,
     known: Annotated[
         float | None,

@@ -122,3 +122,10 @@ def _raw(header: Header) -> bytes:
     entry = msgspec.json.encode(header).decode()
     assert json.loads(entry)
     return save(TENSORS, metadata={"lios": entry})
+
+
+def test_a_path_to_weights_is_an_estimator_too() -> None:
+    by_path = estimator(str(shipped_weights("counts")))
+    assert by_path.name == estimator("counts").name
+    with pytest.raises(FileMissing):
+        estimator("no-such.safetensors")

@@ -22,14 +22,22 @@ ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
 )
 """The estimators by name: smoothed counts, the paper's network, and the best one here."""
 
+WEIGHTS_SUFFIX = ".safetensors"
+
 
 def estimator(name: str, *, weights: Path | None = None) -> Estimator:
     """An estimator by name, with the shipped weights unless others are given.
+
+    Args:
+        name: of the table; or a path that ends in .safetensors: weights name their estimator themselves.
 
     Raises:
         UnknownName: no such estimator.
         FileMissing, MalformedFile: weights that cannot be read or belong to another estimator.
     """
+    if weights is None and name.endswith(WEIGHTS_SUFFIX):
+        held = read_weights(Path(name))
+        return estimator(held.header.estimator, weights=Path(name))
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     if weights is None:
