@@ -34,7 +34,7 @@ def test_make_demo_prints_what_readme_shows(tmp_path: Path) -> None:
     made = subprocess.run(
         ["make", "demo", f"DEMO_OPTIONS=--no-view -o {tmp_path}/demo"],
         cwd=ROOT,
-        env=environment(),
+        env=environment() | {"PYTHONWARNINGS": "default"},  # it may install, and installers warn
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
