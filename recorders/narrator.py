@@ -15,7 +15,7 @@ from workbench.execution.events import Acted, Believed, Ended, Event, Observed, 
 from workbench.planning.tasks import Task, goal_types
 from workbench.runs.place import Place
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import START
+from workbench.worlds.house import START, LocationId
 from workbench.worlds.names import readable_name
 from workbench.worlds.travel import Paths
 
@@ -97,7 +97,7 @@ class Narrator:
         stops = [event.robot_at]
         for step in event.made.plan.steps:
             if step.action == "find" and event.made.search_order and step is _first_find(event):
-                stops.append(event.made.search_order[0].container)  # type: ignore[arg-type]
+                stops.append(LocationId(event.made.search_order[0].container))
             stops.append(step.target)
         points: list[Point] = []
         for a, b in pairwise(stops):

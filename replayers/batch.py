@@ -16,7 +16,7 @@ from pathlib import Path
 
 from replayers.ground import Ground, Settings, ground_of
 from replayers.replay import replay_on
-from replayers.run import read
+from replayers.run import Run, read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import FileMissing, LiosError, MalformedFile
@@ -124,9 +124,9 @@ def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
         )
 
 
-def _ground(run: object, settings: Settings) -> Ground | LiosError:
+def _ground(run: Run, settings: Settings) -> Ground | LiosError:
     try:
-        return ground_of(run, settings)  # type: ignore[arg-type]
+        return ground_of(run, settings)
     except LiosError as error:
         return error
 
