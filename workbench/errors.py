@@ -22,9 +22,15 @@ from pathlib import Path
 
 
 class LiosError(Exception):
-    """Any mistake that this project reports to a person in one line."""
+    """Any mistake that this project reports to a person in one line.
+
+    It travels between processes as its message and attributes; made again, it would compose a message of a message.
+    """
 
     exit_code = 1
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _arrived, (type(self), self.args, self.__dict__)
 
 
 class InputError(LiosError):
@@ -125,6 +131,14 @@ class MissingExtra(Unsupported):
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs an optional part. Install it: pip install 'lios-workbench[{extra}]'.")
+
+
+def _arrived(kind: type[LiosError], args: tuple[object, ...], attributes: dict[str, object]) -> LiosError:
+    """An error as it was in the process that raised it."""
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
 
 
 def _short(text: str, limit: int) -> str:

@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from workbench.errors import BadValue, Failed, InputError, LiosError, MalformedFile, MissingExtra
+from workbench.errors import BadValue, InputError, MalformedFile, MissingExtra
 from workbench.evaluation.splits import split_indices
 from workbench.evaluation.task_trials import (
     Tap,
@@ -144,16 +144,9 @@ def plan_trials(request: TaskRequest) -> Plan:
 
 
 def run_unit(unit: Unit) -> list[TaskRow]:
-    """One trial by several strategies; what workers run.
-
-    Raises:
-        Failed: with the message of whatever this project raised, as a class that can travel between processes.
-    """
-    try:
-        staged = stage(unit.key, assets=Path(unit.assets) if unit.assets else None)
-        return [run_staged(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
-    except LiosError as error:
-        raise Failed(str(error)) from None
+    """One trial by several strategies; what workers run."""
+    staged = stage(unit.key, assets=Path(unit.assets) if unit.assets else None)
+    return [run_staged(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
 
 
 def units_left(

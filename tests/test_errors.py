@@ -1,0 +1,42 @@
+"""Do errors say the same in another process?"""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import pytest
+
+from workbench.errors import (
+    BadValue,
+    Failed,
+    FileMissing,
+    LiosError,
+    MalformedFile,
+    MissingExtra,
+    OutputExists,
+    UnknownName,
+)
+from workbench.planning.scenarios import ScenarioUnsupported
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        Failed("the work failed"),
+        FileMissing(Path("run.mcap")),
+        OutputExists("out"),
+        MalformedFile("tea.yaml:3:5", "no such key", "Give another"),
+        BadValue("--trials", 0, "at least 1"),
+        UnknownName("strategy", "lioss", ("lios", "greedy")),
+        MissingExtra("a Dask cluster", "cluster"),
+        ScenarioUnsupported("house 3", "coffee", "no mug"),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_an_error_travels_whole(error: LiosError) -> None:
+    arrived = pickle.loads(pickle.dumps(error))  # noqa: S301  our own bytes
+    assert type(arrived) is type(error)
+    assert str(arrived) == str(error)
+    assert arrived.exit_code == error.exit_code
+    assert vars(arrived) == vars(error)
