@@ -27,7 +27,7 @@ CAMERAS = {
 
 COLUMNS, ROWS = 640, 480
 FIELD_RAD = 1.6
-RAYS = 160
+RAYS, DEPTH_ROWS = 160, 60
 REACH_M, RAY_STEP_M = 8.0, 0.06
 EYE_M, WALL_M = 0.5, 2.4
 
@@ -70,16 +70,29 @@ def jpeg(picture: npt.NDArray[np.uint8], *, quality: int, ratio: float) -> tuple
 
 
 def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> npt.NDArray[np.uint16]:
-    """Depths in millimetres, shape (60, RAYS): the same in every row."""
-    depths = np.clip(_depths(grid, pose, heading_rad) * 1000, 0, 65535).astype(np.uint16)
-    return np.repeat(depths[None, :], 60, axis=0)
+    """Millimetres along the camera's axis to wall, floor or ceiling, shape (DEPTH_ROWS, RAYS); 0 beyond its reach."""
+    focal = RAYS / 2 / np.tan(FIELD_RAD / 2)
+    across = (np.arange(RAYS) + 0.5 - RAYS / 2) / focal
+    down = (np.arange(DEPTH_ROWS) + 0.5 - DEPTH_ROWS / 2) / focal
+    walls = _depths(grid, pose, heading_rad, across)
+    level = np.where(down > 0, EYE_M, WALL_M - EYE_M) / np.maximum(np.abs(down), 1e-6)
+    depths = np.minimum(walls[None, :], level[:, None])
+    reached = depths * np.hypot(1.0, across) < REACH_M - RAY_STEP_M
+    return np.where(reached, depths * 1000, 0).astype(np.uint16)
 
 
-def _depths(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> npt.NDArray[np.float64]:
-    """How far it is to the first occupied cell, per ray from left to right, shape (RAYS,)."""
+def _depths(
+    grid: OccupancyGrid | None, pose: Pose, heading_rad: float, across: npt.NDArray[np.float64] | None = None
+) -> npt.NDArray[np.float64]:
+    """How far along its axis it is to the first occupied cell, per ray from left to right, shape (RAYS,).
+
+    Args:
+        across: tangents of the rays' angles to the axis, to the right; evenly spread angles without it.
+    """
     if grid is None:
         return np.full(RAYS, REACH_M)
-    angles = pose.yaw_rad + heading_rad + np.linspace(FIELD_RAD / 2, -FIELD_RAD / 2, RAYS)
+    aside = np.linspace(FIELD_RAD / 2, -FIELD_RAD / 2, RAYS) if across is None else -np.arctan(across)
+    angles = pose.yaw_rad + heading_rad + aside
     far = np.arange(0.3, REACH_M, RAY_STEP_M)
     columns = ((pose.x_m + far[:, None] * np.cos(angles) - grid.origin[0]) / grid.resolution_m).astype(np.int64)
     rows = ((pose.y_m + far[:, None] * np.sin(angles) - grid.origin[1]) / grid.resolution_m).astype(np.int64)

@@ -33,6 +33,15 @@ def se3(x: float, y: float, z: float, yaw_rad: float) -> geometry_pb2.SE3Pose:
     )
 
 
+def optical(x: float, y: float, z: float, yaw_rad: float) -> geometry_pb2.SE3Pose:
+    """A camera's pose in the body: its x to the right, y down, z where it looks, which is yaw_rad left of ahead."""
+    c, s = cos(yaw_rad / 2), sin(yaw_rad / 2)
+    return geometry_pb2.SE3Pose(
+        position=geometry_pb2.Vec3(x=x, y=y, z=z),
+        rotation=geometry_pb2.Quaternion(x=(-c - s) / 2, y=(c - s) / 2, z=(s - c) / 2, w=(c + s) / 2),
+    )
+
+
 def yaw_of(rotation: geometry_pb2.Quaternion) -> float:
     """The heading of a rotation."""
     q = rotation

@@ -7,12 +7,23 @@ from typing import Any
 import numpy as np
 from bosdyn.api import image_pb2, image_service_pb2_grpc
 
-from recorders.spot.simulated.camera import CAMERAS, COLUMNS, FIELD_RAD, RAYS, ROWS, depth_picture, draw, jpeg
-from recorders.spot.simulated.frames import frame_tree, se3, stamp
+from recorders.spot.simulated.camera import (
+    CAMERAS,
+    COLUMNS,
+    DEPTH_ROWS,
+    FIELD_RAD,
+    RAYS,
+    ROWS,
+    depth_picture,
+    draw,
+    jpeg,
+)
+from recorders.spot.simulated.frames import frame_tree, optical, stamp
 from recorders.spot.simulated.robot import RobotState
 from recorders.spot.simulated.services import header_of
 
 DEPTH_SOURCE = "frontleft_depth"
+DEPTH_HEADING_RAD = CAMERAS["frontleft_fisheye_image"]
 
 
 class Images(image_service_pb2_grpc.ImageServiceServicer):
@@ -28,7 +39,8 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
     def GetImage(self, request: Any, context: Any) -> Any:
         with self._state.alive() as state:
             pose, now = state.body.pose, stamp(state.clock.robot_ns())
-            tree = frame_tree(state.body, {_frame(n): ("body", se3(0.3, 0, 0, a)) for n, a in CAMERAS.items()})
+            headings = {**CAMERAS, DEPTH_SOURCE: DEPTH_HEADING_RAD}
+            tree = frame_tree(state.body, {_frame(n): ("body", optical(0.3, 0, 0, a)) for n, a in headings.items()})
             tags = [t.position for t in state.things if t.tag in state.sightings]
             grid = state.site.grid
         response = image_pb2.GetImageResponse(header=header_of(self._state, request))
@@ -40,7 +52,7 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
             answer.shot.frame_name_image_sensor = _frame(name)
             if name == DEPTH_SOURCE:
                 answer.source.CopyFrom(_depth_source())
-                depth = depth_picture(grid, pose, CAMERAS["frontleft_fisheye_image"])
+                depth = depth_picture(grid, pose, DEPTH_HEADING_RAD)
                 answer.shot.image.CopyFrom(
                     image_pb2.Image(
                         cols=depth.shape[1],
@@ -90,20 +102,25 @@ def _source(name: str) -> image_pb2.ImageSource:
         pixel_formats=[_pixels(name)],
         image_formats=[image_pb2.Image.FORMAT_JPEG],
     )
-    focal = COLUMNS / 2 / float(np.tan(FIELD_RAD / 2))
-    source.pinhole.intrinsics.focal_length.x = source.pinhole.intrinsics.focal_length.y = focal
-    source.pinhole.intrinsics.principal_point.x = COLUMNS / 2
-    source.pinhole.intrinsics.principal_point.y = ROWS / 2
+    _set_lens(source)
     return source
 
 
+def _set_lens(source: image_pb2.ImageSource) -> None:
+    lens = source.pinhole.intrinsics
+    lens.focal_length.x = lens.focal_length.y = source.cols / 2 / float(np.tan(FIELD_RAD / 2))
+    lens.principal_point.x, lens.principal_point.y = source.cols / 2, source.rows / 2
+
+
 def _depth_source() -> image_pb2.ImageSource:
-    return image_pb2.ImageSource(
+    source = image_pb2.ImageSource(
         name=DEPTH_SOURCE,
         cols=RAYS,
-        rows=60,
+        rows=DEPTH_ROWS,
         depth_scale=1000.0,
         image_type=image_pb2.ImageSource.IMAGE_TYPE_DEPTH,
         pixel_formats=[image_pb2.Image.PIXEL_FORMAT_DEPTH_U16],
         image_formats=[image_pb2.Image.FORMAT_RAW],
     )
+    _set_lens(source)
+    return source
