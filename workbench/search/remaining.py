@@ -17,9 +17,15 @@ likely as any other.
 
 All three are functions of a sum over S and a sum over the others, so no difference of nearly equal numbers is
 ever formed: probabilities of 1e-12 and of 1 are as good as any.
+
+What is worked out before every look runs compiled (compiled_remaining.py); the same in numpy stands here to be read,
+and serves where numba cannot be imported.
 """
 
 from __future__ import annotations
+
+from functools import cache
+from types import ModuleType
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +40,9 @@ ALIKE = 1e-12
 
 LEAST_CHANCE = 1e-9
 """What stands for a z of 0: then p are as good as exclusive."""
+
+KINDS: dict[BeliefModel, int] = {"independent": 0, "exists": 1, "exclusive": 2, "marginal": 1}
+"""How R comes from sums, by number: compiled_remaining.py."""
 
 BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive", "marginal")
 
@@ -68,10 +77,15 @@ def unconditioned(probability: Array, model: BeliefModel) -> Array:
         return probability
     nowhere = ~(probability > 0).any(axis=-1, keepdims=True)
     p = np.where(nowhere, ALIKE, probability)
-    return p if model != "marginal" else p * np.maximum(_chance_of_any(p), LEAST_CHANCE)
+    if model != "marginal" or not p.size:
+        return p
+    program = _compiled()
+    rows = p.reshape(-1, p.shape[-1])
+    z = chance_of_any(rows) if program is None else program.chance_of_any(rows)
+    return p * np.maximum(z, LEAST_CHANCE).reshape(*p.shape[:-1], 1)
 
 
-def _chance_of_any(p: Array) -> Array:
+def chance_of_any(p: Array) -> Array:
     """z, the positive root of 1 - product of (1 - z p) = z, or 0 where there is none: shape (..., 1).
 
     The left side less the right is concave in z, so Newton's steps from 1 fall onto the root and never below it.
@@ -114,6 +128,14 @@ def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp]
         Shape (item types, 2**k); entry 0 of each is 1.
     """
     w = weights(probability, model)
+    program = _compiled()
+    if program is not None:
+        return program.missing_by_subset(w, candidates, KINDS[model])
+    return missing_by_subset(w, candidates, model)
+
+
+def missing_by_subset(w: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:
+    """The same from `weights`, shape (item types, containers)."""
     chosen = np.take_along_axis(w, candidates, axis=1)
     others = w.copy()
     np.put_along_axis(others, candidates, 0.0, axis=1)
@@ -141,6 +163,16 @@ def still_missing_along(probability: Array, order: npt.NDArray[np.intp], model: 
     inside = np.concatenate([nothing, np.cumsum(along, axis=1)], axis=1)
     outside = np.concatenate([np.cumsum(along[:, ::-1], axis=1)[:, ::-1], nothing], axis=1)
     return still_missing(inside, outside + others.sum(axis=1, keepdims=True), model)
+
+
+@cache
+def _compiled() -> ModuleType | None:
+    """compiled_remaining, or None where numba cannot be imported."""
+    try:
+        from workbench.search import compiled_remaining
+    except ImportError:
+        return None
+    return compiled_remaining
 
 
 def _log_miss(p: Array) -> Array:

@@ -1,0 +1,38 @@
+"""What is missing after every subset: the compiled loops are held to the numpy that explains them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.search import compiled_remaining, remaining
+from workbench.search.remaining import BELIEF_MODELS, KINDS
+
+chances = st.one_of(st.sampled_from([0.0, 1e-12, 1e-6, 0.5, 1.0]), st.floats(0.0, 1.0))
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.data(), st.integers(1, 3), st.integers(1, 9))
+def test_compiled_is_numpy(data: st.DataObject, items: int, containers: int) -> None:
+    rows = st.lists(chances, min_size=containers, max_size=containers)
+    p = np.array([data.draw(rows) for _ in range(items)])
+    kept = data.draw(st.integers(1, min(containers, 6)))
+    order = data.draw(st.permutations(range(containers)))
+    candidates = np.tile(np.sort(np.array(order[:kept], dtype=np.intp)), (items, 1))
+    for model in BELIEF_MODELS:
+        w = remaining.weights(p, model)
+        ours = compiled_remaining.missing_by_subset(w, candidates, KINDS[model])
+        theirs = remaining.missing_by_subset(w, candidates, model)
+        assert np.allclose(ours, theirs, rtol=1e-10, atol=1e-13, equal_nan=True), model
+    some = p[(p > 0).any(axis=1)]
+    assert np.allclose(compiled_remaining.chance_of_any(some), remaining.chance_of_any(some), rtol=1e-8, atol=1e-8)
+
+
+def test_without_numba_the_readable_one_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    p, candidates = np.array([[0.2, 0.7, 0.4]]), np.array([[0, 1]])
+    compiled = {m: remaining.still_missing_by_subset(p, candidates, m) for m in BELIEF_MODELS}
+    monkeypatch.setattr(remaining, "_compiled", lambda: None)
+    for model in BELIEF_MODELS:
+        assert np.allclose(remaining.still_missing_by_subset(p, candidates, model), compiled[model], atol=1e-12)

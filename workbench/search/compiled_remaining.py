@@ -1,0 +1,73 @@
+"""Two loops of remaining.py, compiled: the chance of any instance, and what is missing after every subset.
+
+A search asks for both before every look; in numpy their many small steps took longer than the program itself.
+Import this module only when it is needed, as compiled.py.
+"""
+
+# pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
+from __future__ import annotations
+
+from math import exp, expm1, log1p
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+
+INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
+"""How R comes from sums: remaining.still_missing; marginal is as exists."""
+
+STEPS, CLOSE = 60, 1e-14
+"""Newton's steps at most, and the step that is none any more."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def chance_of_any(p: Array) -> Array:
+    """z of remaining._chance_of_any, by rows: shape (rows, containers) -> (rows, 1)."""
+    answer = np.empty((len(p), 1))
+    for row in range(len(p)):
+        z = 1.0
+        for _ in range(STEPS):
+            log_miss, slope = 0.0, 0.0
+            for a in p[row]:
+                log_miss += log1p(-a * z)
+                slope += a / (1.0 - a * z)
+            miss = exp(log_miss)
+            step = (1.0 - miss - z) / (miss * slope - 1.0)
+            if not np.isfinite(step):
+                break
+            z = max(z - step, 0.0)
+            if abs(step) < CLOSE:
+                break
+        answer[row, 0] = z
+    return answer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
+    """R(S) of remaining.still_missing_by_subset from remaining.weights: shape (item types, 2**k)."""
+    items, k = candidates.shape
+    n = 1 << k
+    answer, inside = np.empty((items, n)), np.zeros(n)
+    chosen = np.zeros(weights.shape[1], np.bool_)
+    for item in range(items):
+        chosen[:] = False
+        for j in range(k):
+            chosen[candidates[item, j]] = True
+            for subset in range(1 << j):
+                inside[subset | 1 << j] = inside[subset] + weights[item, candidates[item, j]]
+        others = 0.0
+        for a in range(weights.shape[1]):
+            if not chosen[a]:
+                others += weights[item, a]
+        for subset in range(n):
+            within, without = inside[subset], inside[n - 1 - subset] + others
+            if kind == INDEPENDENT:
+                answer[item, subset] = exp(within)
+            elif kind == EXCLUSIVE:
+                answer[item, subset] = without / (within + without)
+            else:
+                answer[item, subset] = exp(within) * abs(expm1(without) / expm1(within + without))
+    return answer
