@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Force, Json
+
 
 def capsule(
     logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file to write.")] = Path("run.html"),
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Put runs into one HTML file that plays offline, with 3D, decisions and tables.
 

@@ -7,13 +7,15 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Json
+
 
 def figures(
     logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
     format_: Annotated[list[str] | None, typer.Option("--format", help="pdf, svg or png; again for more.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Draw figures of runs: ways from above, belief maps, cost over time, the plan as a Gantt chart, a comparison.
 

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Force, Json
+
 
 def render(
     logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
@@ -22,8 +24,8 @@ def render(
     follow_robot: Annotated[bool, typer.Option("--follow-robot", help="Look from behind the robot.")] = False,
     walls: Annotated[str, typer.Option(help="cut, whole or none.")] = "cut",
     caption: Annotated[bool, typer.Option("--caption/--no-caption", help="Say what is shown.")] = True,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Draw a moment of runs as PNG, or the runs as MP4.
 

@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Json
+
 
 def report(
     folder: Annotated[Path, typer.Argument(help="The output folder of lios evaluate tasks.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Make an HTML page and PNG and PDF figures of an evaluation of tasks.
 

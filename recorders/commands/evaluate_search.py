@@ -7,20 +7,18 @@ from typing import Annotated, Any
 
 import typer
 
+from workbench.options import Assets, DryRun, Houses, Json, RecordTrials, Split, Workers
+
 
 def search(
-    houses: Annotated[
-        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
-    ] = None,
+    houses: Houses = None,
     policies: Annotated[
         str, typer.Option("--policies", "-p", help="all, or names separated by commas; module:function is one's own.")
     ] = "all",
     queries: Annotated[
         str, typer.Option("--queries", help="all pairs of house and item type, or how many to draw.")
     ] = "all",
-    part: Annotated[
-        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
-    ] = "test",
+    part: Split = "test",
     estimator: Annotated[str, typer.Option("--estimator", help="What the policies believe.")] = "best",
     paper_estimator: Annotated[
         str, typer.Option("--paper-estimator", help="What the paper's policy, lios, believes.")
@@ -28,17 +26,17 @@ def search(
     look: Annotated[
         float, typer.Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")
     ] = 0.0,
-    workers: Annotated[int, typer.Option("--workers", "-j", help="Processes.")] = 1,
+    workers: Workers = 1,
     seed: Annotated[int, typer.Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
-    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    assets: Assets = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A folder for the table, the trials and the figures.")
     ] = None,
-    record: Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")] = False,
+    record: RecordTrials = False,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures into OUTPUT.")] = True,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")] = False,
+    dry_run: DryRun = False,
     force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Measure search policies: the paper's object-search experiment.
 

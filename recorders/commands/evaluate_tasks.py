@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 import typer
 
+from workbench.options import Assets, DryRun, Houses, Json, RecordTrials, Split, Workers
+
 
 def tasks(
-    houses: Annotated[
-        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
-    ] = None,
+    houses: Houses = None,
     scenarios: Annotated[
         str, typer.Option("--scenarios", help="all (the paper's five), or names: deliver-N, any-of-N, FILE.yaml, ...")
     ] = "all",
@@ -19,26 +19,24 @@ def tasks(
         str, typer.Option("--strategies", "-s", help="all, paper, or names; module:Class and NAME@SOLVER too.")
     ] = "all",
     trials: Annotated[int, typer.Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
-    workers: Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")] = 1,
+    workers: Workers = 1,
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
     ] = "",
-    split: Annotated[
-        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
-    ] = "test",
+    split: Split = "test",
     estimator: Annotated[str, typer.Option("--estimator", help="What our strategies believe.")] = "best",
     paper_estimator: Annotated[
         str, typer.Option("--paper-estimator", help="What the paper's five strategies believe.")
     ] = "fcnn",
     seed: Annotated[int, typer.Option("--seed", help="Of houses, tasks, starts and the bootstrap.")] = 0,
-    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
-    record: Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")] = False,
+    assets: Assets = None,
+    record: RecordTrials = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A folder for the trials and the table; resumable.")
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")] = False,
+    dry_run: DryRun = False,
     force: Annotated[bool, typer.Option("--force", help="Begin again in a folder that holds trials.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Measure strategies on tasks: the paper's table of five scenarios.
 

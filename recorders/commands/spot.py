@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Force, Json
+
 Robot = Annotated[str, typer.Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
 Certificate = Annotated[
@@ -95,8 +97,8 @@ def record(
     ] = None,
     for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
     certificate: Certificate = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    json: Json = False,
 ) -> None:
     """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
 
@@ -164,8 +166,8 @@ def run(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed handed to the strategy.")] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    json: Json = False,
 ) -> None:
     """Run a task on a Spot and record it; the lease is returned whatever happens.
 

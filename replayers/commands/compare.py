@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Json
+
 if TYPE_CHECKING:
     from replayers.comparing import Pair
 
@@ -18,7 +20,7 @@ def compare(
         bool, typer.Option("--frames", help="Write replays.parquet and steps.parquet into the folder.")
     ] = False,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the intervals.")] = 0,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Which strategy is better on these logs?
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Json
 from workbench.terminal import emit_json, emit_text, say
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 def doctor(
     logs: Annotated[list[Path], typer.Argument(help="Logs.")],
-    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Check a log: the file, and the run in it. Exits with 0 fine, 1 faulty, 2 no log, 3 something is missing.
 

@@ -7,17 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import DryRun, Force, Houses, Json, Split, Workers
+
 if TYPE_CHECKING:
     from replayers.replay_trials import Counterfactual
 
 
 def replay(
-    houses: Annotated[
-        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
-    ] = None,
-    part: Annotated[
-        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
-    ] = "test",
+    houses: Houses = None,
+    part: Split = "test",
     scenarios: Annotated[
         str, typer.Option("--scenarios", help="Scenarios by comma, taken in turn.")
     ] = "find,deliver-3,any-of-three",
@@ -32,14 +30,14 @@ def replay(
     budget: Annotated[
         int, typer.Option("--budget", min=1, help="Stretches of the loop that the bounds of one replay may take.")
     ] = 400,
-    workers: Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes.")] = 1,
+    workers: Workers = 1,
     seed: Annotated[int, typer.Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A CSV file with every counterfactual.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    dry_run: DryRun = False,
+    json: Json = False,
 ) -> None:
     """Measure replay: bounds and estimates against a truth that the replayer does not see.
 

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Json
+
 
 def spot(
     site: Annotated[str, typer.Option("--site", help="Survey file or shipped site, with configurations.yaml.")] = (
@@ -25,7 +27,7 @@ def spot(
     images_hz: Annotated[float, typer.Option("--images-hz", help="Pictures per second in the logs.")] = 0.03,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace logs.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Run the paper's real-world experiment on a simulated Spot: seconds, containers opened, cost.
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from workbench.errors import BadValue
+from workbench.options import Json
 from workbench.terminal import emit_json, say
 
 
@@ -22,7 +23,7 @@ def export(
         str, typer.Option("--partition-by", help="place, scenario, strategy, source, run_id; commas between.")
     ] = "",
     force: Annotated[bool, typer.Option("--force", help="Replace a folder that exists.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Write the tables of logs: runs, decisions, observations, beliefs, find_costs, plans, actions, poses.
 

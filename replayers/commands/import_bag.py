@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Force, Json
+
 
 def import_bag(
     bag: Annotated[Path, typer.Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.")],
@@ -20,8 +22,8 @@ def import_bag(
         str, typer.Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
     ] = "model-lios",
     estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    json: Json = False,
 ) -> None:
     """Import a ROS bag: markers become observations, navigation moves, the arm's results picks and places.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Json
 from workbench.terminal import emit_json, emit_table, emit_text
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 def info(
     log: Annotated[Path, typer.Argument(help="A log.")],
-    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Show what is in a log: run, duration, channels, attachments.
 

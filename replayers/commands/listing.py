@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from workbench.errors import BadValue
+from workbench.options import Json
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def list_logs(
     status: Annotated[str, typer.Option(help="Only runs that ended so: done, no-plan, ...")] = "",
     sort: Annotated[str, typer.Option(help=f"By one of: {', '.join(SORTS)}.")] = "file",
     fresh: Annotated[bool, typer.Option("--fresh", help="Read every log again.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+    as_json: Json = False,
 ) -> None:
     """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and remembered.
 

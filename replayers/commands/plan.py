@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from workbench.options import Json
+
 
 def plan(
     log: Annotated[Path, typer.Argument(help="A log of a run.")],
@@ -27,7 +29,7 @@ def plan(
         typer.Option("--output", "-o", help="A folder for PDDL, SAS+ and plan.json."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Plan again at a moment of a log, and show the plan, the PDDL and the SAS+.
 

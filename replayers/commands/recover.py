@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Force, Json
 from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 def recover(
     log: Annotated[Path, typer.Argument(help="A cut-off or damaged log.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="By default LOG.recovered.mcap.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an output that exists.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="For machines, to standard output.")] = False,
+    force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Save every intact message of a damaged log to a clean one. Exits with 3 when something had to be dropped.
 

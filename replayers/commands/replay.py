@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Json
+
 if TYPE_CHECKING:
     from replayers.batch import LogFailed
     from replayers.stored_replays import StoredReplay
@@ -49,7 +51,7 @@ def replay(
     ] = False,
     workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; default: one a core.")] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the drawn worlds.")] = 0,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """What would other planners have cost on these logs?
 

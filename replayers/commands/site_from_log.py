@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Json
+
 
 def from_log(
     log: Annotated[Path, typer.Argument(help="A recording: lios spot record, or an imported bag.")],
@@ -15,7 +17,7 @@ def from_log(
     ),
     name: Annotated[str, typer.Option("--name", help="Name of the site; default: the folder's.")] = "",
     force: Annotated[bool, typer.Option("--force", help="Replace a site in the folder.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Draft the survey of a place from a recording: stops, waypoints, walked lengths, tags, map.
 

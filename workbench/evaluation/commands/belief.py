@@ -7,21 +7,19 @@ from typing import Annotated, Any
 
 import typer
 
+from workbench.options import Assets, Houses, Json, Split
+
 
 def belief(
-    houses: Annotated[
-        Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
-    ] = None,
+    houses: Houses = None,
     estimators: Annotated[
         str, typer.Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
     ] = "all",
-    part: Annotated[
-        str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
-    ] = "test",
+    part: Split = "test",
     seen: Annotated[
         float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
     ] = 0.0,
-    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    assets: Assets = None,
     figures: Annotated[
         Path | None,
         typer.Option("--figures", help="A folder for reliability diagrams, a learning curve and heat maps."),
@@ -31,7 +29,7 @@ def belief(
     ] = "Mug,Egg,Pillow,RemoteControl,ToiletPaper,Book",
     seed: Annotated[int, typer.Option("--seed", help="Of what was seen and of the bootstrap.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace files in the folder of figures.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Measure beliefs: log loss, top-1, top-3, reciprocal rank and calibration.
 

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Assets, Force, Json
+
 if TYPE_CHECKING:
     from workbench.worlds.house import House
-
-Json = Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")]
-Assets = Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")]
 
 
 def generate(
@@ -24,7 +23,7 @@ def generate(
     stocked: Annotated[
         bool, typer.Option("--stocked", help="Kitchens get what the scenarios need: egg, toaster, kettle, ...")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
+    force: Force = False,
     json: Json = False,
 ) -> None:
     """Generate houses in ProcTHOR's JSON, drawn from statistics of real ones.

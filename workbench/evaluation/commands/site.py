@@ -6,10 +6,12 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import Json
+
 
 def check(
     site: Annotated[str, typer.Argument(help="Survey file (site.yaml) or a shipped site: paper_home.")],
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Json = False,
 ) -> None:
     """Check the survey of a real place: reach, poses, map, waypoints, tags.
 

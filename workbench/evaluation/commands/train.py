@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from workbench.options import Assets, Force, Json
+
 if TYPE_CHECKING:
     from workbench.beliefs.training import Lesson, Watch
 
@@ -18,13 +20,13 @@ def train(
     encoder: Annotated[
         str, typer.Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
     ] = "all-MiniLM-L6-v2",
-    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    assets: Assets = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed; drawn and shown when not given.")] = None,
     hold_out: Annotated[
         float, typer.Option("--hold-out", help="Share of the houses held out, for files that are not split.")
     ] = 0.1,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Force = False,
+    json: Json = False,
 ) -> None:
     """Train an estimator on houses and write its weights.
 

@@ -1,0 +1,25 @@
+"""Which options do several commands share? Each has one name, one meaning and one sentence of help, told here.
+
+A command takes what it needs as an annotation: `houses: Houses = None`. It imports this at run time, not for types
+alone, since typer reads annotations when the command is built.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Houses = Annotated[
+    Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+]
+Split = Annotated[
+    str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+]
+Assets = Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")]
+Workers = Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")]
+RecordTrials = Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the output.")]
+Json = Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")]
