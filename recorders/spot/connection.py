@@ -9,6 +9,7 @@ from __future__ import annotations
 import getpass
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -37,10 +38,15 @@ TIME_SYNC_EVERY_S = 5.0
 RPC_TIMEOUT_S = 5.0
 CHANNEL_OPTIONS = (
     ("grpc.initial_reconnect_backoff_ms", 200),
-    ("grpc.min_reconnect_backoff_ms", 200),
+    ("grpc.min_reconnect_backoff_ms", 3000),
     ("grpc.max_reconnect_backoff_ms", 1000),
+    ("grpc.keepalive_time_ms", 5000),
+    ("grpc.keepalive_timeout_ms", 3000),
+    ("grpc.http2.max_pings_without_data", 0),
 )
-"""A network that comes back is used again within a second; gRPC's own default is two minutes."""
+"""A network that comes back is used again within seconds. gRPC's default waits up to two minutes between attempts;
+without keep-alive, a connection that died silently (a robot out of the access point's reach) is believed in until the
+kernel gives up on it, which takes many minutes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,6 +121,7 @@ class Connection:
         self.address = address
         self.timeout_s = timeout_s
         self._credentials = credentials
+        self._clients = threading.Lock()
         root = str(certificate or _shipped_root())
         sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=root)
         self.robot = sdk.create_robot(address.host)
@@ -122,6 +129,7 @@ class Connection:
         try:
             self._log_in()
             self.serial = str(self.client("robot-id").get_id(timeout=timeout_s).serial_number)
+            self.client("directory")
             self.robot.sync_with_directory()
             self.clock: SessionClock = self._start_time_sync(stepped)
         except BaseException:
@@ -129,8 +137,9 @@ class Connection:
             raise
 
     def client(self, service: str) -> Any:
-        """The SDK's client of a service."""
-        return self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
+        """The SDK's client of a service. Threads that ask at once get the same one."""
+        with self._clients:
+            return self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
 
     def log_in_again(self) -> None:
         """After a robot's reboot its old tokens are worth nothing."""

@@ -13,9 +13,16 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from bosdyn.api import basic_command_pb2, power_pb2, robot_state_pb2
+from bosdyn.api import basic_command_pb2, estop_pb2, power_pb2, robot_state_pb2
 from bosdyn.client.estop import EstopEndpoint, EstopKeepAlive
-from bosdyn.client.lease import Lease, LeaseKeepAlive, NotActiveLeaseError, ResourceAlreadyClaimedError
+from bosdyn.client.exceptions import LeaseUseError, RpcError
+from bosdyn.client.lease import (
+    Lease,
+    LeaseKeepAlive,
+    LeaseNotOwnedByWallet,
+    NotActiveLeaseError,
+    ResourceAlreadyClaimedError,
+)
 from bosdyn.client.robot_command import RobotCommandBuilder
 
 from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
@@ -28,6 +35,22 @@ READY_S = 30.0
 POLL_S = 0.2
 
 log = logging.getLogger("lios.spot")
+
+
+_IN_WORDS = {
+    "ShorePowerConnectedError": "it is on shore power: unplug it",
+    "BatteryMissingError": "it has no battery",
+    "DockedError": "it stands on its dock: undock it with the tablet",
+    "BehaviorFaultError": "a behaviour fault is set (a fall, or a connection that broke off): clear it on the tablet",
+    "KeepaliveMotorsOffError": "a keepalive policy of the robot wants the motors off",
+    "FaultedError": "a fault keeps the motors off",
+    "EstoppedError": "an emergency stop is engaged",
+}
+
+
+def why_not_ready(error: Exception) -> str:
+    """What keeps a robot from powering on and standing up, and what a person does about it."""
+    return _IN_WORDS.get(type(error).__name__, reason_of(error))
 
 
 class Control:
@@ -64,6 +87,11 @@ class Control:
                 self._allow_motion()
                 self._power_on()
                 self._stand_up()
+        except ROBOT_ERRORS as error:
+            self.give_back()
+            if isinstance(error, RpcError):
+                raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
+            raise NotReady(str(self._connection.address), why_not_ready(error)) from error
         except BaseException:
             self.give_back()
             raise
@@ -73,6 +101,11 @@ class Control:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.give_back()
+
+    @property
+    def held(self) -> bool:
+        """Whether the lease was taken and not given back yet."""
+        return self._lease is not None
 
     def stop(self) -> None:
         """Stops the robot where it stands, if it listens."""
@@ -109,17 +142,12 @@ class Control:
 
     def _on_failure(self, error: Exception) -> None:
         """Called by the keep-alive: a lease that another client took is lost, a missed call is not."""
-        from bosdyn.client.exceptions import LeaseUseError
-        from bosdyn.client.lease import LeaseNotOwnedByWallet
-
         if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
             self.lost.set()
 
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")
         status = client.get_status(timeout=self._connection.timeout_s)
-        from bosdyn.api import estop_pb2
-
         if status.stop_level == estop_pb2.ESTOP_LEVEL_NONE:
             return
         if not self._own_estop:
@@ -128,7 +156,8 @@ class Control:
         try:
             endpoint.force_simple_setup()
         except ROBOT_ERRORS as error:
-            raise Estopped(str(self._connection.address)) from error
+            what = f"an e-stop endpoint could not be set up ({reason_of(error)}); its motors must be off for that"
+            raise NotReady(str(self._connection.address), what) from error
         self._estop = EstopKeepAlive(endpoint)
         self._estop.allow()
 

@@ -56,14 +56,44 @@ class NotReady(Failed):
         super().__init__(f"{host}: {what}. Look at the robot's faults on the tablet, then try again.")
 
 
-class WaypointMissing(Unsupported):
-    """The site names waypoints that the robot's map does not have."""
+class NoMap(Unsupported):
+    """The robot holds no GraphNav map: it was restarted, or never had one."""
 
-    def __init__(self, host: str, missing: list[str]) -> None:
-        listed = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
+    def __init__(self, host: str) -> None:
         super().__init__(
-            f"{host}: the robot's map has no waypoint {listed}. "
-            "Load the right map, or correct the waypoints of the site."
+            f"{host}: the robot holds no GraphNav map. Load it with the tablet, or give --map with the map's folder."
+        )
+
+
+class MapRefused(Failed):
+    """The robot does not take a map that was uploaded."""
+
+    def __init__(self, host: str, reason: str) -> None:
+        super().__init__(
+            f"{host}: the robot does not take the map ({reason}). It must not be recording, and the map must be of "
+            "this kind of robot. Try it with the tablet."
+        )
+
+
+class WaypointMissing(Unsupported):
+    """The site names waypoints that the robot's map does not have, or has several of."""
+
+    def __init__(self, host: str, missing: list[str], ambiguous: list[str]) -> None:
+        listed = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
+        several = f" ({', '.join(ambiguous)}: several of that name)" if ambiguous else ""
+        super().__init__(
+            f"{host}: the robot's map has no waypoint {listed}{several}. "
+            "Load the right map, or correct the waypoints of the site: ids, or names that are unique."
+        )
+
+
+class NotLocalized(Failed):
+    """The robot does not find itself on its map."""
+
+    def __init__(self, host: str) -> None:
+        super().__init__(
+            f"{host}: the robot cannot find itself on its map. Stand it where it sees a fiducial of the map, "
+            "then try again."
         )
 
 

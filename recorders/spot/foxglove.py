@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, VISION_FRAME_NAME, get_a_tform_b
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import SE3Pose
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -30,6 +30,7 @@ from foxglove_schemas_protobuf.Vector2_pb2 import Vector2
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
+from recorders.spot.frame_trees import tform
 from recorders.spot.tags import TagSighting
 from recorders.viewer import BODY_FRAME, MAP_FRAME, ODOM_FRAME, timestamp
 from workbench.worlds.house import Item
@@ -54,14 +55,14 @@ def in_frame(pose: Any, frame: str, stamp_ns: int) -> PoseInFrame:
 
 def map_from_odom(map_tform_body: Any, snapshot: Any) -> SE3Pose | None:
     """Where the origin of odom is on the map, from a localisation and the frames of the same moment."""
-    body_tform_odom = get_a_tform_b(snapshot, BODY_FRAME_NAME, ODOM_FRAME_NAME)
+    body_tform_odom = tform(snapshot, BODY_FRAME_NAME, ODOM_FRAME_NAME)
     return None if body_tform_odom is None else SE3Pose.from_proto(map_tform_body) * body_tform_odom
 
 
 def transforms(snapshot: Any, map_tform_odom: SE3Pose | None, stamp_ns: int) -> FrameTransforms:
     """map -> odom -> base_link, and vision below odom; without map while the robot is not localised."""
-    odom_tform_body = get_a_tform_b(snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
-    odom_tform_vision = get_a_tform_b(snapshot, ODOM_FRAME_NAME, VISION_FRAME_NAME)
+    odom_tform_body = tform(snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
+    odom_tform_vision = tform(snapshot, ODOM_FRAME_NAME, VISION_FRAME_NAME)
     links = (
         (MAP_FRAME, ODOM_FRAME, map_tform_odom),
         (ODOM_FRAME, BODY_FRAME, odom_tform_body),
@@ -86,9 +87,19 @@ def picture(shot: Any, stamp_ns: int) -> CompressedImage | None:
     )
 
 
+def camera_link(shot: Any, stamp_ns: int) -> FrameTransforms | None:
+    """Where the camera sits on the body as the picture is taken, for viewers to place it; None without frames."""
+    name = shot.frame_name_image_sensor
+    pose = tform(shot.transforms_snapshot, BODY_FRAME_NAME, name) if name else None
+    return None if pose is None else FrameTransforms(transforms=[_transform(BODY_FRAME, name, pose, stamp_ns)])
+
+
 def calibration(source: Any, shot: Any, stamp_ns: int) -> CameraCalibration:
-    """The pinhole model of a camera, scaled to the picture's size."""
+    """The pinhole model of a camera, scaled to the picture's size; distortion is left out."""
+    model = source.WhichOneof("camera_models")
     lens = source.pinhole.intrinsics
+    if model in ("pinhole_brown_conrady", "kannala_brandt"):
+        lens = getattr(source, model).intrinsics.pinhole_intrinsics
     share = shot.image.cols / source.cols if source.cols else 1.0
     fx, fy = lens.focal_length.x * share, lens.focal_length.y * share
     cx, cy = lens.principal_point.x * share, lens.principal_point.y * share
@@ -105,7 +116,7 @@ def calibration(source: Any, shot: Any, stamp_ns: int) -> CameraCalibration:
 
 def local_grid(grid: Any, stamp_ns: int) -> Grid | None:
     """A local grid in odom, its values in metres (obstacle_distance); None when it cannot be placed or read."""
-    corner = get_a_tform_b(grid.transforms_snapshot, ODOM_FRAME_NAME, grid.frame_name_local_grid_data)
+    corner = tform(grid.transforms_snapshot, ODOM_FRAME_NAME, grid.frame_name_local_grid_data)
     values = grid_values(grid)
     if corner is None or values is None:
         return None

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
+from math import atan2, cos, hypot, sin
 from typing import TYPE_CHECKING, Any, Protocol, final
 
-from bosdyn.api import basic_command_pb2, geometry_pb2, gripper_command_pb2, manipulation_api_pb2
+from bosdyn.api import arm_command_pb2, basic_command_pb2, geometry_pb2, gripper_command_pb2, manipulation_api_pb2
 from bosdyn.client.exceptions import ResponseError
-from bosdyn.client.frame_helpers import VISION_FRAME_NAME
+from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME, VISION_FRAME_NAME
+from bosdyn.client.math_helpers import Quat, SE3Pose
 from bosdyn.client.robot_command import RobotCommandBuilder
 
 from recorders.spot.connection import reason_of
+from recorders.spot.frame_trees import tform
 from recorders.spot.tags import TagSighting
-from workbench.worlds.house import ItemId
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import START, Container, ContainerId, ItemId
 
 if TYPE_CHECKING:
     from recorders.spot.world import SpotWorld
 
 GRASP_LIMIT_S = 60.0
 ARM_LIMIT_S = 15.0
+ARM_MOVE_S = 2.5
 ATTEMPTS = 2
-PUT_DOWN_M = (0.85, 0.0, 0.25)
-"""Where the arm puts things down, in the body frame."""
+AHEAD_M, REACH_M = 0.65, 0.95
+"""From the middle of the body to the gripper: not nearer, so that it clears the robot's front; not farther: its arm
+reaches 0.98 m from its shoulder, 0.3 m ahead of the middle, and less when it is raised."""
+INSET_M, ABOVE_M = 0.15, 0.12
+"""Things are put down this far from the edge, and let go this high above the surface."""
+HIGHEST_M, FLOOR_M = 1.1, 0.15
+"""Nothing is put higher than this above the floor (closed furniture is higher than its shelf), or lower."""
+BODY_M = 0.52
+"""Height of a standing body, for a robot that does not say."""
 
 
 class Hands(Protocol):
@@ -70,8 +82,15 @@ class ArmHands:
     def place(self, item: ItemId) -> str:
         if not self._holds():
             return f"the gripper no longer holds {item}"
-        x, y, z = PUT_DOWN_M
-        self._command(RobotCommandBuilder.arm_pose_command(x, y, z, 1.0, 0.0, 0.0, 0.0, "body", 2.0))
+        x, y, z = self._free_place()
+        turn = Quat.from_yaw(atan2(y, x))
+        over = RobotCommandBuilder.arm_pose_command(
+            x, y, z, turn.w, turn.x, turn.y, turn.z, GRAV_ALIGNED_BODY_FRAME_NAME, ARM_MOVE_S
+        )
+        reason = self._command(over)
+        if reason:
+            self._command(RobotCommandBuilder.arm_carry_command())
+            return f"{item} could not be put down: {reason}"
         self._command(RobotCommandBuilder.claw_gripper_open_command())
         if self._holds():
             return f"the gripper did not let go of {item}"
@@ -80,7 +99,7 @@ class ArmHands:
 
     def _find(self, item: ItemId) -> TagSighting | None:
         """The item's tag as it is seen now, or as it was last seen."""
-        for sighting in self._world.sightings():
+        for sighting in self._world.sightings() or ():
             known = self._world.site.tags.get(sighting.tag)
             if known is not None and known.id == item:
                 return sighting
@@ -120,37 +139,91 @@ class ArmHands:
         )
         return bool(state.manipulator_state.is_gripper_holding_item)
 
-    def _command(self, command: Any) -> None:
-        """Has the arm do something and waits for it."""
+    def _free_place(self) -> tuple[float, float, float]:
+        """Where to put things down here: above the near edge of what the robot stands at; in its body frame."""
+        world = self._world
+        state = world.call(
+            lambda: world.connection.client("robot-state").get_robot_state(timeout=world.connection.timeout_s)
+        )
+        ground = tform(
+            state.kinematic_state.transforms_snapshot, GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME
+        )
+        height_m = BODY_M if ground is None else -ground.z
+        body = world.body_pose()
+        if body is None or world.at is None or world.at == START:
+            return (AHEAD_M, 0.0, FLOOR_M - height_m)
+        here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
+        return place_on(world.plan.container(ContainerId(world.at)), here, height_m)
+
+    def _command(self, command: Any) -> str:
+        """Has the arm do something and waits for it; why it did not, or nothing."""
         world, client = self._world, self._world.connection.client("robot-command")
         world.connection.clock.refresh()
-        number = world.call(lambda: client.robot_command(command, timeout=world.connection.timeout_s))
+        try:
+            number = world.call(lambda: client.robot_command(command, timeout=world.connection.timeout_s))
+        except ResponseError as error:
+            return f"the arm refuses ({reason_of(error)})"
         end_ns = world.now_ns() + round(ARM_LIMIT_S * 1e9)
         while world.now_ns() < end_ns:
             world.wait(world.settings.poll_s)
             feedback = world.call(
                 lambda: client.robot_command_feedback(number, timeout=world.connection.timeout_s)
             ).feedback
-            if _is_done(feedback.synchronized_feedback):
-                return
+            ended = how_it_ended(feedback.synchronized_feedback)
+            if ended is not None:
+                return ended
+        return f"the arm did not get there in {ARM_LIMIT_S:g} s"
 
 
-def _is_done(feedback: Any) -> bool:
-    """Whether arm and gripper have arrived."""
+def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, float, float]:
+    """A point above a container's top, INSET_M from its edge and as near to the robot as the arm allows.
+
+    Args:
+        here: the body on the map. height_m: of the body above the floor.
+
+    Returns:
+        Metres in the gravity-aligned body frame.
+    """
+    at, (length, width, tall) = container.pose, container.size_m
+    c, s = cos(at.yaw_rad), sin(at.yaw_rad)
+    dx, dy = here.x_m - at.x_m, here.y_m - at.y_m
+    half = (max(0.0, length / 2 - INSET_M), max(0.0, width / 2 - INSET_M))
+    along = max(-half[0], min(half[0], c * dx + s * dy))
+    across = max(-half[1], min(half[1], -s * dx + c * dy))
+    mx, my = at.x_m + c * along - s * across - here.x_m, at.y_m + s * along + c * across - here.y_m
+    c, s = cos(here.yaw_rad), sin(here.yaw_rad)
+    x, y = c * mx + s * my, -s * mx + c * my
+    away = hypot(x, y) or 1e-9
+    far = max(AHEAD_M, min(REACH_M, away))
+    top = min(container.base_m + tall, HIGHEST_M)
+    return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
+
+
+def how_it_ended(feedback: Any) -> str | None:
+    """Of an arm or gripper command: None while it goes on, "" when it is there, else why it is not.
+
+    Args:
+        feedback: bosdyn.api.SynchronizedCommand.Feedback.
+    """
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
-    if arm.status not in (basic_command_pb2.RobotCommandFeedbackStatus.STATUS_PROCESSING, 0):
-        return True
-    there = (
-        arm.arm_cartesian_feedback.status == 1
-        or arm.named_arm_position_feedback.status == 1
-        or arm.arm_joint_move_feedback.status == 1
-    )
-    at_goal = claw.status in (
-        gripper_command_pb2.ClawGripperCommand.Feedback.STATUS_AT_GOAL,
-        gripper_command_pb2.ClawGripperCommand.Feedback.STATUS_APPLYING_FORCE,
-    )
-    named = arm.WhichOneof("feedback")
-    return there or (named is None and at_goal)
+    going = basic_command_pb2.RobotCommandFeedbackStatus
+    if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):
+        return f"the arm's command ended with {going.Status.Name(arm.status).removeprefix('STATUS_').lower()}"
+    named, cartesian = arm_command_pb2.NamedArmPositionsCommand.Feedback, arm_command_pb2.ArmCartesianCommand.Feedback
+    match arm.WhichOneof("feedback"):
+        case "arm_cartesian_feedback":
+            status = arm.arm_cartesian_feedback.status
+            if status in (cartesian.STATUS_TRAJECTORY_CANCELLED, cartesian.STATUS_TRAJECTORY_STALLED):
+                return "the arm stalled on the way"
+            return "" if status == cartesian.STATUS_TRAJECTORY_COMPLETE else None
+        case "named_arm_position_feedback":
+            status = arm.named_arm_position_feedback.status
+            if status == named.STATUS_STALLED_HOLDING_ITEM:
+                return "the arm cannot go there while it holds something"
+            return "" if status == named.STATUS_COMPLETE else None
+        case _:
+            claws = gripper_command_pb2.ClawGripperCommand.Feedback
+            return "" if claw.status in (claws.STATUS_AT_GOAL, claws.STATUS_APPLYING_FORCE) else None
 
 
 _FAILED = (

@@ -1,11 +1,21 @@
-"""At which waypoint was the robot localised? Read from a recorded GraphNav localisation."""
+"""Is the robot localised, and at which waypoint? Read from GraphNav's answers, live or recorded."""
 
 from __future__ import annotations
 
 from math import hypot
+from typing import Any
 
 ON_WAYPOINT_M = 0.3
 """A robot within this distance stands on the waypoint."""
+
+
+def is_localized(state: Any) -> bool:
+    """Whether GraphNav knows where the robot is: a lost robot keeps the waypoint at which it was last sure.
+
+    Args:
+        state: a bosdyn.api.graph_nav.GetLocalizationStateResponse.
+    """
+    return bool(state.localization.waypoint_id) and not state.lost_detector_state.is_lost
 
 
 def waypoint_of(data: bytes) -> str:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from bosdyn.api import robot_state_pb2
-from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, get_a_tform_b
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 from bosdyn.client.image import build_image_request
 from bosdyn.client.math_helpers import SE3Pose
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from recorders.spot import foxglove
 from recorders.spot.clock import SyncedClock
+from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.errors import RobotUnreachable
+from recorders.spot.frame_trees import tform
+from recorders.spot.localized import is_localized
 from recorders.spot.seed import on_map
 from recorders.spot.session_topics import (
     CAMERA,
@@ -28,6 +32,7 @@ from recorders.spot.session_topics import (
 )
 from recorders.spot.tags import read_tags
 from recorders.viewer import MAP_FRAME, ODOM_FRAME
+from workbench.errors import UnknownName
 from workbench.runs.vocabulary import NANO, Stamp
 
 if TYPE_CHECKING:
@@ -70,6 +75,24 @@ def senses_of(session: Session) -> tuple[Sense, ...]:
     return tuple(Sense(name, 1.0 / hz, take) for name, hz, take in wanted if hz > 0)
 
 
+def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
+    """Whether the robot has these image sources: one unknown name would cost the pictures of all.
+
+    Raises:
+        UnknownName: it has not. RobotUnreachable: it does not say.
+    """
+    if not cameras:
+        return
+    try:
+        sources = connection.client("image").list_image_sources(timeout=connection.timeout_s)
+    except ROBOT_ERRORS as error:
+        raise RobotUnreachable(str(connection.address), f"image service: {reason_of(error)}") from error
+    known = sorted(source.name for source in sources)
+    for name in cameras:
+        if name not in known:
+            raise UnknownName("camera", name, known, f"at {connection.address}")
+
+
 def our_ns(session: Session, stamp: Any) -> int:
     """Our time of a robot's stamp; now, when it has none."""
     robot_ns = stamp.seconds * NANO + stamp.nanos
@@ -83,7 +106,7 @@ def _ask(session: Session, service: str) -> Any:
 def _localization(session: Session, known: _Known) -> None:
     answer = _ask(session, "graph-nav-service").get_localization_state(timeout=session.connection.timeout_s)
     place = answer.localization
-    if not place.waypoint_id:
+    if not is_localized(answer):
         known.map_tform_body = known.map_tform_odom = None
         return
     at = our_ns(session, place.timestamp)
@@ -101,7 +124,7 @@ def _state(session: Session, known: _Known) -> None:
     state = _ask(session, "robot-state").get_robot_state(timeout=session.connection.timeout_s)
     frames = state.kinematic_state.transforms_snapshot
     at = our_ns(session, state.kinematic_state.acquisition_timestamp)
-    odom = get_a_tform_b(frames, ODOM_FRAME_NAME, BODY_FRAME_NAME)
+    odom = tform(frames, ODOM_FRAME_NAME, BODY_FRAME_NAME)
     session.put("/tf", foxglove.transforms(frames, known.map_tform_odom, at), source_ns=at)
     if odom is not None:
         session.put(ODOMETRY, foxglove.in_frame(odom, ODOM_FRAME, at), source_ns=at)
@@ -164,6 +187,9 @@ def _images(session: Session, known: _Known) -> None:
         name = answer.source.name
         at = our_ns(session, answer.shot.acquisition_time)
         image = foxglove.picture(answer.shot, at)
+        mounted = foxglove.camera_link(answer.shot, at)
+        if mounted is not None:
+            session.put("/tf", mounted, source_ns=at)
         if name not in known.calibrated:
             known.calibrated.add(name)
             calibrated = foxglove.calibration(answer.source, answer.shot, at)

@@ -1,7 +1,9 @@
 """How is a session with a robot recorded? Every sense is asked at its own rate, and what it answers goes to a sink.
 
 Each sense has a thread of its own, so a slow camera does not hold up the odometry; writing is the sink's business and
-never blocks. When the network goes away, every thread asks again until it is back, and the gap is written down.
+never blocks. When the network goes away, every thread asks again until it is back, and the gap is written down: from
+the last answer of any sense to the next. What the robot answers to the others and not to one is that one's trouble;
+it is told once, and counted.
 `log_time` is when an answer came, `publish_time` the robot's own stamp converted by time sync.
 """
 
@@ -15,7 +17,7 @@ from types import TracebackType
 from typing import Protocol, Self
 
 import msgspec
-from bosdyn.client.exceptions import ResponseError, UnauthenticatedError
+from bosdyn.client.exceptions import RpcError, UnauthenticatedError
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.message import Message
 
@@ -31,6 +33,8 @@ from workbench.worlds.geometry import Point
 from workbench.worlds.site import Site
 
 RETRY_S = 0.3
+GAP_S = 0.5
+"""A shorter time without any answer is no gap."""
 
 log = logging.getLogger("lios.spot")
 
@@ -54,10 +58,17 @@ class Rates:
 
 @dataclass(slots=True)
 class _Away:
-    """When the robot stopped answering; shared by all senses."""
+    """Whether the robot answers; shared by all senses.
 
+    Attributes:
+        answered_ns: when any sense was last answered. since_ns: since when none is; None while they are.
+        told: whether that was said.
+    """
+
+    answered_ns: int = 0
     since_ns: int | None = None
     reason: str = ""
+    told: bool = False
     lock: threading.Lock = field(default_factory=threading.Lock)
 
 
@@ -81,6 +92,7 @@ class Session:
 
     Attributes:
         taken: answers per sense. skipped: times at which a sense was still busy with the one before.
+        failed: answers that did not come, per sense. troubles: why a sense gets none while others do, per sense.
         gaps: seconds for which the robot was away, one entry a gap.
     """
 
@@ -89,6 +101,9 @@ class Session:
         self.rates = rates or Rates()
         self.taken: dict[str, int] = {}
         self.skipped: dict[str, int] = {}
+        self.failed: dict[str, int] = {}
+        self.troubles: dict[str, str] = {}
+        self._failing_ns: dict[str, int] = {}
         self.gaps: list[float] = []
         self.watch: Watch | None = None
         self._away = _Away()
@@ -110,6 +125,8 @@ class Session:
         self._closing.set()
         for thread in self._threads:
             thread.join(timeout=2 * self.connection.timeout_s)
+        if self._away.since_ns is not None:
+            self._found(back=False)
 
     def tick(self) -> None:
         """Asks every sense whose time has come: for a stepped clock, without threads."""
@@ -162,32 +179,57 @@ class Session:
         try:
             sense.take()
         except UnauthenticatedError as error:
-            self._lost(error)
+            self._lost(sense, error)
             self._log_in_again()
-        except ResponseError as error:
-            log.debug("%s: %s", sense.name, reason_of(error))
-        except ROBOT_ERRORS as error:
-            self._lost(error)
+        except RpcError as error:
+            self._lost(sense, error)
             self._closing.wait(RETRY_S)
+        except ROBOT_ERRORS as error:
+            self._answered()
+            self._refused(sense, error)
         else:
             self.taken[sense.name] = self.taken.get(sense.name, 0) + 1
+            self._failing_ns.pop(sense.name, None)
+            self.troubles.pop(sense.name, None)
+            self._answered()
+
+    def _answered(self) -> None:
+        self._away.answered_ns = self.now_ns()
+        if self._away.since_ns is not None:
             self._found()
 
-    def _lost(self, error: Exception) -> None:
-        with self._away.lock:
-            if self._away.since_ns is None:
-                self._away.since_ns, self._away.reason = self.now_ns(), reason_of(error)
-                self.words(f"The robot does not answer ({self._away.reason})", level=Log.WARNING)
+    def _refused(self, sense: Sense, error: Exception) -> None:
+        """Counts what the robot does not give, and tells each new reason once."""
+        self.failed[sense.name] = self.failed.get(sense.name, 0) + 1
+        reason = reason_of(error)
+        if self.troubles.get(sense.name) != reason:
+            self.troubles[sense.name] = reason
+            self.words(f"The robot gives no {sense.name} ({reason})", level=Log.WARNING)
 
-    def _found(self) -> None:
-        if self._away.since_ns is None:
+    def _lost(self, sense: Sense, error: Exception) -> None:
+        """No answer: the robot is away, or, when it answers others meanwhile, this sense is in trouble."""
+        now, away = self.now_ns(), self._away
+        if away.answered_ns > self._failing_ns.setdefault(sense.name, now):
+            self._refused(sense, error)
             return
-        with self._away.lock:
-            start_ns, self._away.since_ns = self._away.since_ns, None
-            if start_ns is None:
-                return
+        self.failed[sense.name] = self.failed.get(sense.name, 0) + 1
+        with away.lock:
+            if away.since_ns is None:
+                away.since_ns, away.reason, away.told = away.answered_ns or now, reason_of(error), False
+            if not away.told and now - away.since_ns > GAP_S * 1e9:
+                away.told = True
+                self.words(f"The robot does not answer ({away.reason})", level=Log.WARNING)
+
+    def _found(self, *, back: bool = True) -> None:
+        """Writes the gap down: the robot answers again, or the session ends without it."""
+        away = self._away
+        with away.lock:
+            start_ns, away.since_ns = away.since_ns, None
             end_ns = self.now_ns()
+            if start_ns is None or end_ns - start_ns < GAP_S * 1e9:
+                return
             seconds = (end_ns - start_ns) / 1e9
+            self._failing_ns.clear()
             self.gaps.append(seconds)
             self.tell(
                 Gap(
@@ -195,10 +237,11 @@ class Session:
                     start=Stamp.of(start_ns),
                     end=Stamp.of(end_ns),
                     seconds=seconds,
-                    reason=self._away.reason,
+                    reason=away.reason,
                 )
             )
-            self.words(f"The robot answers again after {seconds:.1f} s", level=Log.WARNING)
+            if back:
+                self.words(f"The robot answers again after {seconds:.1f} s", level=Log.WARNING)
 
     def _log_in_again(self) -> None:
         try:

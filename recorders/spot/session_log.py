@@ -15,6 +15,7 @@ from recorders.recorder import RunRecorder
 from recorders.spot.connection import Connection
 from recorders.spot.derived import Derivation
 from recorders.spot.operator import KeyBoard, StopSwitch
+from recorders.spot.senses import check_cameras
 from recorders.spot.session import Rates, Session
 from recorders.spot.site_tasks import session_task
 from recorders.spot.spot_run import place_of
@@ -49,6 +50,7 @@ class SessionReport:
     Attributes:
         taken, skipped: per sense, answers recorded, and times when it was still busy.
         dropped: messages that the writer had to refuse, by topic.
+        failed: answers that did not come, per sense. troubles: senses that got none to the end, and why.
         gaps_s: how long the robot was away, each time.
     """
 
@@ -58,6 +60,8 @@ class SessionReport:
     skipped: dict[str, int]
     dropped: dict[str, int]
     gaps_s: tuple[float, ...]
+    failed: dict[str, int] = field(default_factory=dict)
+    troubles: dict[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -68,14 +72,17 @@ class SessionReport:
             "skipped": self.skipped,
             "dropped": self.dropped,
             "gaps_s": list(self.gaps_s),
+            "failed": self.failed,
+            "troubles": self.troubles,
         }
 
     def in_words(self, output: Path) -> str:
         lost = sum(self.dropped.values())
+        troubles = "".join(f"; NO {name} ({why})" for name, why in self.troubles.items())
         gaps = f", {len(self.gaps_s)} gaps of {sum(self.gaps_s):.1f} s" if self.gaps_s else ""
         return (
             f"{self.seconds:.0f} s recorded to {output}: {sum(self.taken.values())} answers, {lost} messages lost"
-            f"{gaps}, {self.ended.searches} containers looked into. Next: lios info {output}"
+            f"{gaps}, {self.ended.searches} containers looked into{troubles}. Next: lios info {output}"
         )
 
 
@@ -106,6 +113,7 @@ def record_session(
     """Records until a key, a signal or the time says stop; the log is closed properly in each case."""
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
+    check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
     with RunRecorder(
         output,
         info=session_info(connection, plan.site, task),
@@ -142,6 +150,8 @@ def record_session(
         skipped=dict(sorted(session.skipped.items())),
         dropped=dropped,
         gaps_s=tuple(session.gaps),
+        failed=dict(sorted(session.failed.items())),
+        troubles=dict(sorted(session.troubles.items())),
     )
 
 

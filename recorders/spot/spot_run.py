@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -12,8 +13,11 @@ from recorders.recorder import RunRecorder
 from recorders.spot.clock import Stepped
 from recorders.spot.connection import Connection
 from recorders.spot.control import Control
+from recorders.spot.errors import NotLocalized
+from recorders.spot.map_upload import read_graph, upload_map
 from recorders.spot.operator import Nobody, Operator, StopSwitch
 from recorders.spot.running import guarded
+from recorders.spot.senses import check_cameras
 from recorders.spot.session import Rates, Session
 from recorders.spot.world import RunSettings, SpotWorld
 from workbench import __version__
@@ -38,6 +42,7 @@ class RobotRun:
     Attributes:
         truth: what a simulated robot's containers hold, for the log; None on a real one.
         take_lease, own_estop: as for Control.
+        map_folder: a GraphNav map to upload first; None leaves the robot's own.
     """
 
     site: Site
@@ -51,6 +56,7 @@ class RobotRun:
     truth: Contents | None = None
     take_lease: bool = False
     own_estop: bool = False
+    map_folder: Path | None = None
     title: str = ""
 
 
@@ -90,31 +96,40 @@ def run_and_record(
     """
     strategy, estimator = strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
     stepped = isinstance(connection.clock, Stepped)
+    check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
+    if run.map_folder is not None:
+        read_graph(run.map_folder)
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
-    world = _world(connection, control, run, operator=operator, stop=stop)
-    run = replace(run, site=world.site)
-    with RunRecorder(
-        output,
-        info=_info(connection, run, strategy, estimator),
-        place=place_of(run.site),
-        task=run.task,
-        costs=run.costs,
-        truth=run.truth,
-        force=force,
-        background=not stepped,
-        receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": _settings(run)},
-    ) as recorder:
-        session = Session(connection, run.site, recorder.sink, rates=run.rates)
-        with control:
-            start_ns = world.now_ns()
-            events = guarded(
-                run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed),
-                world,
-                control,
-                run.task,
-            )
-            seen = _follow(events, recorder, session, hear)
+    with ExitStack() as held:
+        world = _world(connection, control, run, operator=operator, stop=stop)
+        _find_itself(world, run, held)
+        run = replace(run, site=world.site)
+        with RunRecorder(
+            output,
+            info=_info(connection, run, strategy, estimator),
+            place=place_of(run.site),
+            task=run.task,
+            costs=run.costs,
+            truth=run.truth,
+            force=force,
+            background=not stepped,
+            receipt_ns=None if stepped else connection.clock.now_ns,
+            settings={"spot": _settings(run)},
+        ) as recorder:
+            session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            if not control.held:
+                held.enter_context(control)
+            try:
+                start_ns = world.now_ns()
+                events = guarded(
+                    run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed),
+                    world,
+                    control,
+                    run.task,
+                )
+                seen = _follow(events, recorder, session, hear)
+            finally:
+                control.give_back()
     ended = outcome_of(seen)
     return RunReport(
         ended=ended,
@@ -126,8 +141,16 @@ def run_and_record(
 
 
 def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
-    """What the robot would do first; nothing moves, no lease is taken, nothing is recorded."""
+    """What the robot would do first; nothing moves, no lease is taken, nothing is recorded.
+
+    Raises:
+        NotLocalized, NoMap, WaypointMissing: what would stop a run as well.
+    """
     world = _world(connection, Control(connection), run)
+    world.know_the_map()
+    if not world.localize():
+        raise NotLocalized(str(connection.address))
+    world.start_here()
     strategy, estimator = strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
     for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
         if isinstance(event, Planned):
@@ -143,8 +166,7 @@ def _world(
     operator: Operator | None = None,
     stop: StopSwitch | None = None,
 ) -> SpotWorld:
-    """The robot on its map, the site starting where it stands."""
-    world = SpotWorld(
+    return SpotWorld(
         connection=connection,
         control=control,
         site=run.site,
@@ -152,9 +174,21 @@ def _world(
         operator=operator or Nobody(),
         stop=stop or StopSwitch(),
     )
-    world.localize()
+
+
+def _find_itself(world: SpotWorld, run: RobotRun, held: ExitStack) -> None:
+    """The robot on its map, the site starting where it stands. A robot that lies sees few fiducials: it may stand up
+    for this, under control, which `held` ends.
+    """
+    if run.map_folder is not None:
+        held.enter_context(world.control)
+        upload_map(world.connection, run.map_folder)
+    world.know_the_map()
+    if not world.localize() and not world.control.held:
+        held.enter_context(world.control)
+    if not world.localize():
+        raise NotLocalized(str(world.connection.address))
     world.start_here()
-    return world
 
 
 def place_of(site: Site) -> Place:

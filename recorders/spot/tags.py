@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from math import cos, sin
 from typing import Any
 
-from bosdyn.client.frame_helpers import BODY_FRAME_NAME, VISION_FRAME_NAME, get_a_tform_b
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import SE3Pose
 
 from recorders.spot.clock import SessionClock
+from recorders.spot.frame_trees import tform
 from workbench.runs.vocabulary import NANO
 from workbench.worlds.house import Container
 
@@ -45,8 +46,8 @@ def read_tags(objects: Iterable[Any], map_tform_body: Any, clock: SessionClock) 
             continue
         mark = thing.apriltag_properties
         name = mark.frame_name_fiducial_filtered or mark.frame_name_fiducial
-        body = get_a_tform_b(thing.transforms_snapshot, BODY_FRAME_NAME, name)
-        vision = get_a_tform_b(thing.transforms_snapshot, VISION_FRAME_NAME, name)
+        body = tform(thing.transforms_snapshot, BODY_FRAME_NAME, name)
+        vision = tform(thing.transforms_snapshot, VISION_FRAME_NAME, name)
         if body is None or vision is None:
             continue
         x, y, z = placed.transform_point(body.x, body.y, body.z)

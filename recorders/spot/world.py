@@ -15,15 +15,17 @@ from typing import Any, TypeVar, final
 from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
-from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, get_a_tform_b
-from bosdyn.client.graph_nav import GraphNavClient, RobotImpairedError
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
+from bosdyn.client.graph_nav import CommandExpiredError, GraphNavClient, RobotImpairedError, UnrecongizedCommandError
 from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.math_helpers import SE3Pose
 
 from recorders.spot.connection import Connection, reason_of
 from recorders.spot.control import Control
-from recorders.spot.errors import RunStopped, WaypointMissing
+from recorders.spot.errors import NoMap, RunStopped, WaypointMissing
+from recorders.spot.frame_trees import tform
 from recorders.spot.hands import ArmHands, Hands, HelperHands
+from recorders.spot.localized import is_localized
 from recorders.spot.operator import Nobody, Operator, StopSwitch
 from recorders.spot.seed import in_seed, on_map
 from recorders.spot.tags import TagSighting, read_tags, within
@@ -35,6 +37,13 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import Done, Looked, Refused, Unseen
 
 Answer = TypeVar("Answer")
+_Goal = Callable[[int | None], int]
+"""Sends the robot on its way, as a new command or as the one with this number; returns the number."""
+
+TURN_LIMIT = 1.0
+"""Radians per second, under a speed limit."""
+LEASE_LOST = "the lease was lost: another client commands the robot"
+IMPAIRED = "the robot is impaired: stopped, or its motors are off"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +54,7 @@ class RunSettings:
         speed_mps: the speed limit of walking; None leaves it to the robot.
         look_s: how long a look takes; tags must be seen within it.
         poll_s: how often the robot is asked.
+        dead_man_s: for so long the robot goes on walking without hearing from us.
         patience_s: how long a network may be away before the run ends.
         walk_factor: a walk may take this many times its usual time.
         attempts, retry_s: how often a walk is tried that got stuck or lost, and after how long again: people
@@ -56,6 +66,7 @@ class RunSettings:
     speed_mps: float | None = None
     look_s: float = 6.0
     poll_s: float = 0.25
+    dead_man_s: float = 3.0
     patience_s: float = 20.0
     walk_factor: float = 4.0
     attempts: int = 3
@@ -76,6 +87,7 @@ class SpotWorld:
     operator: Operator = field(default_factory=Nobody)
     stop: StopSwitch = field(default_factory=StopSwitch)
     seen: dict[ItemId, TagSighting] = field(default_factory=dict)
+    at: LocationId | None = None
     _hands: Hands = field(init=False)
 
     def __post_init__(self) -> None:
@@ -109,7 +121,7 @@ class SpotWorld:
                 self._localize()
             reason = self._walk(location, walked)
             if not reason:
-                end_ns = self.now_ns()
+                self.at, end_ns = location, self.now_ns()
                 return Done(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
         return Refused(
             start_ns=start_ns, end_ns=self.now_ns(), reason=reason, travel_m=walked.metres, path=walked.corners()
@@ -121,14 +133,19 @@ class SpotWorld:
         if closed and not isinstance(self.operator, Nobody):
             self.operator.confirm(f"Open {container}, then press y.")
         found: dict[ItemId, TagSighting] = {}
-        box = self.site.plan.container(container)
+        box, placed = self.site.plan.container(container), self._localize()
         while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
             self.wait(self.settings.poll_s)
-            for sighting in self.sightings():
+            sightings = self.sightings()
+            placed = placed or sightings is not None
+            for sighting in sightings or ():
                 item = self.site.tags.get(sighting.tag)
                 fresh = sighting.stamp_ns >= start_ns
                 if item is not None and fresh and within(box, sighting.position, margin_m=self.settings.margin_m):
                     found[item.id] = sighting
+        if not placed:
+            reason = "the robot does not know where it is, so what it sees cannot be placed"
+            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
         self.seen.update(found)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
         items = tuple(by_id[name] for name in sorted(found))
@@ -149,20 +166,30 @@ class SpotWorld:
         done = self.operator.confirm(f"Please {action} {', '.join(items)}, then press y.")
         return self._handled(start_ns, "" if done else f"nobody was there to {action}")
 
-    def localize(self) -> None:
-        """Finds the robot on its map.
+    def know_the_map(self) -> None:
+        """Looks up the site's waypoints on the robot's map: by id, or by the name that a person gave them.
 
         Raises:
-            RunStopped: it cannot be found.
-            WaypointMissing: the site's waypoints are not on the robot's map.
+            NoMap: the robot has none.
+            WaypointMissing: the site's waypoints are not on it.
         """
-        if not self._localize():
-            raise RunStopped("the robot could not be localised")
         graph = self.call(lambda: self._graph_nav().download_graph(timeout=self.connection.timeout_s))
-        known = {waypoint.id for waypoint in graph.waypoints}
+        if not graph.waypoints:
+            raise NoMap(str(self.connection.address))
+        named: dict[str, list[str]] = {}
+        for waypoint in graph.waypoints:
+            named.setdefault(waypoint.annotations.name, []).append(waypoint.id)
+        known = {waypoint.id: waypoint.id for waypoint in graph.waypoints}
+        known |= {name: ids[0] for name, ids in named.items() if name and len(ids) == 1 and name not in known}
         missing = sorted(name for name in self.site.waypoints.values() if name not in known)
         if missing:
-            raise WaypointMissing(str(self.connection.address), missing)
+            raise WaypointMissing(str(self.connection.address), missing, [name for name in missing if name in named])
+        ids = {place: known[name] for place, name in self.site.waypoints.items()}
+        self.site = replace(self.site, waypoints=MappingProxyType(ids))
+
+    def localize(self) -> bool:
+        """Finds the robot on its map, by the fiducial nearest to it; False when it sees none."""
+        return self._localize()
 
     def start_here(self) -> None:
         """Takes the robot's place as the site's start, when it is not where the survey says and a map is at hand.
@@ -183,18 +210,18 @@ class SpotWorld:
         waypoints = {place: name for place, name in self.site.waypoints.items() if place != START}
         self.site = replace(starting_at(self.site, here), waypoints=MappingProxyType(waypoints))
 
-    def sightings(self) -> tuple[TagSighting, ...]:
-        """The tags that the robot sees now, on the map; none while it is not localised."""
+    def sightings(self) -> tuple[TagSighting, ...] | None:
+        """The tags that the robot sees now, on the map; None while it is not localised."""
         objects = self.call(
             lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
         )
         body = self.body_pose()
-        return () if body is None else read_tags(objects.world_objects, body, self.connection.clock)
+        return None if body is None else read_tags(objects.world_objects, body, self.connection.clock)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """Where the body is on the map, or None while it is not localised."""
         state = self.call(lambda: self._graph_nav().get_localization_state(timeout=self.connection.timeout_s))
-        return on_map(self.site, state.localization.seed_tform_body) if state.localization.waypoint_id else None
+        return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
         """Waits, unless the run has to stop.
@@ -206,7 +233,7 @@ class SpotWorld:
         if self.stop.is_pressed:
             raise RunStopped(self.stop.reason)
         if self.control.lost.is_set():
-            raise RunStopped("the lease was lost: another client commands the robot")
+            raise RunStopped(LEASE_LOST)
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
         """Asks the robot, and again while the network is away.
@@ -219,7 +246,7 @@ class SpotWorld:
             try:
                 return ask()
             except (LeaseUseError, LeaseClientError) as error:
-                raise RunStopped("the lease was lost: another client commands the robot") from error
+                raise RunStopped(LEASE_LOST) from error
             except UnauthenticatedError:
                 self.connection.log_in_again()
             except ResponseError:
@@ -241,10 +268,10 @@ class SpotWorld:
     def _localize(self) -> bool:
         def find() -> None:
             state = self.connection.client("robot-state").get_robot_state(timeout=self.connection.timeout_s)
-            snapshot = state.kinematic_state.transforms_snapshot
+            body = tform(state.kinematic_state.transforms_snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
             self._graph_nav().set_localization(
                 initial_guess_localization=nav_pb2.Localization(),
-                ko_tform_body=get_a_tform_b(snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME).to_proto(),
+                ko_tform_body=None if body is None else body.to_proto(),
                 fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
                 timeout=self.connection.timeout_s,
             )
@@ -259,58 +286,93 @@ class SpotWorld:
 
     def _walk(self, location: LocationId, walked: WalkLog) -> str:
         """Walks once; empty when it arrived, else why it did not."""
+        answer = graph_nav_pb2.NavigationFeedbackResponse
         pose = self.site.paths.standing_pose(location)
         if pose is None:
             return f"no way leads to {location}"
         self._note_place(walked)
-        limit_s = 20.0 + self.settings.walk_factor * self._expected_s(pose)
-        try:
-            number = self.call(lambda: self._send(location, pose, limit_s))
-        except RobotImpairedError as error:
-            raise RunStopped("the robot is impaired: stopped, or its motors are off") from error
-        except ResponseError as error:
-            return f"the robot refuses to go ({reason_of(error)})"
-        answer = graph_nav_pb2.NavigationFeedbackResponse
-        while True:
-            self.wait(self.settings.poll_s)
+        limit_ns = self.now_ns() + round((20.0 + self.settings.walk_factor * self._expected_s(pose)) * 1e9)
+        goal, number, sent_ns = self._goal(location, pose), None, 0
+        status = answer.STATUS_FOLLOWING_ROUTE
+        while status in _GOING:
+            if self.now_ns() > limit_ns:
+                self.control.stop()
+                return "navigation took too long"
             try:
-                status = self.call(
-                    lambda: self._graph_nav().navigation_feedback(number, timeout=self.connection.timeout_s)
-                ).status
+                if status == answer.STATUS_COMMAND_TIMED_OUT:
+                    number = None
+                if number is None or self.now_ns() - sent_ns > self.settings.dead_man_s / 3 * 1e9:
+                    number, sent_ns = self._keep_going(goal, number), self.now_ns()
+                self.wait(self.settings.poll_s)
+                status = self._walk_status(number)
+            except RobotImpairedError as error:
+                raise RunStopped(IMPAIRED) from error
             except ResponseError as error:
-                return f"navigation failed ({reason_of(error)})"
+                return f"the robot refuses to go ({reason_of(error)})"
             self._note_place(walked)
-            if status == answer.STATUS_REACHED_GOAL:
-                return ""
-            if status == answer.STATUS_LEASE_ERROR:
-                raise RunStopped("the lease was lost: another client commands the robot")
-            if status == answer.STATUS_ROBOT_IMPAIRED:
-                raise RunStopped("the robot is impaired: stopped, or its motors are off")
-            if status != answer.STATUS_FOLLOWING_ROUTE:
-                return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
+        if status == answer.STATUS_LEASE_ERROR:
+            raise RunStopped(LEASE_LOST)
+        if status == answer.STATUS_ROBOT_IMPAIRED:
+            raise RunStopped(IMPAIRED)
+        if status == answer.STATUS_REACHED_GOAL:
+            return ""
+        return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
+
+    def _walk_status(self, number: int) -> int:
+        answer = self.call(lambda: self._graph_nav().navigation_feedback(number, timeout=self.connection.timeout_s))
+        return int(answer.status)
+
+    def _keep_going(self, goal: _Goal, number: int | None) -> int:
+        """Sends the robot to a goal for dead_man_s more; the number of the command, a new one when it forgot the old.
+
+        A robot that no longer hears us stops by itself, whatever happened to us or the network.
+        """
+        self.connection.clock.refresh()
+        try:
+            return self.call(lambda: goal(number))
+        except (UnrecongizedCommandError, CommandExpiredError):
+            self.connection.clock.refresh()
+            return self.call(lambda: goal(None))
 
     def _note_place(self, walked: WalkLog) -> None:
         body = self.body_pose()
         if body is not None:
             walked.add((body.position.x, body.position.y))
 
-    def _send(self, location: LocationId, pose: Pose, limit_s: float) -> int:
-        client = self._graph_nav()
-        limit = None
-        if self.settings.speed_mps is not None:
-            top = geometry_pb2.SE2Velocity(
-                linear=geometry_pb2.Vec2(x=self.settings.speed_mps, y=self.settings.speed_mps), angular=1.0
-            )
-            limit = geometry_pb2.SE2VelocityLimit(max_vel=top)
-        travel = GraphNavClient.generate_travel_params(0.25, 0.2, limit)
+    def _goal(self, location: LocationId, pose: Pose) -> _Goal:
+        """Where to go, as GraphNav is told: a waypoint, else a pose in its seed frame at the height of the body."""
+        client, timeout, lasts_s = self._graph_nav(), self.connection.timeout_s, self.settings.dead_man_s
+        travel = GraphNavClient.generate_travel_params(0.25, 0.2, _limit(self.settings.speed_mps))
         waypoint = self.site.waypoints.get(location)
-        self.connection.clock.refresh()
         if waypoint:
-            return client.navigate_to(waypoint, limit_s, travel_params=travel, timeout=self.connection.timeout_s)
-        goal = in_seed(self.site, pose)
-        return client.navigate_to_anchor(goal, limit_s, travel_params=travel, timeout=self.connection.timeout_s)
+            return lambda number: client.navigate_to(
+                waypoint, lasts_s, travel_params=travel, command_id=number, timeout=timeout
+            )
+        place = in_seed(self.site, pose)
+        state = self.call(lambda: client.get_localization_state(timeout=timeout))
+        place.position.z = state.localization.seed_tform_body.position.z
+        return lambda number: client.navigate_to_anchor(
+            place, lasts_s, travel_params=travel, command_id=number, timeout=timeout
+        )
 
     def _expected_s(self, goal: Pose) -> float:
         body = self.body_pose()
         away = 20.0 if body is None else 2 * hypot(body.position.x - goal.x_m, body.position.y - goal.y_m)
         return away / (self.settings.speed_mps or self.site.robot.speed_mps)
+
+
+def _limit(speed_mps: float | None) -> geometry_pb2.SE2VelocityLimit | None:
+    """A speed limit in every direction; None leaves it to the robot."""
+    if speed_mps is None:
+        return None
+    top = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=speed_mps, y=speed_mps), angular=TURN_LIMIT)
+    least = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=-speed_mps, y=-speed_mps), angular=-TURN_LIMIT)
+    return geometry_pb2.SE2VelocityLimit(max_vel=top, min_vel=least)
+
+
+_GOING = (
+    graph_nav_pb2.NavigationFeedbackResponse.STATUS_FOLLOWING_ROUTE,
+    graph_nav_pb2.NavigationFeedbackResponse.STATUS_UNKNOWN,
+    graph_nav_pb2.NavigationFeedbackResponse.STATUS_COMMAND_TIMED_OUT,
+)
+"""A command that timed out did so because we were away; it is given again."""

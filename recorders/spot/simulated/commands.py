@@ -43,6 +43,9 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             if not full.HasField("safe_power_off_request") and state.body.motors is not Motors.ON:
                 response.status = answer.STATUS_NOT_POWERED_ON
                 return response
+            if state.behaviour_fault and not full.HasField("safe_power_off_request"):
+                response.status = answer.STATUS_BEHAVIOR_FAULT
+                return response
             number = self._obey(state, request.command)
             response.status = answer.STATUS_UNSUPPORTED if number is None else answer.STATUS_OK
             response.robot_command_id = number or 0
@@ -87,6 +90,11 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             )
             state.arm_busy_until_s = body.lived_s + PLACE_S
             number = state.number("arm")
+            if sync.arm_command.HasField("arm_cartesian_command"):
+                sent = sync.arm_command.arm_cartesian_command
+                to = sent.pose_trajectory_in_task.points[-1].pose.position
+                state.arm_goal = (sent.root_frame_name, to.x, to.y, to.z)
+                state.commands[number] = "arm-pose"
         if sync.HasField("gripper_command"):
             points = sync.gripper_command.claw_gripper_command.trajectory.points
             if points and abs(points[-1].point) > 0.2:
@@ -142,17 +150,24 @@ def _feedback(state: RobotState, kind: str, number: int) -> synchronized_command
         else:
             there = walk.state is not WalkState.WALKING
             moving.se2_trajectory_feedback.status = going.STATUS_AT_GOAL if there else going.STATUS_GOING_TO_GOAL
-    if kind in ("arm", "gripper"):
-        done = body.lived_s >= state.arm_busy_until_s
-        claw, arm = gripper_command_pb2.ClawGripperCommand.Feedback, arm_command_pb2
+    done = body.lived_s >= state.arm_busy_until_s
+    if kind == "arm-pose":
+        pose = arm_command_pb2.ArmCartesianCommand.Feedback
+        there = pose.STATUS_TRAJECTORY_STALLED if state.arm_stalls else pose.STATUS_TRAJECTORY_COMPLETE
+        feedback.arm_command_feedback.status = PROCESSING
+        feedback.arm_command_feedback.arm_cartesian_feedback.status = there if done else pose.STATUS_IN_PROGRESS
+    elif kind == "gripper":
+        claw = gripper_command_pb2.ClawGripperCommand.Feedback
+        there = claw.STATUS_AT_GOAL if done else claw.STATUS_IN_PROGRESS
+        feedback.gripper_command_feedback.status = PROCESSING
+        feedback.gripper_command_feedback.claw_gripper_feedback.status = there
+    elif kind == "arm":
+        arm = arm_command_pb2
         feedback.arm_command_feedback.status = PROCESSING
         feedback.arm_command_feedback.named_arm_position_feedback.status = (
             arm.NamedArmPositionsCommand.Feedback.STATUS_COMPLETE
             if done
             else arm.NamedArmPositionsCommand.Feedback.STATUS_IN_PROGRESS
-        )
-        feedback.gripper_command_feedback.claw_gripper_feedback.status = (
-            claw.STATUS_AT_GOAL if done else claw.STATUS_IN_PROGRESS
         )
     else:
         feedback.mobility_command_feedback.CopyFrom(moving)

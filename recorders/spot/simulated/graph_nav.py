@@ -1,46 +1,50 @@
-"""How does the robot find its way? GraphNav: a waypoint where the site has one, the site's map as the seed frame."""
+"""How does the robot find its way? GraphNav over the map that it holds; the seed frame is the site's map."""
 
 from __future__ import annotations
 
-from math import hypot
 from typing import Any
 
 from bosdyn.api import data_chunk_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, graph_nav_service_pb2_grpc, map_pb2, nav_pb2
 
-from recorders.spot.simulated.body import Body, Motors, WalkState, wrapped
+from recorders.spot.simulated.body import Motors, WalkState
 from recorders.spot.simulated.commands import lasts_s
-from recorders.spot.simulated.frames import from_body, height_of, in_body, inverse, kinematics, se3, stamp, yaw_of
+from recorders.spot.simulated.frames import height_of, kinematics, se3, stamp, yaw_of
+from recorders.spot.simulated.graph_map import GraphMap, relative, shifted
 from recorders.spot.simulated.robot import RobotState
 from recorders.spot.simulated.services import header_of
 from workbench.worlds.geometry import Pose
 
 
 class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
-    """A waypoint wherever the site has one; the seed frame is the site's map."""
+    """Localisation by fiducial, ways by the site's map, maps up and down."""
 
     def __init__(self, state: RobotState) -> None:
         self._state = state
-        site = state.site
-        names = {place: site.waypoints.get(place) or f"wp-{place}" for place in site.travel.locations}
-        self._waypoints = {name: site.ways.standing[place] for place, name in names.items()}
+        self._map = GraphMap(state.site)
 
     def GetLocalizationState(self, request: Any, context: Any) -> Any:
+        """A robot that is lost keeps the waypoint at which it was last sure, as a Spot does."""
         with self._state.alive() as state:
             response = graph_nav_pb2.GetLocalizationStateResponse(header=header_of(state, request))
             response.robot_kinematics.CopyFrom(kinematics(state.body, state.clock.robot_ns()))
-            response.lost_detector_state.is_lost = not state.localized
+            response.lost_detector_state.is_lost = not state.localized and state.last_localization is not None
             if state.localized:
-                response.localization.CopyFrom(self._localization(state))
+                state.last_localization = self._localization(state)
+            if state.last_localization is not None:
+                response.localization.CopyFrom(state.last_localization)
             return response
 
     def SetLocalization(self, request: Any, context: Any) -> Any:
         answer = graph_nav_pb2.SetLocalizationResponse
         with self._state.alive() as state:
             guess = request.initial_guess.waypoint_id
-            if guess and guess not in self._waypoints:
+            if guess and guess not in self._map.waypoints:
                 return answer(header=header_of(state, request), status=answer.STATUS_UNKNOWN_WAYPOINT)
             if request.fiducial_init == graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NO_FIDUCIAL and not guess:
+                return answer(header=header_of(state, request), status=answer.STATUS_FAILED)
+            fiducial = request.fiducial_init != graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NO_FIDUCIAL
+            if not self._map.waypoints or (fiducial and not state.sees_fiducials):
                 return answer(header=header_of(state, request), status=answer.STATUS_FAILED)
             state.localized = True
             return answer(
@@ -50,7 +54,7 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
     def NavigateTo(self, request: Any, context: Any) -> Any:
         answer = graph_nav_pb2.NavigateToResponse
         with self._state.alive() as state:
-            goal = self._waypoints.get(request.destination_waypoint_id)
+            goal = self._map.waypoints.get(request.destination_waypoint_id)
             if goal is None:
                 status = answer.STATUS_UNKNOWN_WAYPOINT
                 return answer(
@@ -58,7 +62,7 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
                 )
             if request.HasField("destination_waypoint_tform_body_goal"):
                 offset = request.destination_waypoint_tform_body_goal
-                goal = _shifted(goal, offset.position.x, offset.position.y, offset.angle)
+                goal = shifted(goal, offset.position.x, offset.position.y, offset.angle)
             return self._navigate(state, request, goal, answer)
 
     def NavigateToAnchor(self, request: Any, context: Any) -> Any:
@@ -74,14 +78,56 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
 
     def DownloadGraph(self, request: Any, context: Any) -> Any:
         with self._state.alive() as state:
-            return graph_nav_pb2.DownloadGraphResponse(header=header_of(state, request), graph=self._graph(state))
+            return graph_nav_pb2.DownloadGraphResponse(header=header_of(state, request), graph=self._map.graph)
 
     def DownloadGraphStreaming(self, request: Any, context: Any) -> Any:
+        graph = self.DownloadGraph(request, context).SerializeToString()
+        yield graph_nav_pb2.DownloadGraphStreamingResponse(
+            header=header_of(self._state, request), chunk=_chunk(graph)
+        )
+
+    def DownloadWaypointSnapshot(self, request: Any, context: Any) -> Any:
+        name = request.waypoint_snapshot_id
+        answer = graph_nav_pb2.DownloadWaypointSnapshotResponse
+        data = self._map.snapshots.get(name) or map_pb2.WaypointSnapshot(id=name).SerializeToString()
+        yield answer(header=header_of(self._state, request), waypoint_snapshot_id=name, chunk=_chunk(data))
+
+    def ClearGraph(self, request: Any, context: Any) -> Any:
+        answer = graph_nav_pb2.ClearGraphResponse
         with self._state.alive() as state:
-            graph = self.DownloadGraph(request, context).SerializeToString()
-            yield graph_nav_pb2.DownloadGraphStreamingResponse(
-                header=header_of(state, request), chunk=data_chunk_pb2.DataChunk(total_size=len(graph), data=graph)
+            used = state.leases.use(request.lease)
+            if used.status == used.STATUS_OK:
+                self._map.clear()
+                state.localized, state.last_localization = False, None
+            return answer(header=header_of(state, request), lease_use_result=used, status=answer.STATUS_OK)
+
+    def UploadGraph(self, request: Any, context: Any) -> Any:
+        answer = graph_nav_pb2.UploadGraphResponse
+        with self._state.alive() as state:
+            used = state.leases.use(request.lease)
+            if used.status == used.STATUS_OK:
+                self._map.load(request.graph)
+            return answer(
+                header=header_of(state, request),
+                lease_use_result=used,
+                status=answer.STATUS_OK,
+                unknown_waypoint_snapshot_ids=self._map.unknown_snapshots(request.graph),
             )
+
+    def UploadGraphStreaming(self, request_iterator: Any, context: Any) -> Any:
+        _, data = _joined(request_iterator)
+        return self.UploadGraph(graph_nav_pb2.UploadGraphRequest.FromString(data), context)
+
+    def UploadWaypointSnapshot(self, request_iterator: Any, context: Any) -> Any:
+        answer = graph_nav_pb2.UploadWaypointSnapshotResponse
+        first, data = _joined(request_iterator)
+        with self._state.alive() as state:
+            self._map.snapshots[map_pb2.WaypointSnapshot.FromString(data).id] = data
+            return answer(header=header_of(state, first), status=answer.STATUS_OK)
+
+    def UploadEdgeSnapshot(self, request_iterator: Any, context: Any) -> Any:
+        first, _ = _joined(request_iterator)
+        return graph_nav_pb2.UploadEdgeSnapshotResponse(header=header_of(self._state, first))
 
     def _navigate(self, state: RobotState, request: Any, goal: Pose, answer: Any) -> Any:
         results = _used(state, request)
@@ -98,6 +144,12 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
             response.status = answer.STATUS_ROBOT_IMPAIRED
         elif not state.localized:
             response.status = answer.STATUS_NOT_LOCALIZED_TO_MAP
+        elif request.command_id:
+            walk = state.body.walk
+            known = walk is not None and walk.number == request.command_id and walk.state is not WalkState.EXPIRED
+            response.status = answer.STATUS_OK if known else answer.STATUS_UNRECOGNIZED_COMMAND
+            if known and walk is not None:
+                walk.end_s, response.command_id = state.body.lived_s + lasts, walk.number
         else:
             limit = request.travel_params.velocity_limit.max_vel.linear.x or None
             turn = not request.travel_params.ignore_final_yaw
@@ -107,13 +159,9 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
         return response
 
     def _localization(self, state: RobotState) -> nav_pb2.Localization:
-        pose = state.body.pose
-        name = min(
-            self._waypoints, key=lambda n: hypot(self._waypoints[n].x_m - pose.x_m, self._waypoints[n].y_m - pose.y_m)
-        )
-        at = self._waypoints[name]
-        local = _relative(at, pose)
-        height = height_of(state.body)
+        pose, height = state.body.pose, height_of(state.body)
+        name = self._map.nearest(pose)
+        local = relative(self._map.waypoints[name], pose)
         return nav_pb2.Localization(
             waypoint_id=name,
             waypoint_tform_body=se3(local.x_m, local.y_m, height, local.yaw_rad),
@@ -121,18 +169,15 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
             timestamp=stamp(state.clock.robot_ns()),
         )
 
-    def _graph(self, state: RobotState) -> map_pb2.Graph:
-        graph = map_pb2.Graph()
-        for name, pose in self._waypoints.items():
-            waypoint = graph.waypoints.add(id=name, waypoint_tform_ko=inverse(pose, 0.0))
-            waypoint.annotations.name = name
-            graph.anchoring.anchors.add(id=name, seed_tform_waypoint=se3(pose.x_m, pose.y_m, 0.0, pose.yaw_rad))
-        for a, b in _tree(list(self._waypoints), state):
-            edge = graph.edges.add()
-            edge.id.from_waypoint, edge.id.to_waypoint = a, b
-            shift = _relative(self._waypoints[a], self._waypoints[b])
-            edge.from_tform_to.CopyFrom(se3(shift.x_m, shift.y_m, 0.0, shift.yaw_rad))
-        return graph
+
+def _chunk(data: bytes) -> data_chunk_pb2.DataChunk:
+    return data_chunk_pb2.DataChunk(total_size=len(data), data=data)
+
+
+def _joined(requests: Any) -> tuple[Any, bytes]:
+    """The first request of a stream, for its header, and the data of all."""
+    taken = list(requests)
+    return taken[0], b"".join(request.chunk.data for request in taken)
 
 
 def _used(state: RobotState, request: Any) -> list[Any]:
@@ -164,25 +209,3 @@ def _navigation_feedback(state: RobotState, request: Any) -> Any:
     if walk.state is WalkState.STUCK:
         response.stuck_reason = answer.STUCK_REASON_OBSTACLE
     return response
-
-
-def _tree(names: list[str], state: RobotState) -> list[tuple[str, str]]:
-    """A spanning tree of the waypoints by walking distance (Prim)."""
-    metres = state.site.travel.metres
-    joined, edges = [0], []
-    while len(joined) < len(names):
-        _, a, b = min((metres[i, j], i, j) for i in joined for j in range(len(names)) if j not in joined)
-        edges.append((names[a], names[b]))
-        joined.append(b)
-    return edges
-
-
-def _shifted(pose: Pose, x: float, y: float, turn: float) -> Pose:
-    moved = from_body(Body(pose=pose, speed_mps=1.0), (x, y, 0.0))
-    return Pose(x_m=moved[0], y_m=moved[1], yaw_rad=wrapped(pose.yaw_rad + turn))
-
-
-def _relative(origin: Pose, pose: Pose) -> Pose:
-    """A pose seen from another."""
-    x, y, _ = in_body(Body(pose=origin, speed_mps=1.0), (pose.x_m, pose.y_m, 0.0))
-    return Pose(x_m=x, y_m=y, yaw_rad=wrapped(pose.yaw_rad - origin.yaw_rad))

@@ -145,6 +145,8 @@ class Power(power_service_pb2_grpc.PowerServiceServicer):
                 answer.status = power_pb2.STATUS_SUCCESS
             elif request.request != power_pb2.PowerCommandRequest.REQUEST_ON:
                 answer.status = power_pb2.STATUS_INTERNAL_ERROR
+            elif state.power_refusal:
+                answer.status = state.power_refusal
             elif state.estop.stopped:
                 answer.status = power_pb2.STATUS_ESTOPPED
             else:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -67,6 +68,12 @@ class RobotState:
     Attributes:
         site: what the robot knows of the place. house: what is really there.
         things: what carries a tag, wherever it is now.
+        last_localization: GraphNav's, kept while it is lost.
+        fiducials_from_floor: whether a robot that lies sees a fiducial of the map.
+        power_refusal: a power_pb2.PowerCommandStatus with which motors are refused; 0 for none.
+        behaviour_fault: a fault that forbids commands until a person clears it.
+        arm_stalls: whether the arm never arrives.
+        arm_goal: where the arm was sent last: frame, x, y, z.
         on_drop: called with the seconds for which the network shall be gone.
     """
 
@@ -81,6 +88,12 @@ class RobotState:
     estop: EstopBoard = field(default_factory=EstopBoard)
     lock: threading.RLock = field(default_factory=threading.RLock)
     localized: bool = False
+    last_localization: Any = None
+    fiducials_from_floor: bool = True
+    power_refusal: int = 0
+    behaviour_fault: bool = False
+    arm_stalls: bool = False
+    arm_goal: tuple[str, float, float, float] | None = None
     hides_tags: bool = False
     ends: list[tuple[float, FaultKind]] = field(default_factory=list)
     sightings: dict[int, Sighting] = field(default_factory=dict)
@@ -92,6 +105,11 @@ class RobotState:
     comments: list[str] = field(default_factory=list)
     next_command: int = 1
     on_drop: Callable[[float], None] | None = None
+
+    @property
+    def sees_fiducials(self) -> bool:
+        """Whether a fiducial of the map can be seen, to localise by."""
+        return self.body.standing or self.fiducials_from_floor
 
     @contextmanager
     def alive(self) -> Iterator[RobotState]:

@@ -1,0 +1,17 @@
+"""Where is one of the robot's frames, seen from another? An empty or broken frame tree of bosdyn is no answer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bosdyn.client.frame_helpers import Error as FrameTreeError
+from bosdyn.client.frame_helpers import get_a_tform_b
+from bosdyn.client.math_helpers import SE3Pose
+
+
+def tform(snapshot: Any, frame: str, other: str) -> SE3Pose | None:
+    """frame_tform_other of a FrameTreeSnapshot; None when it does not hold both, or is no tree."""
+    try:
+        return get_a_tform_b(snapshot, frame, other)
+    except FrameTreeError:
+        return None

@@ -1,0 +1,67 @@
+"""How does a recorded GraphNav map get onto the robot? From a folder as the tablet and the SDK write it.
+
+A robot forgets its map when it restarts. The folder holds `graph`, `waypoint_snapshots/` and `edge_snapshots/`
+(Spot SDK, GraphNavClient.write_graph_and_snapshots; an Autowalk's .walk folder holds them as well).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bosdyn.api.graph_nav import map_pb2
+from bosdyn.client.exceptions import ResponseError
+from google.protobuf.message import DecodeError
+
+from recorders.spot.connection import Connection, reason_of
+from recorders.spot.errors import MapRefused
+from workbench.errors import FileMissing, MalformedFile
+
+UPLOAD_TIMEOUT_S = 60.0
+
+
+def read_graph(folder: Path) -> map_pb2.Graph:
+    """The graph of a map's folder.
+
+    Raises:
+        FileMissing, MalformedFile: there is none, or it is none.
+    """
+    graph = map_pb2.Graph()
+    _read(graph, folder / "graph")
+    if not graph.waypoints:
+        raise MalformedFile(folder / "graph", "it holds no waypoint", "Give the folder of a recorded GraphNav map")
+    return graph
+
+
+def upload_map(connection: Connection, folder: Path) -> int:
+    """Replaces the robot's map; returns the number of waypoints. The lease must be ours.
+
+    Raises:
+        FileMissing, MalformedFile: the folder holds no map. MapRefused: the robot does not take it.
+    """
+    graph = read_graph(folder)
+    client = connection.client("graph-nav-service")
+    try:
+        client.clear_graph(timeout=connection.timeout_s)
+        answer = client.upload_graph(
+            graph=graph, generate_new_anchoring=not graph.anchoring.anchors, timeout=UPLOAD_TIMEOUT_S
+        )
+        for name in answer.unknown_waypoint_snapshot_ids:
+            snapshot = _read(map_pb2.WaypointSnapshot(), folder / "waypoint_snapshots" / name)
+            client.upload_waypoint_snapshot(snapshot, timeout=UPLOAD_TIMEOUT_S)
+        for name in answer.unknown_edge_snapshot_ids:
+            edge = _read(map_pb2.EdgeSnapshot(), folder / "edge_snapshots" / name)
+            client.upload_edge_snapshot(edge, timeout=UPLOAD_TIMEOUT_S)
+    except ResponseError as error:
+        raise MapRefused(str(connection.address), reason_of(error)) from error
+    return len(graph.waypoints)
+
+
+def _read(message: Any, path: Path) -> Any:
+    if not path.is_file():
+        raise FileMissing(path)
+    try:
+        message.ParseFromString(path.read_bytes())
+    except DecodeError as error:
+        raise MalformedFile(path, "not a GraphNav map", "Give the folder of a recorded GraphNav map") from error
+    return message
