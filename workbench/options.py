@@ -18,6 +18,10 @@ Split = Annotated[
     str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
 ]
 Assets = Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")]
+AssetsOrBeside = Annotated[
+    Path | None,
+    typer.Option("--assets", help="Asset table (CSV) with exact sizes; default: asset_sizes.csv beside the houses."),
+]
 Workers = Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")]
 RecordTrials = Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")]

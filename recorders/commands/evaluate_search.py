@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.options import Assets, DryRun, Houses, Json, RecordTrials, Split, Workers
+from workbench.options import AssetsOrBeside, DryRun, Houses, Json, RecordTrials, Split, Workers
 
 
 def search(
@@ -28,7 +28,7 @@ def search(
     ] = 0.0,
     workers: Workers = 1,
     seed: Annotated[int, typer.Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
-    assets: Assets = None,
+    assets: AssetsOrBeside = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A folder for the table, the trials and the figures.")
     ] = None,

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.options import Assets, DryRun, Houses, Json, RecordTrials, Split, Workers
+from workbench.options import AssetsOrBeside, DryRun, Houses, Json, RecordTrials, Split, Workers
 
 
 def tasks(
@@ -29,7 +29,7 @@ def tasks(
         str, typer.Option("--paper-estimator", help="What the paper's five strategies believe.")
     ] = "fcnn",
     seed: Annotated[int, typer.Option("--seed", help="Of houses, tasks, starts and the bootstrap.")] = 0,
-    assets: Assets = None,
+    assets: AssetsOrBeside = None,
     record: RecordTrials = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A folder for the trials and the table; resumable.")
@@ -55,10 +55,12 @@ def tasks(
     from workbench.errors import BadValue
     from workbench.evaluation import task_experiment as experiment
     from workbench.terminal import emit_json, progress, say
+    from workbench.worlds.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
 
     if record and output is None:
         raise BadValue("-o/--output", None, "a folder, for --record to record to")
+    table = assets_for(houses or shipped_houses(), assets)
     request = experiment.TaskRequest(
         houses=str((houses or shipped_houses()).absolute()),
         split=split,
@@ -68,7 +70,7 @@ def tasks(
         seed=seed,
         estimator=estimator,
         paper_estimator=paper_estimator,
-        assets=str(assets.absolute()) if assets else "",
+        assets=str(table.absolute()) if table else "",
     )
     planned = experiment.plan_trials(request)
     _say_refused(planned)

@@ -16,6 +16,7 @@ from workbench.beliefs.weights import read_weights
 from workbench.errors import BadValue, Unsupported
 from workbench.evaluation.belief_quality import KINDS, Judged, against, glimpse, judge, missing_types, quality
 from workbench.evaluation.splits import split_indices
+from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House
 from workbench.worlds.procthor import load_houses
 from workbench.worlds.shipped import shipped_houses
@@ -33,7 +34,7 @@ class BeliefRequest:
         estimators: names of the table, or weights files.
         part: of a file that is split.
         seen_share: of the containers, looked into before the question.
-        assets: a table of exact sizes.
+        assets: a table of exact sizes; None takes the one that lies beside the houses, if there is one.
         seed: of what was seen and of the bootstrap.
     """
 
@@ -48,10 +49,15 @@ class BeliefRequest:
         if not 0 <= self.seen_share < 1:
             raise BadValue("--seen", self.seen_share, "at least 0 and below 1")
 
+    @property
+    def sizes(self) -> Path | None:
+        """The table of sizes that is used."""
+        return assets_for(self.houses or shipped_houses(), self.assets)
+
     def chosen_houses(self) -> list[House]:
         """The houses of the part. Raises Unsupported when there are none."""
         path = self.houses or shipped_houses()
-        houses = load_houses(path, assets=self.assets)
+        houses = load_houses(path, assets=self.sizes)
         chosen = [houses[k] for k in split_indices(path, self.part, houses=len(houses))]
         if not chosen:
             raise Unsupported(f"{path} has no house in part {self.part!r}. Give another --houses or --split all.")
@@ -99,6 +105,7 @@ def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
     answer = {
         "file": str(request.houses or shipped_houses()),
         "split": request.part,
+        "assets": None if request.sizes is None else str(request.sizes),
         "houses": len(houses),
         "seen_share": request.seen_share,
         "seed": request.seed,

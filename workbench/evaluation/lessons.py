@@ -10,6 +10,7 @@ import numpy as np
 from workbench.beliefs.encoder import text_encoder
 from workbench.beliefs.training import Lesson, hold_out
 from workbench.evaluation.splits import Split, is_shared, split_indices
+from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House
 from workbench.worlds.procthor import load_houses
 
@@ -19,7 +20,8 @@ def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed:
 
     Args:
         files: of houses; the shared ones are split by index, of the others a share is held out.
-        assets: a table of exact sizes; the houses are then learnt with usual sizes as well.
+        assets: a table of exact sizes, None for the one that lies beside a file; where there is one, houses are
+            learnt with usual sizes as well.
         encoder: a text encoder's name.
         share: to hold out of a file that is not split.
 
@@ -30,20 +32,22 @@ def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed:
     learnt: list[House] = []
     usual: list[House] = []
     out: list[House] = []
+    exact = False
     for path in files:
-        houses = load_houses(path, assets=assets)
+        table = assets_for(path, assets)
+        houses = load_houses(path, assets=table)
         train, held = _parts(path, houses, share, rng)
         learnt += train
         out += held
-        if assets is not None:
-            named = {h.plan.name: h for h in load_houses(path)}
-            usual += [named[h.plan.name] for h in train]
+        named = {h.plan.name: h for h in load_houses(path)} if table else {}
+        usual += [named.get(h.plan.name, h) for h in train]
+        exact = exact or table is not None
     return Lesson(
         houses=learnt,
         held_out=out,
         encoder=text_encoder(encoder),
         seed=seed,
-        usual_sizes=usual if assets is not None else None,
+        usual_sizes=usual if exact else None,
     )
 
 

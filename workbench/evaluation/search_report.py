@@ -25,6 +25,7 @@ from workbench.evaluation.search_table import Costs, costs_of, pairs, rows, rows
 from workbench.evaluation.search_trials import SearchTrial
 from workbench.evaluation.splits import is_shared, split_indices, split_of
 from workbench.search.costs import ActionCosts
+from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House, ItemType
 from workbench.worlds.procthor import iter_houses
 from workbench.worlds.shipped import shipped_houses
@@ -79,6 +80,11 @@ class SearchRequest:
     def file(self) -> Path:
         return self.houses or shipped_houses()
 
+    @property
+    def sizes(self) -> Path | None:
+        """The table of exact sizes that is used: the one given, else the one that lies beside the houses."""
+        return assets_for(self.file, self.assets)
+
     def experiment(self) -> Experiment:
         """The policies and what they believe.
 
@@ -100,7 +106,7 @@ class SearchRequest:
         wanted = None
         if is_shared(self.file):
             wanted = frozenset(split_indices(self.file, self.part, houses=SHARED_HOUSES_AT_MOST))
-        for index, house in enumerate(iter_houses(self.file, assets=self.assets)):
+        for index, house in enumerate(iter_houses(self.file, assets=self.sizes)):
             if wanted is None or index in wanted:
                 yield house
 
@@ -166,6 +172,7 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
         "queries": len(costs.houses),
         "file": str(report.request.file),
         "split": report.request.part if is_shared(report.request.file) else "all",
+        "assets": None if report.request.sizes is None else str(report.request.sizes),
         "estimator": report.experiment.estimator,
         "paper_estimator": report.experiment.paper_estimator,
         "search_cost": report.experiment.costs.search,

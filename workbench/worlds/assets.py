@@ -11,6 +11,9 @@ from pathlib import Path
 from workbench.errors import FileMissing, MalformedFile
 
 COLUMNS = ("asset_id", "object_type", "size_x_m", "size_y_m", "size_z_m")
+BESIDE = "asset_sizes.csv"
+"""A table of this name beside a file of houses is theirs."""
+
 MAX_TABLE_BYTES = 64 * 1024 * 1024
 
 
@@ -20,6 +23,16 @@ class Asset:
 
     type: str
     size_m: tuple[float, float, float]
+
+
+def assets_for(houses: Path | str, given: Path | None) -> Path | None:
+    """The table for a file of houses: the one given, else the one that lies beside it, else none.
+
+    Args:
+        houses: the file, or an address such as "houses.jsonl.gz:17".
+    """
+    beside = Path(houses).parent / BESIDE
+    return given if given is not None or not beside.is_file() else beside
 
 
 def read_assets(path: Path | None) -> Mapping[str, Asset]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.options import Assets, Houses, Json, Split
+from workbench.options import AssetsOrBeside, Houses, Json, Split
 
 
 def belief(
@@ -19,7 +19,7 @@ def belief(
     seen: Annotated[
         float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
     ] = 0.0,
-    assets: Assets = None,
+    assets: AssetsOrBeside = None,
     figures: Annotated[
         Path | None,
         typer.Option("--figures", help="A folder for reliability diagrams, a learning curve and heat maps."),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from workbench.options import Assets, Force, Json
+from workbench.options import AssetsOrBeside, Force, Json
 
 if TYPE_CHECKING:
     from workbench.beliefs.training import Lesson, Watch
@@ -20,7 +20,7 @@ def train(
     encoder: Annotated[
         str, typer.Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
     ] = "all-MiniLM-L6-v2",
-    assets: Assets = None,
+    assets: AssetsOrBeside = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed; drawn and shown when not given.")] = None,
     hold_out: Annotated[
         float, typer.Option("--hold-out", help="Share of the houses held out, for files that are not split.")

@@ -111,7 +111,7 @@ def _curve(request: BeliefRequest, folder: Path) -> Path | None:
 def _curve_houses(request: BeliefRequest) -> tuple[list[House], list[House], list[House]]:
     """Houses to learn from, to stop by, and to measure on; no house is in two of them."""
     path = request.houses or shipped_houses()
-    houses = load_houses(path, assets=request.assets)
+    houses = load_houses(path, assets=request.sizes)
     n = len(houses)
     if is_shared(path):
         parts = [split_indices(path, part, houses=n) for part in (Split.TRAIN, Split.VALIDATION)]
