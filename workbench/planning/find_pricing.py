@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol, final
 
 import numpy as np
@@ -31,6 +32,25 @@ class FindQuestion:
     targets: Sequence[LocationId]
     costs: ActionCosts
 
+    def answered_by(self, formula: FindCostFormula) -> FindCosts:
+        """The find costs that a formula gives for it."""
+        return formula(self.belief, self.travel, origins=self.origins, targets=self.targets, costs=self.costs)
+
+
+class FindCostFormula(Protocol):
+    """Find costs of all types of a belief, from every origin to every target."""
+
+    def __call__(
+        self,
+        belief: Belief,
+        travel: TravelCosts,
+        /,
+        *,
+        origins: Sequence[LocationId],
+        targets: Sequence[LocationId],
+        costs: ActionCosts,
+    ) -> FindCosts: ...
+
 
 class FindPricing(Protocol):
     """The find cost of a strategy."""
@@ -46,13 +66,7 @@ class FindPricing(Protocol):
 @dataclass(frozen=True, slots=True)
 class Optimistic:
     def price(self, question: FindQuestion) -> FindCosts:
-        return optimistic_find_costs(
-            question.belief,
-            question.travel,
-            origins=question.origins,
-            targets=question.targets,
-            costs=question.costs,
-        )
+        return question.answered_by(optimistic_find_costs)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -62,13 +76,7 @@ class Optimistic:
 @dataclass(frozen=True, slots=True)
 class Pessimistic:
     def price(self, question: FindQuestion) -> FindCosts:
-        return pessimistic_find_costs(
-            question.belief,
-            question.travel,
-            origins=question.origins,
-            targets=question.targets,
-            costs=question.costs,
-        )
+        return question.answered_by(pessimistic_find_costs)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
@@ -83,15 +91,7 @@ class Expected:
     limit: int = PAPER_LIMIT
 
     def price(self, question: FindQuestion) -> FindCosts:
-        return expected_find_costs(
-            question.belief,
-            question.travel,
-            origins=question.origins,
-            targets=question.targets,
-            costs=question.costs,
-            belief_model=self.belief_model,
-            limit=self.limit,
-        )
+        return question.answered_by(partial(expected_find_costs, belief_model=self.belief_model, limit=self.limit))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()
