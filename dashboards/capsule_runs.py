@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from dashboards.clock import Clock
+from dashboards.first_looks import first_looks
 from dashboards.looks import bar_heights_m, container_colours
 from dashboards.palette import Colour
 from dashboards.panels.beliefs import beliefs
@@ -18,7 +19,7 @@ from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.now import legend, now
 from dashboards.panels.plan import plan
-from dashboards.panels.plots import belief_plot, cost_plot
+from dashboards.panels.plots import plots
 from dashboards.scene import STATUSES, Scene, scene_at
 from dashboards.timeline import NEVER, Timeline
 
@@ -92,7 +93,7 @@ def still_panels(clock: Clock, names: list[str]) -> dict[str, str]:
     """Panels that do not change while the runs play."""
     last = [scene_at(t, t.end_ns) for t in clock.timelines]
     focus = next((s.focus for s in last if s.focus), "")
-    made = {"plots": cost_plot(clock, names) + belief_plot(clock, focus)}
+    made = {"plots": plots(clock, names, focus)}
     if len(clock.timelines) > 1:
         made["comparison"] = comparison(clock, last, names)
     return made
@@ -119,7 +120,7 @@ def _panels(scene: Scene, timeline: Timeline) -> dict[str, str]:
         "legend": legend(scene),
         "beliefs": beliefs(scene, timeline),
         "plan": plan(scene),
-        "costs": find_costs(scene, robot_at),
+        "costs": find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
     }
 
 

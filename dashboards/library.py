@@ -10,6 +10,7 @@ from threading import Lock
 from dashboards.counterfactual import kept_beside
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.panels.runs import RunRow
+from dashboards.sensing.senses import Senses, senses_of
 from dashboards.timeline import Timeline, timeline_of
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.planning.tasks import Task, goal_types
@@ -38,6 +39,7 @@ class Library:
     def __init__(self, paths: Sequence[Path]) -> None:
         self.paths = tuple({path.resolve(): path for path in logs_of(paths)}.values())
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
+        self._senses: OrderedDict[int, Senses | None] = OrderedDict()
         self._shapes: dict[FloorPlan, HouseShape] = {}
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
@@ -61,6 +63,19 @@ class Library:
             while len(self._timelines) > MOST_OPEN:
                 self._timelines.popitem(last=False)
             return self._timelines[index]
+
+    def senses(self, index: int) -> Senses | None:
+        """What the robot of the index-th log sensed; None for a log without sensors, or one that cannot be read."""
+        with self._lock:
+            if index not in self._senses:
+                try:
+                    self._senses[index] = senses_of(self.paths[index])
+                except LiosError:
+                    self._senses[index] = None
+            self._senses.move_to_end(index)
+            while len(self._senses) > MOST_OPEN:
+                self._senses.popitem(last=False)
+            return self._senses[index]
 
     def rows(self) -> list[RunRow]:
         """A row per log that can be read; read once."""
@@ -88,6 +103,7 @@ class Library:
         """The run again, as its log now stands."""
         with self._lock:
             self._timelines.pop(index, None)
+            self._senses.pop(index, None)
         return self.timeline(index)
 
     def shape(self, plan: FloorPlan) -> HouseShape:

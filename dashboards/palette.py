@@ -45,6 +45,7 @@ UNREACHABLE: Colour = (206, 202, 200)
 NO_BELIEF: Colour = (228, 222, 212)
 FOUND: Colour = (0, 158, 115)
 UNSEEN: Colour = (20, 20, 20)
+UNOPENED: Colour = (96, 102, 112)
 OCCUPIED: Colour = (66, 84, 120)
 NEUTRAL: Colour = (233, 231, 227)
 

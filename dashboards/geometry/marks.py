@@ -51,9 +51,21 @@ def tick() -> Mesh:
 
 
 def question() -> Mesh:
-    """A diamond standing on its tip: nobody looked, and a replay would have had to."""
+    """A diamond standing on its tip: nobody looked, and here a replay would have had to."""
     vertices, faces = unit_mesh("ball")
     return (vertices * np.array([0.2, 0.2, 0.34], dtype=np.float32)).astype(np.float32), faces
+
+
+def unknown() -> Mesh:
+    """A question mark lying flat, 0.2 m high: nobody ever looked in."""
+    return merged(
+        box((-0.045, 0.045, 0), (0.03, 0.05, 0.02)),
+        box((0.0, 0.085, 0), (0.12, 0.03, 0.02)),
+        box((0.045, 0.045, 0), (0.03, 0.07, 0.02)),
+        box((0.022, 0.005, 0), (0.075, 0.03, 0.02)),
+        box((0.0, -0.03, 0), (0.03, 0.06, 0.02)),
+        box((0.0, -0.095, 0), (0.034, 0.034, 0.02)),
+    )
 
 
 def box(

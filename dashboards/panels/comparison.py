@@ -5,7 +5,7 @@ from __future__ import annotations
 from dashboards.clock import Clock
 from dashboards.divergence import Divergence, divergence
 from dashboards.palette import run_colour
-from dashboards.panels.markup import command, dot, name, number, percent, table, text
+from dashboards.panels.markup import command, dot, name, number, percent, place, table, text
 from dashboards.scene import Scene
 from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
@@ -27,7 +27,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
         ]
         for i, (timeline, scene) in enumerate(zip(clock.timelines, scenes, strict=True))
     ]
-    head = ("run", "outcome", "cost now", "cost", "walked m", "searched", "decision")
+    head = ("run", "outcome", "now", "in all", "walked m", "looks", "decision")
     kinds = ("", "", "n", "n", "n", "n", "n")
     made = table(head, rows, key="comparison", classes=kinds)
     parts = [f'<div class="lp">{_warning(clock)}{made}']
@@ -90,5 +90,5 @@ def _believed(timeline: Timeline, found: Divergence, side: int) -> str:
     ranked = sorted(
         zip(belief.probability[row], belief.containers, strict=True), key=lambda pair: (-pair[0], pair[1])
     )
-    listed = ", ".join(f"{name(c)} {percent(p)}" for p, c in ranked[:MOST_BELIEVED])
+    listed = ", ".join(f"{place(c)} {percent(p)}" for p, c in ranked[:MOST_BELIEVED])
     return f'<br><span class="muted">believed {text(readable_name(belief.item_types[row]))}: {listed}</span>'

@@ -1,19 +1,27 @@
-"""What would each find cost from where the robot stood, by where the item is brought?"""
+"""What would each find cost from where the robot stood, and why is it, or is it not, what the robot does?"""
 
 from __future__ import annotations
 
-from dashboards.panels.markup import name, number, table, text
+from collections.abc import Mapping
+
+from dashboards.first_looks import FirstLook
+from dashboards.panels.markup import name, number, percent, place, table, text
 from dashboards.scene import Scene
 from workbench.worlds.names import readable_name
 
 MOST_ROWS = 200
 
 
-def find_costs(scene: Scene, robot_at: str) -> str:
-    """A row per item type and target, from where the robot stood at the decision; cheapest first."""
+def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -> str:
+    """A row per item type and target, from where the robot stood at the decision, cheapest first; then first looks.
+
+    Args:
+        looks: what looking elsewhere first would have cost, from first_looks.
+    """
     costs = scene.find_costs
     if costs is None:
-        return '<div class="lp"><p class="muted">No find was priced at this decision.</p></div>'
+        words = "No find was priced at this decision."
+        return f'<div class="lp"><p class="muted">{words}</p>{_first_looks(looks, scene.focus)}</div>'
     origin = costs.origins.index(robot_at) if robot_at in costs.origins else 0
     found = [
         (costs.metres[i][origin][k], item, target)
@@ -22,15 +30,56 @@ def find_costs(scene: Scene, robot_at: str) -> str:
     ]
     found.sort(key=lambda row: (row[0], row[1], row[2]))
     planned = {
-        (s.step.item_types[0], s.step.target) for s in scene.steps if s.step.action == "find" and s.step.item_types
+        s.step.item_types[0]: s.step.target for s in scene.steps if s.step.action == "find" and s.step.item_types
     }
     rows = [
-        [name(readable_name(item)), name(target), number(cost), "in the plan" if (item, target) in planned else ""]
+        [name(readable_name(item)), place(target), number(cost), _why(item, target, cost, found, planned)]
         for cost, item, target in found[:MOST_ROWS]
     ]
     kind = costs.kind if costs.kind != "model" else f"model ({costs.belief_model})"
     left = f'<p class="muted">and {len(found) - MOST_ROWS} more</p>' if len(found) > MOST_ROWS else ""
+    made = table(("find", "bring to", "cost", "in the plan?"), rows, key="costs", classes=("", "", "n", ""))
     return (
-        f'<div class="lp"><p class="muted">{text(kind)} costs from {name(costs.origins[origin])}</p>'
-        f"{table(('find', 'bring to', 'cost', ''), rows, key='costs', classes=('', '', 'n', ''))}{left}</div>"
+        f'<div class="lp"><p class="muted">{text(kind)} costs from {place(costs.origins[origin])}</p>'
+        f"{made}{left}{_first_looks(looks, scene.focus)}</div>"
     )
+
+
+def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]], planned: Mapping[str, str]) -> str:
+    """In words: taken, or what the plan does instead."""
+    wanted = planned.get(item)
+    if wanted == target:
+        return "<b>yes</b>"
+    if wanted is None:
+        return '<span class="muted">no: the plan does without it</span>'
+    there = next((c for c, i, t in found if i == item and t == wanted), None)
+    more = f", {cost - there:+.1f} against that" if there is not None else ""
+    return f'<span class="muted">no: brought to {place(wanted)}{more}</span>'
+
+
+def _first_looks(looks: tuple[FirstLook, ...], focus: str) -> str:
+    """Where the search could begin, what the whole of it costs then, and why the others were not taken."""
+    if not looks:
+        return ""
+    chosen = next((look.cost for look in looks if look.chosen), looks[0].cost)
+    rows = [
+        [place(look.container), percent(look.probability), number(look.cost), _verdict(look, chosen)]
+        for look in looks
+    ]
+    head = ("look first into", "there", "search costs", "why not")
+    return (
+        f"<h3>Where to look first for {name(readable_name(focus))}</h3>"
+        + table(head, rows, key="looks", classes=("", "n", "n", ""))
+        + '<p class="muted">Expected cost of the search with that container first, the others in the order meant.</p>'
+    )
+
+
+def _verdict(look: FirstLook, chosen: float) -> str:
+    more = look.cost - chosen
+    if look.chosen:
+        return "<b>taken</b>"
+    if abs(more) < 0.05:
+        return '<span class="muted">no better</span>'
+    if more > 0:
+        return f'<span class="muted">{more:.1f} dearer</span>'
+    return f"{-more:.1f} cheaper, but not this policy's order"

@@ -10,6 +10,7 @@ from html import escape
 
 from dashboards.palette import Colour, css
 from dashboards.resources import resource
+from workbench.worlds.names import readable_name
 
 LONGEST_NAME = 80
 """Characters of a name that are shown; the whole stands in its tooltip."""
@@ -26,6 +27,15 @@ def name(value: object) -> str:
     if len(whole) <= LONGEST_NAME:
         return text(whole)
     return f'<span title="{text(whole)}">{text(whole[: LONGEST_NAME - 1])}…</span>'
+
+
+def place(location: str) -> str:
+    """A location's id for people: "dining table 4|1" for DiningTable|4|1; the id stands in its tooltip."""
+    kind, bar, rest = location.partition("|")
+    if not bar:
+        return name(readable_name(location))
+    which = f"<small>{text(rest[:LONGEST_NAME])}</small>"
+    return f'<span title="{text(location)}">{name(readable_name(kind))} {which}</span>'
 
 
 def number(value: float | None, digits: int = 1) -> str:

@@ -47,8 +47,8 @@ def now(scene: Scene) -> str:
     )
 
 
-def legend(scene: Scene) -> str:
-    """What the colours mean, with the scale's ends."""
+def legend(scene: Scene, *, unopened: bool = False) -> str:
+    """What the colours mean, with the scale's ends; unopened: containers are marked that no run opened."""
     stops = ", ".join(css(belief_colours(i / 8)) for i in range(9))
     of = f"belief in {text(readable_name(scene.focus))}" if scene.focus else "no beliefs"
     scale = (
@@ -59,4 +59,8 @@ def legend(scene: Scene) -> str:
         '<span><span class="dot" style="background:#009E73"></span>✓ seen there</span>'
         '<span><span class="dot" style="background:#babec4"></span>known at the start</span>'
     )
-    return f'<div class="lp legend"><span>{of}: {scale}</span>{marks}</div>'
+    marks += "<span>? nobody opened it</span>" if unopened else ""
+    marks += "<span>◆ here a replay had to end</span>" if scene.unseen.any() else ""
+    marks += "<span>1, 2, 3 order of search</span>" if scene.search_order else ""
+    colours = f"{of}: {scale}" if scene.focus else of
+    return f'<div class="lp legend"><span>{colours}</span>{marks}</div>'

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dashboards.panels.markup import name, number, percent, table, text
+from dashboards.panels.markup import name, number, percent, place, table, text
 from dashboards.scene import Scene
+from workbench.runs.vocabulary import WayNotTaken
 
 MARKS = {"done": "✓", "current": "▶", "next": "○"}
 MOST_STEPS = 60
+SAME = 1e-6
 
 
 def plan(scene: Scene) -> str:
@@ -30,7 +32,7 @@ def _order(scene: Scene) -> str:
     if not scene.search_order:
         return ""
     rows = [
-        [str(i + 1), name(s.container), percent(s.probability), percent(s.reached), number(s.leg_m)]
+        [str(i + 1), place(s.container), percent(s.probability), percent(s.reached), number(s.leg_m)]
         for i, s in enumerate(scene.search_order)
     ]
     head = ("#", "container", "there", "comes so far", "leg m")
@@ -38,7 +40,18 @@ def _order(scene: Scene) -> str:
 
 
 def _alternatives(scene: Scene) -> str:
+    """Other ways to the goal, with what the planner says against them or how much dearer they are."""
     if not scene.alternatives:
         return ""
-    rows = [[name(a.title), number(a.cost), name(a.why_not)] for a in scene.alternatives]
-    return "<h3>Ways not taken</h3>" + table(("way", "cost", "why not"), rows, key="ways", classes=("", "n", ""))
+    taken = scene.expected_cost if scene.expected_cost is not None else min(a.cost for a in scene.alternatives)
+    rows = [[name(a.title), number(a.cost), _against(a, taken)] for a in scene.alternatives]
+    return "<h3>Ways to begin</h3>" + table(("way", "cost", "why not"), rows, key="ways", classes=("", "n", ""))
+
+
+def _against(way: WayNotTaken, taken: float) -> str:
+    if way.why_not:
+        return name(way.why_not)
+    more = way.cost - taken
+    if abs(more) < SAME:
+        return "<b>taken</b>"
+    return f'<span class="muted">{abs(more):.1f} {"dearer" if more > 0 else "cheaper, by a lower bound"}</span>'

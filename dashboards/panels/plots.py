@@ -1,47 +1,54 @@
-"""How did belief and cost go over time? Two charts on the common clock, as SVG, under the strip's cursor."""
+"""How did cost, what was still expected, and belief go over time? Three charts on the common clock."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from bisect import bisect_right
 
 import numpy as np
 
 from dashboards.clock import Clock
 from dashboards.palette import RUNS, css, run_colour
-from dashboards.panels.markup import command, number, percent, text
+from dashboards.panels.chart import Band, Line, Point, chart
+from dashboards.panels.markup import number, percent
 from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
 
-HEIGHT_PX = 130
-TOP_PX, LOW_PX = 16, 8
 MOST_LINES = 6
 """Containers whose belief is drawn: those that were ever most believed."""
 MOST_POINTS = 600
-Line = tuple[str, str, list[tuple[float, float]], bool]
-"""Name, colour, points (reading, value), dashed."""
-Band = tuple[float, float, float, str]
-"""From a reading on: between which values it lies, in which colour: the bounds of a counterfactual."""
+
+
+def plots(clock: Clock, names: list[str], focus: str) -> str:
+    """All three."""
+    return cost_plot(clock, names) + remaining_plot(clock, names) + belief_plot(clock, focus)
 
 
 def cost_plot(clock: Clock, names: list[str]) -> str:
-    """Cost so far of every run, and for the run in focus what its plan still expected at each decision."""
+    """Cost so far of every run, dashed where a replay assumed it; bounds where the log does not decide its end."""
     lines: list[Line] = []
     bands: list[Band] = []
     for row, timeline in enumerate(clock.timelines):
-        points = [
-            (clock.reading(timeline.stamp(float(s)), run=row), float(c))
-            for s, c in _thinned(timeline.cost_s, timeline.cost)
-        ]
-        lines.append((names[row], css(run_colour(row)), points, False))
+        colour = css(run_colour(row))
+        lines += _cost_lines(timeline, clock, row, names[row], colour)
         known = timeline.counterfactual
         if known is not None and not known.exact and known.lower is not None and known.upper is not None:
             last = clock.reading(timeline.end_ns, run=row)
-            bands.append((last, max(known.lower, points[-1][1]), known.upper, css(run_colour(row))))
-    expected = _expected(clock)
-    if expected:
-        lines.append(("expected in all", css(run_colour(0)), expected, True))
-    title = "Cost so far, and what was expected in all (dashed)"
-    return _chart(title, lines, clock.end, lambda v: number(v, 0), bands)
+            low = max(known.lower, float(timeline.cost[-1]))
+            bands.append(Band(name=names[row], colour=colour, from_reading=last, low=low, high=known.upper))
+    return chart("Cost so far", lines, end=clock.end, shown=lambda v: number(v, 0), bands=bands)
+
+
+def remaining_plot(clock: Clock, names: list[str]) -> str:
+    """What the plan in force still expected to spend: it falls as the run spends, and jumps at decisions."""
+    lines = [
+        Line(name=names[row], colour=css(run_colour(row)), points=points)
+        for row, timeline in enumerate(clock.timelines)
+        if (points := _remaining(timeline, clock, row))
+    ]
+    if not lines:
+        return '<div class="lp"><p class="muted">No plan said what it expected.</p></div>'
+    return chart("Expected remaining cost", lines, end=clock.end, shown=lambda v: number(v, 0))
 
 
 def belief_plot(clock: Clock, focus: str) -> str:
@@ -49,7 +56,7 @@ def belief_plot(clock: Clock, focus: str) -> str:
     if not clock.timelines or not focus:
         return '<div class="lp"><p class="muted">No beliefs to draw.</p></div>'
     timeline = clock.timelines[0]
-    series: dict[str, list[tuple[float, float]]] = {}
+    series: dict[str, list[Point]] = {}
     for frame in timeline.decisions:
         if frame.belief is None or focus not in frame.belief.item_types:
             continue
@@ -59,10 +66,53 @@ def belief_plot(clock: Clock, focus: str) -> str:
             series.setdefault(container, []).append((at, p))
     top = sorted(series, key=lambda c: (-max(p for _, p in series[c]), c))[:MOST_LINES]
     lines = [
-        (_name(timeline, c), css(RUNS[i % len(RUNS)]), _held(series[c], timeline, clock), False)
+        Line(name=_name(timeline, c), colour=css(RUNS[i % len(RUNS)]), points=_held(series[c], timeline, clock))
         for i, c in enumerate(top)
     ]
-    return _chart(f"Belief in {readable_name(focus)}", lines, clock.end, percent)
+    return chart(f"Belief in {readable_name(focus)}", lines, end=clock.end, shown=percent)
+
+
+def _cost_lines(timeline: Timeline, clock: Clock, row: int, name: str, colour: str) -> list[Line]:
+    """The line in pieces, each solid or dashed; only the first stands in the key."""
+    kept = _thinned(len(timeline.cost_s))
+    seconds, cost = timeline.cost_s[kept], timeline.cost[kept]
+    points = [
+        (clock.reading(timeline.stamp(float(s)), run=row), float(c)) for s, c in zip(seconds, cost, strict=True)
+    ]
+    starts = [p.start_ns for p in timeline.phases]
+
+    def assumed(i: int) -> bool:
+        middle = timeline.stamp(float(seconds[i] + seconds[i + 1]) / 2)
+        at = bisect_right(starts, middle) - 1
+        return at >= 0 and timeline.phases[at].support == "imputed"
+
+    pieces = [
+        (dashed, list(group)) for dashed, group in itertools.groupby(range(max(len(points) - 1, 0)), key=assumed)
+    ]
+    return [
+        Line(name=name, colour=colour, points=points[g[0] : g[-1] + 2], dashed=dashed, keyed=i == 0)
+        for i, (dashed, g) in enumerate(pieces)
+    ] or [Line(name=name, colour=colour, points=points)]
+
+
+def _remaining(timeline: Timeline, clock: Clock, row: int) -> list[Point]:
+    """At each decision its plan's expected cost, then less by what was spent, never below 0."""
+    points: list[Point] = []
+    frames = timeline.decisions
+    for i, frame in enumerate(frames):
+        if frame.plan is None or not frame.plan.steps:
+            continue
+        until = frames[i + 1].stamp_ns if i + 1 < len(frames) else timeline.end_ns
+        spent_before = _cost_at(timeline, frame.stamp_ns)
+        stamps = sorted({frame.stamp_ns, until, *(a.stamp.ns for a in frame.actions if a.stamp.ns < until)})
+        for stamp in stamps:
+            left = frame.plan.expected_cost - (_cost_at(timeline, stamp) - spent_before)
+            points.append((clock.reading(stamp, run=row), max(0.0, left)))
+    return [points[i] for i in _thinned(len(points))]
+
+
+def _cost_at(timeline: Timeline, stamp_ns: int) -> float:
+    return float(np.interp(timeline.seconds(stamp_ns), timeline.cost_s, timeline.cost))
 
 
 def _name(timeline: Timeline, container: str) -> str:
@@ -71,19 +121,9 @@ def _name(timeline: Timeline, container: str) -> str:
     return f"{readable_name(found.type)} ({container})" if found is not None else container
 
 
-def _expected(clock: Clock) -> list[tuple[float, float]]:
-    timeline = clock.timelines[0]
-    points: list[tuple[float, float]] = []
-    for frame in timeline.decisions:
-        if frame.plan is not None and frame.plan.steps:
-            spent = float(np.interp(timeline.seconds(frame.stamp_ns), timeline.cost_s, timeline.cost))
-            points.append((clock.reading(frame.stamp_ns), spent + frame.plan.expected_cost))
-    return points
-
-
-def _held(points: list[tuple[float, float]], timeline: Timeline, clock: Clock) -> list[tuple[float, float]]:
+def _held(points: list[Point], timeline: Timeline, clock: Clock) -> list[Point]:
     """A belief holds until the next decision: steps, until the container was searched."""
-    made: list[tuple[float, float]] = []
+    made: list[Point] = []
     for i, (at, p) in enumerate(points):
         until = points[i + 1][0] if i + 1 < len(points) else _next_decision(at, timeline, clock)
         made += [(at, p), (until, p)]
@@ -95,57 +135,6 @@ def _next_decision(at: float, timeline: Timeline, clock: Clock) -> float:
     return min(later, default=clock.reading(timeline.end_ns))
 
 
-def _thinned(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
-    stride = max(1, len(x) // MOST_POINTS)
-    kept = sorted({*range(0, len(x), stride), len(x) - 1})
-    return [(float(x[i]), float(y[i])) for i in kept]
-
-
-def _chart(
-    title: str, lines: list[Line], end: float, shown: Callable[[float], str], bands: Sequence[Band] = ()
-) -> str:
-    values = [y for _, _, points, _ in lines for _, y in points] + [high for _, _, high, _ in bands]
-    top = max(values, default=0.0) or 1.0
-    parts: list[str] = []
-    for share in (0.0, 0.5, 1.0):
-        y = _y(share)
-        parts.append(f'<line x1="0" x2="100%" y1="{y:.1f}" y2="{y:.1f}" stroke="#e6e8eb"/>')
-        parts.append(f'<text x="2" y="{y - 2:.1f}">{text(shown(share * top))}</text>')
-    drawn = "".join(_line(points, colour, end, top, dashed) for _, colour, points, dashed in reversed(lines))
-    drawn += "".join(_band(band, end, top) for band in bands)
-    keys = "".join(
-        f'<span><span class="dot" style="background:{colour}"></span>{text(name)}</span>'
-        for name, colour, _, dashed in lines
-        if not dashed
-    )
-    return (
-        f'<div class="lp"><h3>{text(title)}</h3><div class="strip" data-strip="{end}" {command("strip")}>'
-        f'<svg width="100%" height="{HEIGHT_PX}">{"".join(parts)}</svg>'
-        f'<svg class="over" width="100%" height="{HEIGHT_PX}" viewBox="0 0 1000 {HEIGHT_PX}"'
-        ' preserveAspectRatio="none">'
-        f'{drawn}</svg><div class="cursor"></div></div><div class="legend">{keys}</div></div>'
-    )
-
-
-def _y(share: float) -> float:
-    return TOP_PX + (1 - share) * (HEIGHT_PX - TOP_PX - LOW_PX)
-
-
-def _band(band: Band, end: float, top: float) -> str:
-    at, low, high, colour = band
-    x = min(1000 * at / end, 970.0)
-    y = _y(high / top)
-    return (
-        f'<rect x="{x:.1f}" y="{y:.1f}" width="{1000 - x:.1f}" height="{max(_y(low / top) - y, 1.0):.1f}"'
-        f' fill="{colour}" fill-opacity="0.16" stroke="{colour}" stroke-opacity="0.5" stroke-dasharray="4 3"'
-        f' vector-effect="non-scaling-stroke"><title>by the log: {low:.1f} to {high:.1f}</title></rect>'
-    )
-
-
-def _line(points: list[tuple[float, float]], colour: str, end: float, top: float, dashed: bool) -> str:
-    at = " ".join(f"{1000 * x / end:.1f},{_y(y / top):.1f}" for x, y in points)
-    dash = ' stroke-dasharray="6 4" stroke-opacity="0.7"' if dashed else ""
-    return (
-        f'<polyline points="{at}" fill="none" stroke="{colour}" stroke-width="1.8"'
-        f' vector-effect="non-scaling-stroke"{dash}/>'
-    )
+def _thinned(count: int) -> list[int]:
+    stride = max(1, count // MOST_POINTS)
+    return sorted({*range(0, count, stride), *([count - 1] if count else [])})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dashboards.clock import UNITS, Clock
 from dashboards.palette import PHASES, Colour, css
-from dashboards.panels.markup import command, text
+from dashboards.panels.markup import command, dot, name, text
 
 ROW_PX = 16
 TOP_PX = 14
@@ -31,14 +31,16 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
             x = _x(clock.reading(stamp, run=row) / end)
             parts.append(f'<line x1="{x:.3f}%" x2="{x:.3f}%" y1="{y - 2}" y2="{y + ROW_PX - 3}" stroke="#23262b"/>')
         parts.append(f"<title>{text(names[row])}</title>")
+    runs = "".join(f"<span>{dot(colours[i])}{name(names[i])}</span>" for i in range(len(names)))
     keys = "".join(
         f'<span><span class="dot" style="background:{colour}"></span>{text(phase)}</span>'
         for phase, colour in PHASES.items()
     )
+    single = "" if len(names) < 2 else f'<div class="legend">{runs}</div>'
     return (
         f'<div class="lp"><div class="strip" data-strip="{end}" {command("strip")}>'
         f'<svg width="100%" height="{height}">{"".join(parts)}</svg><div class="cursor"></div></div>'
-        f'<div class="legend">{keys}<span>| decision</span></div></div>'
+        f'{single}<div class="legend">{keys}<span>| decision</span></div></div>'
     )
 
 

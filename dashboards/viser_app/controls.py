@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Any
 
 import viser
 
-from dashboards.clock import ALIGNMENTS
+from dashboards.first_looks import first_looks
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
+from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import style
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
-from dashboards.panels.plots import belief_plot, cost_plot
+from dashboards.panels.plots import plots
 from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import scatter
 from dashboards.panels.strip import cursor, strip
-from dashboards.scene import AUTOMATIC, Scene
+from dashboards.scene import Scene
 from dashboards.viser_app.bridge import address, keep_address, obey, script
+from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
-from workbench.worlds.names import readable_name
 
-SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
-FOLLOW_PLAN = "as the plan finds"
 SLIDER_STEPS = 2000
+CAMERAS_PX = 330
+"""Width of the window that shows pictures."""
 
 
 class Controls:
@@ -37,7 +39,6 @@ class Controls:
         self._quiet = False
         self._sent: dict[str, str] = {}
         self._html: dict[str, viser.GuiHtmlHandle] = {}
-        self._types: dict[str, str] = {}
         self._names: list[str] = []
         self._arrived = False
         self._plotted: tuple[int, str] = (0, "")
@@ -80,20 +81,28 @@ class Controls:
                 chosen.on_update(lambda _: self._draw_scatter())
             self._add("scatter")
         with tabs.add_tab("View"):
-            self._build_options()
+            self._options = Options(self._session)
         panel = gui.add_panel()
         with panel.add_tab("Timeline", viser.Icon.TIMELINE):
             self._add("strip")
             self._add("cursor")
             self._add("legend")
         window_px = self._session.client.camera.image_width or 1600
-        panel.float(x=16, y=-16, width=max(300, min(760, window_px - PANEL_PX - 48)))
+        strip_px = max(300, min(760, window_px - PANEL_PX - 48))
+        panel.float(x=16, y=-16, width=strip_px)
+        self._camera_panel = gui.add_panel(visible=False)
+        with self._camera_panel.add_tab("Cameras", viser.Icon.CAMERA):
+            self._add("cameras")
+        beside = window_px - PANEL_PX - strip_px - 48 >= CAMERAS_PX
+        self._camera_panel.float(x=strip_px + 32 if beside else 16, y=-16 if beside else 16, width=CAMERAS_PX)
 
     def _build_time(self) -> None:
         gui, session = self._gui, self._session
         self._slider = gui.add_slider("Time", 0.0, 1.0, 0.001, 0.0)
         self._slider.on_update(
-            lambda _: None if self._quiet else session.change(at=self._slider.value, playing=False)
+            lambda _: (
+                None if self._quiet else session.change(at=min(self._slider.value, session.clock.end), playing=False)
+            )
         )
         steps = gui.add_button_group("Decision", ("« first", "‹ previous", "next ›", "last »"))
         steps.on_click(lambda event: self._step_decision(event.target.value))
@@ -115,30 +124,6 @@ class Controls:
             command = gui.add_command(label, hotkey=key, modifier=modifier)  # type: ignore[arg-type]
             command.on_trigger(lambda _, act=action: act())
 
-    def _build_options(self) -> None:
-        gui, session = self._gui, self._session
-        self._focus = gui.add_dropdown("Item", (FOLLOW_PLAN,))
-        self._focus.on_update(lambda _: session.change(focus=self._types.get(self._focus.value, AUTOMATIC)))
-        align = gui.add_dropdown("Clock", ALIGNMENTS, hint="On which clock several runs stand side by side.")
-        align.on_update(lambda _: session.change(alignment=align.value, at=0.0))
-        speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1×")
-        speed.on_update(lambda _: session.change(speed=float(speed.value.rstrip("×"))))
-        loop = gui.add_checkbox("Loop", False)
-        loop.on_update(lambda _: session.change(loop=loop.value))
-        walls = gui.add_dropdown("Walls", ("cut away", "whole", "none"))
-        walls.on_update(lambda _: session.change(walls={"cut away": "cut"}.get(walls.value, walls.value)))
-        for label, field in (
-            ("Belief as bars", "bars"),
-            ("Order of search", "orders"),
-            ("Room names", "room_names"),
-            ("Occupancy map", "occupancy"),
-            ("Follow the robot", "follow"),
-        ):
-            box = gui.add_checkbox(label, getattr(session.state, field))
-            box.on_update(lambda _, b=box, f=field: session.change(**{f: b.value}))
-        cameras = gui.add_button_group("Camera", ("Fit", "From above"))
-        cameras.on_click(lambda event: session.look(from_above=event.target.value == "From above"))
-
     def _add(self, name: str) -> None:
         self._html[name] = self._gui.add_html("")
 
@@ -153,12 +138,10 @@ class Controls:
         if not clock.timelines:
             return
         self._quiet = True
-        self._slider.max = clock.end
+        self._slider.max = ceil(clock.end * 10) / 10
         self._slider.step = clock.end / SLIDER_STEPS if clock.alignment != "decision" else 1.0
         self._quiet = False
-        types = clock.timelines[0].item_types
-        self._types = {f"{readable_name(t)} ({t})" if readable_name(t) != t else t: t for t in types}
-        self._focus.options = (FOLLOW_PLAN, *self._types)
+        self._options.offer(clock.timelines[0].item_types)
         names = [t.run.info.strategy for t in clock.timelines]
         self._set("title", title(clock.timelines[0]))
         self._names = names
@@ -174,12 +157,15 @@ class Controls:
         self._set("now", now(scene))
         self._set("beliefs", beliefs(scene, timeline))
         self._set("plan", plan(scene))
-        self._set("costs", find_costs(scene, robot_at))
+        looks = first_looks(timeline, frame) if frame is not None else ()
+        self._set("costs", find_costs(scene, robot_at, looks))
         if self._plotted != (id(session.clock), scene.focus):
             self._plotted = (id(session.clock), scene.focus)
-            self._set("plots", cost_plot(session.clock, self._names) + belief_plot(session.clock, scene.focus))
+            self._set("plots", plots(session.clock, self._names, scene.focus))
+        self._show_cameras(scene.stamp_ns)
+        self._options.follow()
         self._set("comparison", comparison(session.clock, scenes, self._names))
-        self._set("legend", legend(scene))
+        self._set("legend", legend(scene, unopened=bool(session.unopened.any())))
         self._set("cursor", cursor(session.clock, state.at))
         if abs(self._slider.value - state.at) > 1e-9:
             self._quiet = True
@@ -189,6 +175,15 @@ class Controls:
         if self._play.label != label:
             self._play.label = label
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
+
+    def _show_cameras(self, stamp_ns: int) -> None:
+        """The window of pictures: there only when the run has cameras and they are wanted."""
+        senses = self._session.senses
+        wanted = senses is not None and bool(senses.cameras) and self._session.state.pictures
+        if self._camera_panel.visible != wanted:
+            self._camera_panel.visible = wanted
+        if senses is not None and wanted:
+            self._set("cameras", cameras(senses.pictures(stamp_ns), stamp_ns))
 
     def _obey(self, go: viser.GuiTextHandle) -> None:
         """Does what the field says; a command of the page (not a number being typed) then leaves it empty."""

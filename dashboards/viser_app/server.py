@@ -14,13 +14,13 @@ from dashboards.library import Library
 from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.following import Follower
-from dashboards.viser_app.session import Session, ViewState
+from dashboards.viser_app.session import Session, ViewState, covered_px
 from workbench.errors import InputError
 
 LOCAL = "127.0.0.1"
 USUAL_ASPECT = 1.3
 """Width over height of the view beside its panel, in a window of usual shape."""
-USUALLY_COVERED = 0.19
+USUAL_HEIGHT_PX = 900
 
 
 class PortInUse(InputError):
@@ -73,7 +73,12 @@ def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 
     dashboard = Dashboard(server)
     plan = library.timeline(state.runs[0]).plan if state.runs else None
     if plan is not None:
-        begin_at(server, fitted(library.shape(plan), aspect=USUAL_ASPECT, covered_below=USUALLY_COVERED))
+        begin_at(
+            server,
+            fitted(
+                library.shape(plan), aspect=USUAL_ASPECT, covered_below=covered_px(len(state.runs)) / USUAL_HEIGHT_PX
+            ),
+        )
 
     def arrive(client: viser.ClientHandle) -> None:
         session = Session(client, library, state)

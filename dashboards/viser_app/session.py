@@ -11,20 +11,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from threading import Condition, Thread
 
+import numpy as np
+import numpy.typing as npt
 import viser
 
 from dashboards.clock import Alignment, Clock
 from dashboards.library import Library
 from dashboards.palette import run_colour
 from dashboards.scene import AUTOMATIC, Scene, scene_at
+from dashboards.sensing.senses import Senses
+from dashboards.unopened import unopened
 from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
+from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
 from workbench.errors import LiosError
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
-STRIP_PX = 175
-"""Height of the strip under the view."""
+STRIP_PX, STRIP_ROW_PX = 170, 16
+"""Height of the strip under the view with one run, and of each further run."""
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
 FRAMES_A_SECOND = 25.0
@@ -49,7 +54,16 @@ class ViewState:
     bars: bool = True
     orders: bool = True
     room_names: bool = True
+    unopened: bool = True
     occupancy: bool = False
+    pictures: bool = True
+    points: bool = True
+    grid: bool = False
+
+
+def covered_px(runs: int) -> int:
+    """How much of the view's foot the strip covers."""
+    return STRIP_PX + STRIP_ROW_PX * max(0, runs - 1) + (20 if runs > 1 else 0)
 
 
 class Session:
@@ -59,6 +73,10 @@ class Session:
         self.client = client
         self.library = library
         self.stage = Stage(client)
+        self.sensors = SensorLayers(client, self._show_again)
+        self.senses: Senses | None = None
+        self.unopened: npt.NDArray[np.bool_] = np.zeros(0, dtype=np.bool_)
+        """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
         self.state = state
         self.watchers: list[Callable[[Session, list[Scene]], None]] = []
@@ -94,6 +112,20 @@ class Session:
     def stir(self) -> None:
         """Something that the state does not hold has changed: the camera. The view will settle anew."""
         with self._wake:
+            self._wake.notify_all()
+
+    def align(self, alignment: Alignment) -> None:
+        """Puts the runs on another clock; the run in focus stays at its moment."""
+        if not self.clock.timelines:
+            self.change(alignment=alignment)
+            return
+        other = Clock(timelines=self.clock.timelines, alignment=alignment)
+        self.change(alignment=alignment, at=other.reading(self.clock.stamps(self.state.at)[0]))
+
+    def _show_again(self) -> None:
+        """Something that belongs to the view has become ready."""
+        with self._wake:
+            self._dirty = True
             self._wake.notify_all()
 
     def reread(self) -> None:
@@ -155,8 +187,8 @@ class Session:
         camera = self.client.camera
         wide, high = camera.image_width, camera.image_height
         aspect = max(0.4, wide / high) if high else 1.6
-        covered = min(0.4, STRIP_PX / high) if high else 0.0
-        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect, covered_below=covered)
+        covered = covered_px(len(self.clock.timelines)) / high if high else 0.0
+        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect, covered_below=min(0.4, covered))
 
     def scenes(self) -> list[Scene]:
         """The moment shown, of every run."""
@@ -173,6 +205,7 @@ class Session:
         before = self.clock.timelines[0].plan if self.clock.timelines else None
         timelines = tuple(self.library.timeline(i) for i in self.state.runs if self._can_read(i))
         self.clock = Clock(timelines=timelines, alignment=self.state.alignment)
+        self.unopened = unopened(timelines)
         first = self._opened is None
         if self._opened is None or self._opened[0] != wanted[0]:
             plan = timelines[0].plan if timelines else None
@@ -186,6 +219,8 @@ class Session:
             )
             if plan is not None and not first and plan != before:
                 self.look()
+        self.senses = self.library.senses(self.state.runs[0]) if timelines else None
+        self.sensors.open(self.senses)
         self._opened = wanted
         if self.state.live:
             self.change(at=self.clock.end, live=True)
@@ -242,7 +277,10 @@ class Session:
         self.stage.show_room_names(state.room_names)
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
         scenes = self.scenes()
-        self.stage.show(scenes, bars=state.bars, orders=state.orders)
+        self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
+        self.sensors.show(
+            scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
+        )
         if state.follow:
             look(self.client, behind(scenes[0].robot))
         for watcher in self.watchers:

@@ -7,7 +7,7 @@ meshes, a handful of floors and two versions of its walls; a change of belief is
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, sin
+from math import cos, hypot, sin
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,21 @@ import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
-from dashboards.geometry.marks import ROBOT_DARK, cross, dashes, question, robot_body, robot_legs, tick, walked
+from dashboards.geometry.marks import (
+    ROBOT_DARK,
+    cross,
+    dashes,
+    question,
+    robot_body,
+    robot_legs,
+    tick,
+    unknown,
+    walked,
+)
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.looks import bar_heights_m, container_colours
-from dashboards.palette import OCCUPIED, UNSEEN, Colour
+from dashboards.palette import OCCUPIED, UNOPENED, UNSEEN, Colour
 from dashboards.scene import STATUSES, Scene
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -29,6 +39,8 @@ TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus lies on top."""
 SHADE = 0.07
 """Opacity of one layer of the shade under furniture; three lie over each other."""
+TOGETHER_M = 0.5
+"""A ghost so close to the run in focus is not labelled: their names would lie over each other."""
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 
@@ -145,15 +157,24 @@ class Stage:
             for node in (actor.frame, actor.trail, actor.ahead):
                 node.visible = visible
 
-    def show(self, scenes: list[Scene], *, bars: bool = True, orders: bool = True) -> None:
-        """Shows one moment: beliefs and marks of the first scene, robots and ways of all."""
+    def show(
+        self, scenes: list[Scene], unopened: npt.NDArray[np.bool_], *, bars: bool = True, orders: bool = True
+    ) -> None:
+        """Shows one moment: beliefs and marks of the first scene, robots and ways of all.
+
+        Args:
+            unopened: containers that none of the runs opened, bool (n,).
+        """
         with self._client.atomic():
             if scenes and self._shape is not None:
                 self._show_beliefs(scenes[0], bars=bars)
-                self._show_marks(scenes)
+                self._show_marks(scenes, unopened)
                 self._show_orders(scenes[0] if orders else None)
             for actor, scene in zip(self._actors, scenes, strict=False):
                 self._show_run(actor, scene)
+                if actor is not self._actors[0]:
+                    apart = hypot(scene.robot.x_m - scenes[0].robot.x_m, scene.robot.y_m - scenes[0].robot.y_m)
+                    actor.label.visible = apart > TOGETHER_M
 
     def clear(self) -> None:
         """Removes everything of the house and its runs."""
@@ -209,6 +230,7 @@ class Stage:
             ("cross", cross(), (84, 92, 104)),
             ("tick", tick(), (255, 255, 255)),
             ("question", question(), UNSEEN),
+            ("unknown", unknown(), UNOPENED),
         ):
             self._marks[name] = self._keep(
                 self._scene.add_batched_meshes_simple(
@@ -245,8 +267,8 @@ class Stage:
             self._bars.batched_positions = (tops + np.outer(height / 2, [0, 0, 1])).astype(np.float32)
             self._bars.batched_colors = of_owner
 
-    def _show_marks(self, scenes: list[Scene]) -> None:
-        """Marks of the run in focus; what nobody opened, of every run that wanted to."""
+    def _show_marks(self, scenes: list[Scene], unopened: npt.NDArray[np.bool_]) -> None:
+        """Marks of the run in focus; where a replay had to end, of every run; and what nobody opened."""
         scene = scenes[0]
         unseen = np.any([s.unseen for s in scenes if len(s.unseen) == len(scene.unseen)], axis=0)
         seen = (scene.status == STATUSES.index("searched")) | (scene.status == STATUSES.index("known"))
@@ -254,6 +276,7 @@ class Stage:
             ("cross", (scene.status == STATUSES.index("searched")) & ~scene.holds_focus),
             ("tick", seen & scene.holds_focus),
             ("question", unseen),
+            ("unknown", unopened & ~unseen),
         ):
             if name in self._marks and self._changed(name, mask):
                 self._marks[name].batched_scales = (
@@ -272,7 +295,8 @@ class Stage:
             label.visible = at is not None
             if at is not None and stop is not None:
                 x, y, z = self._shape.tops_m[at]
-                label.text = f"{stop[1]}. {readable_name(self._plan.containers[at].type)}"
+                first = stop is words[0]
+                label.text = f"{stop[1]}. {readable_name(self._plan.containers[at].type)}" if first else stop[1]
                 label.position = (x, y, z + 0.15 + float(height[at]))
 
     def _actor(self, index: int, colour: Colour, name: str) -> RunActor:

@@ -1,0 +1,28 @@
+"""What did the cameras show? The newest picture of each, with its age."""
+
+from __future__ import annotations
+
+import base64
+
+from dashboards.panels.markup import name, text
+from dashboards.sensing.pictures import Picture
+
+NANO = 1_000_000_000
+STALE_S = 10.0
+
+
+def cameras(pictures: tuple[Picture, ...], stamp_ns: int) -> str:
+    """A figure per camera; pictures are shown as they came."""
+    if not pictures:
+        return '<div class="lp"><p class="muted">No picture yet at this moment.</p></div>'
+    return '<div class="lp cameras">' + "".join(_figure(p, stamp_ns) for p in pictures) + "</div>"
+
+
+def _figure(picture: Picture, stamp_ns: int) -> str:
+    age_s = max(0.0, (stamp_ns - picture.stamp_ns) / NANO)
+    old = f' <span class="warn">{age_s:.0f} s old</span>' if age_s > STALE_S else ""
+    data = base64.b64encode(picture.data).decode("ascii")
+    return (
+        f'<figure><img alt="{text(picture.topic)}" title="{age_s:.1f} s before this moment"'
+        f' src="data:{picture.mime};base64,{data}"><figcaption>{name(picture.camera)}{old}</figcaption></figure>'
+    )

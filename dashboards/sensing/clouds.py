@@ -1,0 +1,74 @@
+"""Which points does a message hold? foxglove.PointCloud, and depth pictures of a Spot through their lens.
+
+Every length that a message claims is compared with its bytes first; what does not fit gives no points.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dashboards.sensing.frames import Frames, Matrix, matrix, spot_pose
+
+Points = npt.NDArray[np.float32]
+"""Points on the map, shape (n, 3), metres."""
+
+MOST_POINTS = 60_000
+"""Of one message; a larger one is thinned evenly."""
+NUMBERS = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8: "<f8"}
+"""foxglove.PackedElementField.NumericType as numpy types."""
+DEPTH_U16, RAW = 5, 2
+"""bosdyn.api.Image: PIXEL_FORMAT_DEPTH_U16 and FORMAT_RAW."""
+NOTHING: Points = np.zeros((0, 3), dtype=np.float32)
+
+
+def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Points:
+    """The points of a foxglove.PointCloud on the map; none when it cannot be read or placed."""
+    columns = [_column(message, name) for name in ("x", "y", "z")]
+    map_from_frame = frames.on_map(message.frame_id, stamp_ns)
+    frame_from_cloud = (
+        matrix(message.pose.position, message.pose.orientation) if message.HasField("pose") else np.eye(4)
+    )
+    if any(column is None for column in columns) or map_from_frame is None or frame_from_cloud is None:
+        return NOTHING
+    return placed(np.column_stack(columns), map_from_frame @ frame_from_cloud)  # type: ignore[arg-type]
+
+
+def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:
+    """The points of a Spot's depth picture (bosdyn.api.ImageResponse) on the map; none for another picture."""
+    image, lens = response.shot.image, response.source.pinhole.intrinsics
+    cells = image.rows * image.cols
+    if image.pixel_format != DEPTH_U16 or image.format != RAW or not cells or len(image.data) != 2 * cells:
+        return NOTHING
+    if not (lens.focal_length.x > 0 and lens.focal_length.y > 0):
+        return NOTHING
+    sensor = spot_pose(response.shot.transforms_snapshot, response.shot.frame_name_image_sensor, "odom")
+    map_from_odom = frames.on_map("odom", stamp_ns)
+    if sensor is None or map_from_odom is None:
+        return NOTHING
+    depth = np.frombuffer(image.data, dtype="<u2").astype(np.float64) / (response.source.depth_scale or 1000.0)
+    row, column = np.divmod(np.arange(cells), image.cols)
+    x = (column + 0.5 - lens.principal_point.x) / lens.focal_length.x * depth
+    y = (row + 0.5 - lens.principal_point.y) / lens.focal_length.y * depth
+    return placed(np.column_stack([x, y, depth])[depth > 0], map_from_odom @ sensor)
+
+
+def placed(points: npt.NDArray[np.float64], pose: Matrix) -> Points:
+    """Points moved by a pose, without those that are not finite, thinned evenly to MOST_POINTS."""
+    points = points[:: max(1, -(-len(points) // MOST_POINTS))]
+    points = points[np.isfinite(points).all(axis=1)]
+    return (points @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)
+
+
+def _column(message: Any, name: str) -> npt.NDArray[np.float64] | None:
+    stride = message.point_stride
+    field = next((f for f in message.fields if f.name == name), None)
+    kind = np.dtype(NUMBERS[field.type]) if field is not None and field.type in NUMBERS else None
+    if field is None or kind is None or stride <= 0 or field.offset + kind.itemsize > stride:
+        return None
+    count = len(message.data) // stride
+    table = np.frombuffer(message.data, dtype=np.uint8, count=count * stride).reshape(count, stride)
+    packed = np.ascontiguousarray(table[:, field.offset : field.offset + kind.itemsize])
+    return packed.view(kind).ravel().astype(np.float64)

@@ -1,0 +1,122 @@
+"""Where is one frame in another at a moment? Transforms of a log, chained as a robot's tree of frames.
+
+A pose is a 4x4 matrix that takes points of the child to the parent. Quaternions are x, y, z, w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.sensor_tracks import TRANSFORMS, SensorTracks, Track
+
+Matrix = npt.NDArray[np.float64]
+"""A pose, shape (4, 4)."""
+
+MAP = "map"
+LOOK_BACK = 40
+"""Messages before a moment in which a frame's newest transform is looked for."""
+STATIC = 20
+"""First messages of a topic, in which transforms that never change are looked for."""
+MOST_KEPT = 4000
+"""Messages whose transforms are kept."""
+DEEPEST = 32
+
+
+def matrix(position: Any, rotation: Any) -> Matrix | None:
+    """A pose from a protobuf's x, y, z and x, y, z, w; None for what is no rotation."""
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    length = x * x + y * y + z * z + w * w
+    at = np.array([position.x, position.y, position.z])
+    if not 0.5 < length < 2.0 or not np.isfinite(at).all():
+        return None
+    s = 2.0 / length
+    made = np.eye(4)
+    made[:3, :3] = [
+        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+    ]
+    made[:3, 3] = at
+    return made
+
+
+def chained(parents: Mapping[str, tuple[str, Matrix]], child: str, ancestor: str) -> Matrix | None:
+    """The pose of a frame in one of its ancestors, or None when the tree does not lead there."""
+    at = np.eye(4)
+    for _ in range(DEEPEST):
+        if child == ancestor:
+            return at
+        if child not in parents:
+            return None
+        child, step = parents[child]
+        at = step @ at
+    return None
+
+
+def spot_tree(snapshot: Any) -> dict[str, tuple[str, Matrix]]:
+    """The frames of a bosdyn FrameTreeSnapshot, each with its parent."""
+    tree: dict[str, tuple[str, Matrix]] = {}
+    for child, edge in sorted(snapshot.child_to_parent_edge_map.items()):
+        pose = matrix(edge.parent_tform_child.position, edge.parent_tform_child.rotation)
+        if edge.parent_frame_name and pose is not None:
+            tree[child] = (edge.parent_frame_name, pose)
+    return tree
+
+
+def spot_pose(snapshot: Any, child: str, ancestor: str) -> Matrix | None:
+    """ancestor_from_child within a bosdyn snapshot, whose root is the body: up from both, and down again."""
+    tree = spot_tree(snapshot)
+    for root in ("body", "odom", "vision"):
+        a, b = chained(tree, ancestor, root), chained(tree, child, root)
+        if a is not None and b is not None:
+            return np.linalg.inv(a) @ b
+    return None
+
+
+class Frames:
+    """The transforms of one log."""
+
+    def __init__(self, tracks: SensorTracks) -> None:
+        self._tracks = tracks
+        self._of_message: dict[tuple[str, int], dict[str, tuple[str, Matrix]]] = {}
+        self._static: dict[str, tuple[str, Matrix]] | None = None
+
+    def on_map(self, frame: str, stamp_ns: int) -> Matrix | None:
+        """map_from_frame at a moment, by the newest transforms before it; None when they do not lead to the map."""
+        if frame in (MAP, ""):
+            return np.eye(4)
+        return chained(self._tree(stamp_ns), frame, MAP)
+
+    def _tree(self, stamp_ns: int) -> dict[str, tuple[str, Matrix]]:
+        tree = dict(self._never_changing())
+        for track in self._tracks.of_kind(TRANSFORMS):
+            last = track.last_at(stamp_ns)
+            for index in range(max(0, last - LOOK_BACK), last + 1):
+                tree |= self._links(track, index)
+        return tree
+
+    def _never_changing(self) -> dict[str, tuple[str, Matrix]]:
+        if self._static is None:
+            self._static = {}
+            for track in self._tracks.of_kind(TRANSFORMS):
+                for index in range(min(STATIC, len(track.stamps_ns))):
+                    self._static |= self._links(track, index)
+        return self._static
+
+    def _links(self, track: Track, index: int) -> dict[str, tuple[str, Matrix]]:
+        key = (track.topic, index)
+        if len(self._of_message) > MOST_KEPT:
+            self._of_message.clear()
+        if key not in self._of_message:
+            links: dict[str, tuple[str, Matrix]] = {}
+            message = self._tracks.message(track, index)
+            for link in message.transforms if message is not None else ():
+                pose = matrix(link.translation, link.rotation)
+                if pose is not None:
+                    links[link.child_frame_id] = (link.parent_frame_id, pose)
+            self._of_message[key] = links
+        return self._of_message[key]

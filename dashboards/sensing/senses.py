@@ -1,0 +1,143 @@
+"""What did the robot's sensors see at a moment of its run? One door to a log's pictures, clouds and grids.
+
+Point clouds add up to a picture of the site: every 5 cm cube of space is kept once, with the moment at which it was
+first seen, sorted by it, so that the site as known at any moment is the beginning of one array.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dashboards.sensing.clouds import NOTHING, Points, cloud_points, depth_points
+from dashboards.sensing.frames import Frames
+from dashboards.sensing.grids import Cells, grid_cells
+from dashboards.sensing.pictures import Picture, picture_of
+from replayers.sensor_tracks import CLOUD, GRID, LENS, PICTURE, SPOT_IMAGE, SensorTracks, Track, sensor_tracks
+
+STALE_NS = 5_000_000_000
+"""A grid older than this is not shown: the robot has walked on."""
+CUBE_M = 0.05
+FLOOR_M, CUT_M = 0.06, 1.5
+"""Points on the floor and near the ceiling are left out of the site: one looks into it from above."""
+MOST_CLOUDS = 240
+"""Clouds that are read for the site; of more, evenly spread ones."""
+MOST_SITE_POINTS = 250_000
+KEPT_PICTURES, KEPT_GRIDS = 64, 16
+
+
+class Senses:
+    """The sensors of one log; everything is read when it is asked for."""
+
+    def __init__(self, tracks: SensorTracks) -> None:
+        self._tracks = tracks
+        self._frames = Frames(tracks)
+        self._raw = {t.topic.rpartition("/")[2]: t for t in tracks.of_kind(SPOT_IMAGE)}
+        self._lenses = {t.topic: t for t in tracks.of_kind(LENS)}
+        self._site: tuple[npt.NDArray[np.int64], Points] | None = None
+        self._picture = lru_cache(maxsize=KEPT_PICTURES)(self._read_picture)
+        self._cells = lru_cache(maxsize=KEPT_GRIDS)(self._read_grid)
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Topics of pictures."""
+        return tuple(t.topic for t in self._tracks.of_kind(PICTURE))
+
+    @property
+    def has_clouds(self) -> bool:
+        """Whether there may be points: clouds, or pictures of a Spot's depth cameras."""
+        return bool(self._tracks.of_kind(CLOUD)) or any("depth" in name for name in self._raw)
+
+    @property
+    def has_grids(self) -> bool:
+        return bool(self._grids())
+
+    def pictures(self, stamp_ns: int) -> tuple[Picture, ...]:
+        """The newest picture of every camera at a moment."""
+        found = (self._picture(t.topic, t.last_at(stamp_ns)) for t in self._tracks.of_kind(PICTURE))
+        return tuple(picture for picture in found if picture is not None)
+
+    def grid(self, stamp_ns: int) -> Cells | None:
+        """The newest local grid, if it is not stale."""
+        for track in self._grids():
+            index = track.last_at(stamp_ns)
+            if index >= 0 and stamp_ns - int(track.stamps_ns[index]) <= STALE_NS:
+                return self._cells(track.topic, index)
+        return None
+
+    def gather_site(self) -> None:
+        """Reads the clouds for `site`; takes up to some seconds, once."""
+        if self._site is None:
+            self._site = _gathered(list(self._clouds()))
+
+    def site(self, stamp_ns: int) -> Points:
+        """What the clouds have shown of the site up to a moment; nothing before gather_site."""
+        if self._site is None:
+            return NOTHING
+        stamps, points = self._site
+        return points[: int(np.searchsorted(stamps, stamp_ns, side="right"))]
+
+    def _clouds(self) -> Iterator[tuple[int, Points]]:
+        tracks = [t for t in (*self._tracks.of_kind(CLOUD), *self._tracks.of_kind(SPOT_IMAGE)) if _may_hold_points(t)]
+        for track in tracks:
+            count = len(track.stamps_ns)
+            for index in np.unique(
+                np.linspace(0, count - 1, min(count, MOST_CLOUDS // len(tracks) or 1)).astype(int)
+            ):
+                message = self._tracks.message(track, int(index))
+                stamp = int(track.stamps_ns[index])
+                if message is not None:
+                    read = cloud_points if track.schema.name == CLOUD else depth_points
+                    yield stamp, read(message, self._frames, stamp)
+
+    def _grids(self) -> list[Track]:
+        return [t for t in self._tracks.of_kind(GRID) if t.topic != "/map"]
+
+    def _read_picture(self, topic: str, index: int) -> Picture | None:
+        track = self._tracks.tracks[topic]
+        message = self._tracks.message(track, index) if index >= 0 else None
+        if message is None:
+            return None
+        stamp = int(track.stamps_ns[index])
+        raw = self._nearest(self._raw.get(topic.rpartition("/")[2]), stamp)
+        lens = self._nearest(self._lenses.get(f"{topic}/calibration"), stamp)
+        return picture_of(message, topic, stamp, self._frames, lens=lens, raw=raw)
+
+    def _read_grid(self, topic: str, index: int) -> Cells | None:
+        track = self._tracks.tracks[topic]
+        message = self._tracks.message(track, index)
+        return grid_cells(message, self._frames, int(track.stamps_ns[index])) if message is not None else None
+
+    def _nearest(self, track: Track | None, stamp_ns: int) -> Any | None:
+        """The newest message of a track at a moment, or its first."""
+        return None if track is None else self._tracks.message(track, max(0, track.last_at(stamp_ns)))
+
+
+def senses_of(path: Path) -> Senses | None:
+    """The sensors of a log; None for a log without any."""
+    tracks = sensor_tracks(path)
+    senses = Senses(tracks)
+    return senses if senses.cameras or senses.has_clouds or senses.has_grids else None
+
+
+def _may_hold_points(track: Track) -> bool:
+    return track.schema.name == CLOUD or "depth" in track.topic
+
+
+def _gathered(clouds: list[tuple[int, Points]]) -> tuple[npt.NDArray[np.int64], Points]:
+    """Each cube of space once, by the first moment in which a point lay in it."""
+    clouds = [(stamp, p[(p[:, 2] > FLOOR_M) & (p[:, 2] < CUT_M)]) for stamp, p in clouds]
+    clouds = sorted((c for c in clouds if len(c[1])), key=lambda cloud: cloud[0])
+    if not clouds:
+        return np.zeros(0, dtype=np.int64), NOTHING
+    points = np.concatenate([p for _, p in clouds])
+    stamps = np.repeat(np.array([s for s, _ in clouds], dtype=np.int64), [len(p) for _, p in clouds])
+    _, first = np.unique(np.round(points / CUBE_M).astype(np.int64), axis=0, return_index=True)
+    first = np.sort(first)
+    first = first[:: max(1, -(-len(first) // MOST_SITE_POINTS))]
+    return stamps[first], points[first]

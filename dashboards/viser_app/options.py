@@ -1,0 +1,97 @@
+"""Which item, clock, speed, walls and layers does one browser show? The controls of the View tab.
+
+They change the session's state, and follow it when a link or another control has changed it.
+"""
+
+from __future__ import annotations
+
+import viser
+
+from dashboards.clock import ALIGNMENTS
+from dashboards.scene import AUTOMATIC
+from dashboards.viser_app.session import Session
+from workbench.worlds.names import readable_name
+
+SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
+FOLLOW_PLAN = "as the plan finds"
+WALLS = {"cut": "cut away", "whole": "whole", "none": "none"}
+LAYERS = (
+    ("Belief as bars", "bars"),
+    ("Order of search", "orders"),
+    ("Room names", "room_names"),
+    ("Unopened marked", "unopened"),
+    ("Occupancy map", "occupancy"),
+    ("Pictures", "pictures"),
+    ("Point clouds", "points"),
+    ("Local grid", "grid"),
+    ("Follow the robot", "follow"),
+)
+"""Check boxes, each with its field of the state."""
+
+
+class Options:
+    """The controls; made inside the tab that holds them."""
+
+    def __init__(self, session: Session) -> None:
+        gui, state = session.client.gui, session.state
+        self._session = session
+        self._types: dict[str, str] = {}
+        self._following = False
+        self._focus = gui.add_dropdown("Item", (FOLLOW_PLAN,))
+        self._focus.on_update(lambda _: self._change(focus=self._types.get(self._focus.value, AUTOMATIC)))
+        self._align = gui.add_dropdown("Clock", ALIGNMENTS, hint="On which clock several runs stand side by side.")
+        self._align.on_update(lambda _: self._realign())
+        self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1×")
+        self._speed.on_update(lambda _: self._change(speed=float(self._speed.value.rstrip("×"))))
+        self._loop = gui.add_checkbox("Loop", False)
+        self._loop.on_update(lambda _: self._change(loop=self._loop.value))
+        self._walls = gui.add_dropdown("Walls", tuple(WALLS.values()))
+        self._walls.on_update(lambda _: self._change(walls=_key(WALLS, self._walls.value)))
+        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+        for label, field in LAYERS:
+            box = self._boxes[field] = gui.add_checkbox(label, getattr(state, field))
+            box.on_update(lambda _, b=box, f=field: self._change(**{f: b.value}))
+        cameras = gui.add_button_group("Camera", ("Fit", "From above"))
+        cameras.on_click(lambda event: session.look(from_above=event.target.value == "From above"))
+
+    def offer(self, item_types: tuple[str, ...]) -> None:
+        """Item types of the run in focus."""
+        self._types = {f"{readable_name(t)} ({t})" if readable_name(t) != t else t: t for t in item_types}
+        options = (FOLLOW_PLAN, *self._types)
+        if self._focus.options != options:
+            self._following = True
+            self._focus.options = options
+            self._following = False
+
+    def follow(self) -> None:
+        """Shows the state as it is now."""
+        state = self._session.state
+        self._following = True
+        focus = _key(self._types, state.focus) or FOLLOW_PLAN
+        for dropdown, value in (
+            (self._align, state.alignment),
+            (self._walls, WALLS[state.walls]),
+            (self._focus, focus),
+        ):
+            if dropdown.value != value:
+                dropdown.value = value
+        for field, box in self._boxes.items():
+            if box.value != getattr(state, field):
+                box.value = getattr(state, field)
+        if self._loop.value != state.loop:
+            self._loop.value = state.loop
+        self._following = False
+
+    def _change(self, **changes: object) -> None:
+        if not self._following:
+            self._session.change(**changes)
+
+    def _realign(self) -> None:
+        """The same moment of the run in focus on the other clock."""
+        if not self._following and self._align.value != self._session.state.alignment:
+            self._session.align(self._align.value)
+
+
+def _key(table: dict[str, str], value: str) -> str:
+    """The key of a value; empty for none."""
+    return next((key for key, other in table.items() if other == value), "")
