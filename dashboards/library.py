@@ -10,12 +10,11 @@ from threading import Lock
 from dashboards.counterfactual import kept_beside
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.panels.runs import RunRow
+from dashboards.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
 from dashboards.sensing.senses import Senses, senses_of
 from dashboards.timeline import Timeline, timeline_of
 from workbench.errors import FileMissing, LiosError, NotFound
-from workbench.planning.tasks import Task, goal_types
 from workbench.worlds.house import FloorPlan
-from workbench.worlds.names import readable_name
 
 MOST_OPEN = 24
 """Runs that are kept in memory; the longest unused is dropped first."""
@@ -33,17 +32,24 @@ class Library:
 
     Raises:
         FileMissing: a path that does not exist.
-        NoLogs: a folder without logs.
+        NoLogs, NotRecorded: a folder without logs.
+        MalformedFile: the folder of an evaluation whose table cannot be read.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        self.paths = tuple({path.resolve(): path for path in logs_of(paths)}.values())
+        self.folder = paths[0] if len(paths) == 1 and paths[0].is_dir() else None
+        self.trials = (evaluation_in(self.folder) or []) if self.folder is not None else []
+        """The rows of an evaluation, where its folder was opened."""
+        named = [t.log for t in self.trials if t.log.is_file()] if self.trials else logs_of(paths)
+        if self.folder is not None and not named:
+            raise NotRecorded(self.folder)
+        self.paths = tuple({path.resolve(): path for path in named}.values())
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
         self._senses: OrderedDict[int, Senses | None] = OrderedDict()
         self._shapes: dict[FloorPlan, HouseShape] = {}
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
-        self.unreadable: list[LiosError] = []
+        self.unreadable: list[str] = []
 
     def timeline(self, index: int) -> Timeline:
         """The run of the index-th log.
@@ -78,26 +84,12 @@ class Library:
             return self._senses[index]
 
     def rows(self) -> list[RunRow]:
-        """A row per log that can be read; read once."""
+        """A row per run, from indexes and tables; no run is read for it."""
         if self._rows is None:
-            good, self.unreadable = readable(self)
-            self._rows = [self._row(i) for i in good]
+            self._rows = trial_rows(self.trials, self.paths) if self.trials else []
+            if not self.trials:
+                self._rows, self.unreadable = log_rows(self.paths, folder=self.folder)
         return self._rows
-
-    def _row(self, index: int) -> RunRow:
-        run = self.timeline(index).run
-        return RunRow(
-            index=index,
-            file=self.paths[index].name,
-            place=run.info.place,
-            scenario=_scenario(run.task),
-            strategy=run.info.strategy,
-            seed=run.info.seed,
-            source=run.info.source,
-            outcome=run.outcome.status if run.outcome is not None else "cut off",
-            cost=run.outcome.cost if run.outcome is not None else None,
-            searches=run.outcome.searches if run.outcome is not None else None,
-        )
 
     def reread(self, index: int) -> Timeline:
         """The run again, as its log now stands."""
@@ -114,13 +106,6 @@ class Library:
             return self._shapes[plan]
 
 
-def _scenario(task: Task) -> str:
-    """A scenario by name; a search by what it seeks."""
-    if task.scenario == "find":
-        return "find " + ", ".join(readable_name(t) for t in goal_types(task.goal))
-    return task.scenario
-
-
 def logs_of(paths: Sequence[Path]) -> list[Path]:
     """The logs that are named, and those in named folders, sorted within each folder."""
     found: list[Path] = []
@@ -135,17 +120,3 @@ def logs_of(paths: Sequence[Path]) -> list[Path]:
         else:
             raise FileMissing(path)
     return found
-
-
-def readable(library: Library) -> tuple[list[int], list[LiosError]]:
-    """The indices of logs that can be read, and why the others cannot."""
-    good: list[int] = []
-    bad: list[LiosError] = []
-    for index in range(len(library.paths)):
-        try:
-            library.timeline(index)
-        except LiosError as error:
-            bad.append(error)
-        else:
-            good.append(index)
-    return good, bad

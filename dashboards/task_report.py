@@ -14,7 +14,7 @@ from dashboards.figures.style import PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
 from dashboards.timeline import timeline_of
 from replayers.run import read
-from workbench.errors import FileMissing
+from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
 from workbench.evaluation.task_experiment import SETTINGS_FILE, TRIALS_FILE, read_request, read_rows
 from workbench.evaluation.task_table import pairs, table
@@ -26,16 +26,25 @@ EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
 
 
+class NoEvaluation(NotFound):
+    """A folder that is no output of an evaluation of tasks."""
+
+    def __init__(self, folder: Path, lacks: str) -> None:
+        super().__init__(
+            f"{folder}: no evaluation of tasks is there (no {lacks}). Make one: lios evaluate tasks -o DIR."
+        )
+
+
 def write_report(folder: Path) -> tuple[Path, list[Path]]:
     """Writes report.html and figures/ beside the trials; returns the page and the figures.
 
     Raises:
-        FileMissing: the folder holds no evaluation of tasks.
+        NoEvaluation: the folder holds no evaluation of tasks.
         MalformedFile: its files are damaged.
     """
     for name in (SETTINGS_FILE, TRIALS_FILE):
         if not (folder / name).exists():
-            raise FileMissing(folder / name)
+            raise NoEvaluation(folder, name)
     request = read_request(folder / SETTINGS_FILE)
     names = {name: i for i, name in enumerate(request.strategies)}
     scenarios = {name: i for i, name in enumerate(request.scenarios)}

@@ -33,7 +33,7 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
     cells = [
         [
             _mark(row.index, shown),
-            f'<span class="seek" {command(f"open {row.index}")} title="{text(row.file)}">{name(row.place)}</span>',
+            _opened_by(row),
             name(row.scenario),
             name(row.strategy) + (' <span class="muted">replay</span>' if row.source == "replay" else ""),
             name(row.outcome),
@@ -67,7 +67,16 @@ def passes(row: RunRow, words: str) -> bool:
     return True
 
 
+def _opened_by(row: RunRow) -> str:
+    """The place's name; a click on it opens the run, where there is a log of it."""
+    if row.index < 0:
+        return f'<span title="not recorded">{name(row.place)}</span>'
+    return f'<span class="seek" {command(f"open {row.index}")} title="{text(row.file)}">{name(row.place)}</span>'
+
+
 def _mark(index: int, shown: tuple[int, ...]) -> str:
+    if index < 0:
+        return ""
     if index in shown:
         return f'<span {command(f"overlay {index}")} title="take it away">●</span>'
     return f'<span {command(f"overlay {index}")} title="lay it over"><b>+</b></span>'

@@ -14,6 +14,9 @@ from dashboards.panels.runs import RunRow
 SIDE_PX = 300
 MARGIN_PX = 34
 MOST_POINTS = 2000
+SAME = 1e-6
+BASELINES = ("pes-greedy", "opt-greedy", "greedy", "opt-lios", "lios")
+OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
 
 
 def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow, RunRow]]:
@@ -38,15 +41,31 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
     points = "".join(_point(a, b, top) for a, b in found)
     low, high, middle = MARGIN_PX, SIDE_PX - 6, SIDE_PX / 2
     ticks = "".join(_tick(share, top) for share in (0.0, 0.5, 1.0))
-    mean = sum((b.cost or 0.0) - (a.cost or 0.0) for a, b in found) / len(found)
+    below = sum((b.cost or 0.0) < (a.cost or 0.0) - SAME for a, b in found)
+    above = sum((b.cost or 0.0) > (a.cost or 0.0) + SAME for a, b in found)
     return (
         f'<div class="lp"><svg width="{SIDE_PX}" height="{SIDE_PX}" role="img">'
         f'<line x1="{low}" y1="{SIDE_PX - low}" x2="{high}" y2="{SIDE_PX - high}" stroke="#c9cdd3"/>{ticks}'
-        f'<text x="{(low + high) / 2}" y="{SIDE_PX - 3}" text-anchor="middle">{text(first)}</text>'
-        f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">{text(second)}</text>'
-        f"{points}</svg><p>{len(found)} tasks; {name(second)} costs {number(mean, 2)} more than {name(first)} on"
-        " average. A point opens its two runs.</p></div>"
+        f'<text x="{(low + high) / 2}" y="{SIDE_PX - 3}" text-anchor="middle">cost of {text(first)}</text>'
+        f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">'
+        f"cost of {text(second)}</text>"
+        f"{points}</svg><p>{len(found)} tasks: {name(second)} costs {_difference(found)} than {name(first)} on"
+        f" average; it is cheaper in {below} and dearer in {above}.</p>"
+        '<p class="muted">Under the line the second is cheaper; orange: one of the two failed; pale: not recorded.'
+        " A click on a point opens its two runs.</p></div>"
     )
+
+
+def default_pair(strategies: Sequence[str]) -> tuple[str, str]:
+    """Which two to show first: a baseline across, ours up; else the first two."""
+    across = next((name for name in BASELINES if name in strategies), strategies[0])
+    up = next((name for name in OURS if name in strategies and name != across), None)
+    return across, up or next((name for name in strategies if name != across), across)
+
+
+def _difference(found: Sequence[tuple[RunRow, RunRow]]) -> str:
+    mean = sum((b.cost or 0.0) - (a.cost or 0.0) for a, b in found) / len(found)
+    return f"{number(abs(mean), 2)} {'more' if mean > 0 else 'less'}"
 
 
 def _trial(row: RunRow) -> tuple[str, str, int]:
@@ -60,9 +79,11 @@ def _at(cost: float, top: float) -> float:
 def _point(a: RunRow, b: RunRow, top: float) -> str:
     x, y = _at(a.cost or 0.0, top), SIDE_PX - _at(b.cost or 0.0, top)
     done = a.outcome == b.outcome == "done"
+    logs = [str(row.index) for row in (a, b) if row.index >= 0]
+    click = command(f"open {','.join(logs)}") if logs else ""
     return (
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{css(RUNS[0] if done else RUNS[1])}" fill-opacity="0.65"'
-        f' stroke="white" {command(f"open {a.index},{b.index}")}>'
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{css(RUNS[0] if done else RUNS[1])}"'
+        f' fill-opacity="{0.65 if logs else 0.25}" stroke="white" {click}>'
         f"<title>{text(a.place)}: {text(a.scenario)}, {number(a.cost)} and {number(b.cost)}</title></circle>"
     )
 

@@ -18,7 +18,7 @@ from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.panels.runs import passes, runs
-from dashboards.panels.scatter import scatter
+from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
 from dashboards.scene import Scene
 from dashboards.viser_app.bridge import address, keep_address, obey, script
@@ -62,6 +62,8 @@ class Controls:
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
         go.on_update(lambda _: self._obey(go))
         tabs = gui.add_tab_group()
+        if self._session.library.folder is not None:
+            self._build_runs(tabs)
         for name, label in (
             ("beliefs", "Belief"),
             ("plan", "Plan"),
@@ -71,15 +73,8 @@ class Controls:
         ):
             with tabs.add_tab(label):
                 self._add(name)
-        with tabs.add_tab("Runs"):
-            self._filter = gui.add_text("Filter", "", hint="Words that a run must have; also cost<50 or cost>50.")
-            self._filter.on_update(lambda _: self._list_runs())
-            self._add("runs")
-            self._first = gui.add_dropdown("Across", ("",), hint="A strategy; its cost goes to the right.")
-            self._second = gui.add_dropdown("Up", ("",), hint="Another strategy; its cost goes up.")
-            for chosen in (self._first, self._second):
-                chosen.on_update(lambda _: self._draw_scatter())
-            self._add("scatter")
+        if self._session.library.folder is None:
+            self._build_runs(tabs)
         with tabs.add_tab("View"):
             self._options = Options(self._session)
         panel = gui.add_panel()
@@ -95,6 +90,20 @@ class Controls:
             self._add("cameras")
         beside = window_px - PANEL_PX - strip_px - 48 >= CAMERAS_PX
         self._camera_panel.float(x=strip_px + 32 if beside else 16, y=-16 if beside else 16, width=CAMERAS_PX)
+
+    def _build_runs(self, tabs: viser.GuiTabGroupHandle) -> None:
+        """The table of runs; of a folder it is what one sees first."""
+        with tabs.add_tab("Runs"):
+            self._filter = self._gui.add_text(
+                "Filter", "", hint="Words that a run must have; also cost<50 or cost>50."
+            )
+            self._filter.on_update(lambda _: self._list_runs())
+            self._add("runs")
+            self._first = self._gui.add_dropdown("Across", ("",), hint="A strategy; its cost goes to the right.")
+            self._second = self._gui.add_dropdown("Up", ("",), hint="Another strategy; its cost goes up.")
+            for chosen in (self._first, self._second):
+                chosen.on_update(lambda _: self._draw_scatter())
+            self._add("scatter")
 
     def _build_time(self) -> None:
         gui, session = self._gui, self._session
@@ -213,7 +222,7 @@ class Controls:
         names = sorted({row.strategy for row in library.rows()}) if len(library.paths) > 1 else []
         if len(names) > 1 and self._first.options != tuple(names):
             self._first.options = self._second.options = tuple(names)
-            self._second.value = names[1]
+            self._first.value, self._second.value = default_pair(names)
             self._draw_scatter()
 
     def _settled(self, session: Session) -> None:

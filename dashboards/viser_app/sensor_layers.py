@@ -22,8 +22,8 @@ from dashboards.sensing.grids import BLOCKED, NEAR, Cells
 from dashboards.sensing.pictures import Picture, pixels
 from dashboards.sensing.senses import Senses
 
-FRUSTUM_M = 0.55
-POINT_M = 0.03
+FRUSTUM_M = 0.4
+POINT_M = 0.022
 EYE_M = 0.55
 LOW, HIGH = (0, 84, 96), (120, 204, 196)
 TALLEST_M = 1.5

@@ -6,11 +6,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from dashboards.library import Library
+from dashboards.library import Library, NoLogs
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.session import ViewState
-from workbench.errors import BadValue, FileMissing
+from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
 
 PATIENCE_S = 600.0
@@ -56,15 +56,30 @@ def open_dashboard(
         runs = tuple(range(min(len(named), MOST_AT_ONCE)))
     else:
         rows = library.rows()
-        for error in library.unreadable:
-            say(f"Left out: {error}")
-        if not rows:
-            raise library.unreadable[0]
-        runs = (rows[0].index,)
+        for problem in library.unreadable:
+            say(f"Left out: {problem}")
+        runs = (_first_readable(library, [row.index for row in rows if row.index >= 0]),)
     dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port)
     if follow:
         dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
     return dashboard
+
+
+def _first_readable(library: Library, indices: Sequence[int]) -> int:
+    """The first run that can be shown; those before it that cannot are told of.
+
+    Raises:
+        LiosError: what is wrong with the first log, when none can be shown.
+    """
+    for index in indices:
+        try:
+            library.timeline(index)
+        except LiosError as error:
+            say(f"Left out: {error}")
+        else:
+            return index
+    library.timeline(0)
+    raise NoLogs(library.folder or library.paths[0])
 
 
 def _wait_for_logs(logs: Sequence[Path]) -> None:
