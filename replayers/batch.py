@@ -19,7 +19,7 @@ from replayers.replay import replay_on
 from replayers.run import Run, read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay
-from workbench.errors import FileMissing, LiosError, MalformedFile
+from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
 
 
@@ -73,13 +73,19 @@ def logs_among(paths: Iterable[Path]) -> tuple[Path, ...]:
 
 
 def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
-    """The strategies that a comma-separated list means; "all" is every one that can be replayed here."""
+    """The strategies that a comma-separated list means; "all" is every one that can be replayed here.
+
+    Raises:
+        BadValue: the list names none.
+    """
     names: dict[str, None] = {}
     for part in (p.strip() for p in text.split(",")):
         if part == "all":
             names.update(dict.fromkeys(strategy_names(with_truth=with_truth)))
         elif part:
             names[canonical_name(part) or part] = None
+    if not names:
+        raise BadValue("--strategies", text, "all, or names with commas between them")
     return tuple(names)
 
 

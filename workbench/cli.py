@@ -6,6 +6,7 @@ Exit codes: 0 fine, 1 failed, 2 bad usage or bad input, 3 finished with loss.
 from __future__ import annotations
 
 import inspect
+import math
 import sys
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
@@ -93,7 +94,36 @@ def _load(name: str, entry: EntryPoint) -> click.Command:
         return click.Command(name, callback=unavailable, help="(cannot be loaded here)")
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.command(name=name, help=_examples_unwrapped(inspect.getdoc(function) or ""))(function)
-    return typer.main.get_command(app)
+    command = typer.main.get_command(app)
+    for param in command.params:
+        param.type = _of_plain_numbers(param)
+    return command
+
+
+class _Finite(click.types.FloatParamType):
+    """A number that is one: nan passes every comparison, and so every range."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number.", param, ctx)
+        return number
+
+
+class _FiniteRange(_Finite, click.FloatRange):
+    """The same within a range."""
+
+
+def _of_plain_numbers(param: click.Parameter) -> click.ParamType:
+    """The type of a parameter, of which neither nan nor inf is one, nor, for a seed, a number below 0."""
+    kind = param.type
+    if isinstance(kind, click.FloatRange):
+        return _FiniteRange(kind.min, kind.max, kind.min_open, kind.max_open, kind.clamp)
+    if isinstance(kind, click.types.FloatParamType):
+        return _Finite()
+    if param.name == "seed":
+        return click.IntRange(min=0)
+    return kind
 
 
 def _examples_unwrapped(text: str) -> str:

@@ -41,6 +41,7 @@ def split_address(address: str) -> tuple[Path, int | None]:
 
     Raises:
         FileMissing: no such file.
+        MalformedFile: a folder.
         BadValue: an index that is no whole number.
     """
     if _is_file(address):
@@ -49,6 +50,8 @@ def split_address(address: str) -> tuple[Path, int | None]:
     if not colon or not name.lower().endswith(SUFFIXES):
         if colon and _is_file(name):
             raise BadValue("house file", name, "a file that ends in " + ", ".join(SUFFIXES))
+        if Path(address).is_dir():
+            raise MalformedFile(address, "a folder", PROCTHOR_HINT)
         raise FileMissing(address)
     if not _is_file(name):
         raise FileMissing(name)
@@ -118,10 +121,14 @@ def explain_bad_json(path: Path, index: int, line: bytes, reason: str) -> NoRetu
     def not_finite(constant: str) -> NoReturn:
         raise MalformedFile(path, f"{where}holds {constant}", "Every coordinate must be a finite number of metres")
 
+    if not line.strip():
+        raise MalformedFile(path, f"{where}is empty", PROCTHOR_HINT)
     try:
         json.loads(line, parse_constant=not_finite)
     except RecursionError:
         reason = "it is nested too deeply"
+    except UnicodeDecodeError:
+        reason = "it is not text"
     except ValueError as error:
         reason = str(error)
     raise MalformedFile(path, f"{where}is no house: {reason}", PROCTHOR_HINT)

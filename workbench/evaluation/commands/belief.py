@@ -41,15 +41,21 @@ def belief(
 
         lios evaluate belief --houses mine.jsonl.gz --estimators best,mine.safetensors --seen 0.3 --figures out
     """
-    from workbench.errors import OutputExists
+    from workbench.errors import BadValue, OutputExists
     from workbench.evaluation.belief_report import BeliefRequest, measure
     from workbench.terminal import emit_json, progress, say
 
-    if figures is not None and figures.exists() and not force and any(figures.iterdir()):
-        raise OutputExists(figures)
+    names = tuple(name.strip() for name in estimators.split(",") if name.strip())
+    if not names:
+        raise BadValue("--estimators", estimators, "all, or names with commas between them")
+    if figures is not None and figures.exists():
+        if not figures.is_dir():
+            raise BadValue("--figures", str(figures), "a folder")
+        if not force and any(figures.iterdir()):
+            raise OutputExists(figures)
     request = BeliefRequest(
         houses=houses,
-        estimators=tuple(name.strip() for name in estimators.split(",") if name.strip()),
+        estimators=names,
         part=part,
         seen_share=seen,
         assets=assets,
