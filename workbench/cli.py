@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import inspect
 import math
+import os
 import sys
+from contextlib import ExitStack
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -57,6 +59,15 @@ class Commands(click.Group):
         if not below:
             return None
         return Commands(cmd_name, below, help=GROUP_HELP.get(cmd_name, ""), no_args_is_help=True)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            # Whoever read the output has seen enough (| head). What is still in the buffer must go somewhere, or the
+            # interpreter complains at its end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise click.exceptions.Exit(0) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         shown = self.list_commands(ctx)
@@ -173,9 +184,11 @@ def app() -> Commands:
 def main(argv: list[str] | None = None) -> None:
     """Run a command and exit with its code. No traceback reaches a user unless --debug is given."""
     args = list(sys.argv[1:] if argv is None else argv)
-    debug = "--debug" in args
-    args = [a for a in args if a != "--debug"]
-    sys.exit(run(args, debug=debug))
+    with ExitStack() as stack:
+        for name in ("stdout", "stderr"):
+            if getattr(sys, name) is None:  # closed by whoever started this
+                setattr(sys, name, stack.enter_context(open(os.devnull, "w", encoding="utf-8")))
+        sys.exit(run([a for a in args if a != "--debug"], debug="--debug" in args))
 
 
 def run(args: list[str], *, debug: bool = False) -> int:
@@ -198,9 +211,6 @@ def run(args: list[str], *, debug: bool = False) -> int:
             raise
         say(f"lios: {error}")
         return error.exit_code
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
     except OSError as error:
         if debug:
             raise

@@ -42,10 +42,17 @@ def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | No
         table.add_column(escape(name.replace("_", " ")), justify="right" if numeric else "left")
     for row in rows:
         table.add_row(*(escape(_shown(row.get(name))) for name in names))
-    console = Console(file=sys.stdout)
+    console = _Console(file=sys.stdout)
     if not console.is_terminal:
-        console = Console(file=sys.stdout, width=max(120, 18 * len(names)))
+        console = _Console(file=sys.stdout, width=max(120, 18 * len(names)))
     console.print(table)
+
+
+class _Console(Console):
+    """A console that leaves it to the command line what a reader that is gone means."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
 
 
 def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
