@@ -19,16 +19,17 @@ import numpy as np
 from dashboards.capsule_runs import Texts, run_data, still_panels
 from dashboards.clock import ALIGNMENTS, Clock
 from dashboards.geometry.house import HouseShape, house_shape
-from dashboards.geometry.marks import Mesh, cross, question, robot_body, robot_legs, tick
+from dashboards.geometry.marks import Mesh, cross, question, robot_body, robot_legs, tick, unknown
+from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
-from dashboards.palette import run_colour
+from dashboards.palette import OCCUPIED, run_colour
 from dashboards.panels.markup import text
 from dashboards.panels.now import title
 from dashboards.panels.strip import strip
 from dashboards.resources import resource
 from dashboards.timeline import Timeline
+from dashboards.unopened import unopened
 from workbench.errors import BadValue, OutputExists
-from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
 
 TABS = (
@@ -38,6 +39,7 @@ TABS = (
     ("plots", "Plots"),
     ("comparison", "Compare"),
 )
+MOST_NAMED = 6
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 PARTS = ("panels/panels.js", "capsule_page/renderer.js", "capsule_page/player.js", "capsule_page/film.js")
@@ -71,8 +73,9 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     """
     if not timelines:
         raise BadValue("runs of a capsule", (), "at least one")
+    elsewhere = left_out(timelines)
     here = tuple(t for t in timelines if t.plan == timelines[0].plan)
-    data = msgspec.json.encode(_data(here))
+    data = msgspec.json.encode(_data(here, elsewhere))
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
         "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),
@@ -86,17 +89,35 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     return page
 
 
-def _data(timelines: tuple[Timeline, ...]) -> dict[str, Any]:
+def left_out(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
+    """The runs that a page of these leaves out: those of another place than the first's."""
+    return tuple(t for t in timelines if t.plan != timelines[0].plan)
+
+
+def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
+    if not elsewhere:
+        return ""
+    named = ", ".join(f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere[:MOST_NAMED])
+    more = f" and {len(elsewhere) - MOST_NAMED} more" if len(elsewhere) > MOST_NAMED else ""
+    return f'<div class="lp"><div class="warn">Left out, being of another place: {text(named + more)}.</div></div>'
+
+
+def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dict[str, Any]:
     names = [t.run.info.strategy for t in timelines]
     clock = Clock(timelines=timelines)
     texts = Texts()
-    runs = [run_data(t, names[i], run_colour(i), texts, panels=i == 0) for i, t in enumerate(timelines)]
+    closed = unopened(timelines)
+    runs = [
+        run_data(t, names[i], run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
+        for i, t in enumerate(timelines)
+    ]
     return {
-        "title": title(timelines[0]),
+        "title": title(timelines[0]) + _left_out_note(elsewhere),
         "plainTitle": timelines[0].run.task.title or timelines[0].run.info.scenario,
         "tabs": TABS if len(timelines) > 1 else TABS[:-1],
         "labelled": LABELLED,
-        "house": _house(timelines[0].plan),
+        "house": _house(timelines[0]),
+        "unopened": np.flatnonzero(closed).tolist(),
         "meshes": _meshes(),
         "runs": runs,
         "still": still_panels(clock, names),
@@ -110,7 +131,8 @@ def _data(timelines: tuple[Timeline, ...]) -> dict[str, Any]:
     }
 
 
-def _house(plan: FloorPlan | None) -> dict[str, Any]:
+def _house(timeline: Timeline) -> dict[str, Any]:
+    plan = timeline.plan
     if plan is None:
         return {
             "floors": [],
@@ -127,7 +149,8 @@ def _house(plan: FloorPlan | None) -> dict[str, Any]:
         "floors": [
             {"vertices": _rounded(f.vertices), "faces": f.faces.ravel().tolist(), "colour": list(f.colour)}
             for f in shape.floors
-        ],
+        ]
+        + _occupied(timeline),
         "rooms": [{"name": readable_name(f.kind), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
         "furniture": [_batch(b) for b in shape.furniture],
         "cut": [_batch(b) for b in shape.cut_walls],
@@ -137,6 +160,15 @@ def _house(plan: FloorPlan | None) -> dict[str, Any]:
         "names": [readable_name(c.type) for c in plan.containers],
         "corners": _outline(shape),
     }
+
+
+def _occupied(timeline: Timeline) -> list[dict[str, Any]]:
+    """The occupied cells of a place that was surveyed without walls, as one more floor."""
+    place = timeline.run.place
+    mesh = occupancy_mesh(place.occupancy) if not place.plan.walls and place.occupancy is not None else None
+    if mesh is None:
+        return []
+    return [{"vertices": _rounded(mesh[0]), "faces": mesh[1].ravel().tolist(), "colour": list(OCCUPIED)}]
 
 
 def _outline(shape: HouseShape) -> list[list[float]]:
@@ -161,6 +193,7 @@ def _meshes() -> dict[str, Any]:
         "cross": cross(),
         "tick": tick(),
         "question": question(),
+        "unknown": unknown(),
         "robotBody": robot_body(),
         "robotLegs": robot_legs(),
     }

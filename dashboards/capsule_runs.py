@@ -22,7 +22,11 @@ from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.scene import STATUSES, Scene, scene_at
 from dashboards.timeline import NEVER, Timeline
+from workbench.planning.tasks import goal_types
+from workbench.worlds.names import readable_name
 
+MOST_ITEMS = 12
+"""Item types that can be chosen in the page."""
 MOST_FRAMES = 3000
 """Frames of a run; a longer run keeps its decisions first."""
 
@@ -43,24 +47,46 @@ class Texts:
         return self._index[key]
 
 
-def run_data(timeline: Timeline, name: str, colour: Colour, texts: Texts, *, panels: bool) -> dict[str, Any]:
-    """A run for the page.
+def items_of(timeline: Timeline) -> tuple[str, ...]:
+    """The item types that can be chosen: of the goal and the plans first, then the most believed."""
+    wanted = [t for t in goal_types(timeline.run.task.goal) if t in timeline.top_belief]
+    for frame in timeline.decisions:
+        steps = frame.plan.steps if frame.plan is not None else ()
+        wanted += [s.item_types[0] for s in steps if s.action == "find" and s.item_types]
+    wanted += sorted(timeline.item_types, key=lambda t: (-timeline.top_belief[t], t))
+    return tuple(t for t in dict.fromkeys(wanted) if t in timeline.top_belief)[:MOST_ITEMS]
+
+
+def run_data(
+    timeline: Timeline, name: str, colour: Colour, texts: Texts, *, panels: bool, unopened: bool = False
+) -> dict[str, Any]:
+    """A run for the page. A frame has one look for the item that the plan finds, and one for each that can be chosen.
 
     Args:
         texts: where panels' markup is kept.
         panels: whether this run's panels are wanted: only for the run in focus.
+        unopened: whether containers are marked that no run opened.
     """
     palettes, heights, marks, orders, ways = Texts(), Texts(), Texts(), Texts(), Texts()
+    items = items_of(timeline) if panels else ()
     stamps = frame_stamps(timeline)
     frames: list[dict[str, Any]] = []
     for stamp in stamps:
         scene = scene_at(timeline, stamp)
         frame: dict[str, Any] = {"walked": round(scene.travel_m, 4), "ahead": ways.put(_points(scene.ahead))}
         if panels:
+            focused = [scene, *(scene_at(timeline, stamp, focus=item) for item in items)]
             frame |= {
-                "colours": palettes.put(container_colours(scene).ravel().tolist()),
-                "heights": heights.put(np.round(bar_heights_m(scene), 3).tolist()),
-                "marks": marks.put(_marks(scene)),
+                "looks": [
+                    [
+                        palettes.put(container_colours(s).ravel().tolist()),
+                        heights.put(np.round(bar_heights_m(s), 3).tolist()),
+                        marks.put(_marks(s)),
+                        texts.put(beliefs(s, timeline)),
+                        texts.put(legend(s, unopened=unopened)),
+                    ]
+                    for s in focused
+                ],
                 "order": orders.put(_order(scene, timeline)),
                 "html": {key: texts.put(html) for key, html in _panels(scene, timeline).items()},
             }
@@ -81,6 +107,7 @@ def run_data(timeline: Timeline, name: str, colour: Colour, texts: Texts, *, pan
         "actions": [round(timeline.seconds(s), 6) for s in timeline.action_ns],
         "frameS": [round(timeline.seconds(s), 6) for s in stamps],
         "frames": frames,
+        "items": [readable_name(item) for item in items],
         "palettes": palettes.all,
         "heights": heights.all,
         "marks": marks.all,
@@ -89,11 +116,12 @@ def run_data(timeline: Timeline, name: str, colour: Colour, texts: Texts, *, pan
     }
 
 
-def still_panels(clock: Clock, names: list[str]) -> dict[str, str]:
-    """Panels that do not change while the runs play."""
+def still_panels(clock: Clock, names: list[str]) -> dict[str, Any]:
+    """Panels that do not change while the runs play; plots for each item that can be chosen."""
     last = [scene_at(t, t.end_ns) for t in clock.timelines]
     focus = next((s.focus for s in last if s.focus), "")
-    made = {"plots": plots(clock, names, focus)}
+    chosen = (focus, *items_of(clock.timelines[0]))
+    made: dict[str, Any] = {"plots": [plots(clock, names, item) for item in chosen]}
     if len(clock.timelines) > 1:
         made["comparison"] = comparison(clock, last, names)
     return made
@@ -117,8 +145,6 @@ def _panels(scene: Scene, timeline: Timeline) -> dict[str, str]:
     robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
     return {
         "now": now(scene),
-        "legend": legend(scene),
-        "beliefs": beliefs(scene, timeline),
         "plan": plan(scene),
         "costs": find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
     }

@@ -5,7 +5,7 @@
   const data = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).json();
   const runs = data.runs, focus = runs[0];
   for (const run of runs) run.imputedSet = new Set(run.imputed);
-  const state = { at: 0, playing: false, speed: 1, loop: false, clock: "time", follow: false, walls: "cut", tab: data.tabs[0][0] };
+  const state = { at: 0, playing: false, speed: 1, loop: false, clock: "time", follow: false, walls: "cut", item: 0, tab: data.tabs[0][0] };
 
   // --- the clock ------------------------------------------------------------------------------------------------
   const upper = (list, value) => { let [a, b] = [0, list.length]; while (a < b) { const m = (a + b) >> 1; if (list[m] <= value) a = m + 1; else b = m; } return a; };
@@ -44,7 +44,10 @@
     for (const key of ["cut", "whole"]) walls[key] = data.house[key].map((one) => add(shapes[one.shape], { ...one, colour: opaque(one.colour) }));
     for (const one of data.house.shadows) add(shapes[one.shape], { ...one, colour: opaque(one.colour, 18) }, true);
     bars = add(shapes.cylinder, empty);
-    marks = { cross: add(shapes.cross, empty), tick: add(shapes.tick, empty), question: add(shapes.question, empty) };
+    marks = { cross: add(shapes.cross, empty), tick: add(shapes.tick, empty), question: add(shapes.question, empty), unknown: add(shapes.unknown, empty) };
+    const unknown = { centre: [], size: [], yaw: [], colour: [] };
+    for (const o of data.unopened) { const [x, y, z] = data.house.tops[o]; unknown.centre.push(x, y, z + 0.05); unknown.size.push(1, 1, 1); unknown.yaw.push(0); unknown.colour.push(96, 102, 112, 255); }
+    marks.unknown.set(unknown);
     runs.forEach((run, i) => {
       const c = run.colour, alpha = i ? 110 : 255;
       actors.push({
@@ -90,9 +93,9 @@
     return { x: interpolate(s, run.wayS, run.wayX), y: interpolate(s, run.wayS, run.wayY), yaw: run.facing[i], i };
   };
   const showFrame = (k) => {
-    const frame = focus.frames[k];
+    const frame = focus.frames[k], [palette, heights, marked, beliefs, legend] = frame.looks[state.item];
     if (renderer) {
-      const of = focus.palettes[frame.colours], height = focus.heights[frame.heights];
+      const of = focus.palettes[palette], height = focus.heights[heights];
       for (const [one, made] of furniture) {
         const colours = opaque(one.colour);
         one.owner.forEach((o, i) => { if (o >= 0) colours.set(of.slice(3 * o, 3 * o + 3), 4 * i); });
@@ -107,7 +110,7 @@
       bars.set(bar);
       for (const [name, colour] of [["cross", [84, 92, 104]], ["tick", [255, 255, 255]], ["question", [20, 20, 20]]]) {
         const mark = { centre: [], size: [], yaw: [], colour: [] };
-        for (const o of focus.marks[frame.marks][name]) { const [x, y, z] = data.house.tops[o]; mark.centre.push(x, y, z + 0.05); mark.size.push(1, 1, 1); mark.yaw.push(0); mark.colour.push(...colour, 255); }
+        for (const o of focus.marks[marked][name]) { const [x, y, z] = data.house.tops[o]; mark.centre.push(x, y, z + 0.05); mark.size.push(1, 1, 1); mark.yaw.push(0); mark.colour.push(...colour, 255); }
         marks[name].set(mark);
       }
       orderLabels.forEach((made, n) => {
@@ -122,6 +125,8 @@
       });
     }
     for (const key of Object.keys(frame.html)) html("p-" + key, data.texts[frame.html[key]]);
+    html("p-beliefs", data.texts[beliefs]);
+    html("p-legend", data.texts[legend]);
   };
   const show = () => {
     const seconds = runs.map((run) => secondOf(run, state.at));
@@ -196,7 +201,7 @@
     clearTimeout(remembering);
     remembering = setTimeout(() => {
       const view = [...camera.target, camera.distance, camera.turn, camera.tilt].map((v) => v.toFixed(3)).join(",");
-      try { history.replaceState(null, "", `#at=${state.at.toFixed(3)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
+      try { history.replaceState(null, "", `#at=${state.at.toFixed(3)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${state.item ? "&item=" + state.item : ""}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
     }, 300);
   };
   const step = (stops, direction) => {
@@ -248,7 +253,16 @@
     remember();
   };
   html("p-title", data.title);
-  for (const [key, content] of Object.entries(data.still)) html("p-" + key, content);
+  if (data.still.comparison) html("p-comparison", data.still.comparison);
+  const chooseItem = (index) => {
+    state.item = index >= 0 && index <= focus.items.length ? index : 0;
+    $("item").value = state.item;
+    html("p-plots", data.still.plots[state.item]);
+    shownFrame = -1;
+    change({});
+  };
+  focus.items.forEach((name, i) => { const option = document.createElement("option"); option.value = i + 1; option.textContent = "item: " + name; $("item").append(option); });
+  $("item").onchange = (e) => chooseItem(parseInt(e.target.value, 10));
 
   // --- what the address asks for, then the first picture ----------------------------------------------------------
   const asked = new URLSearchParams(location.hash.slice(1));
@@ -256,6 +270,7 @@
   if (["cut", "whole", "none"].includes(asked.get("walls"))) state.walls = asked.get("walls");
   choose(data.tabs.some(([key]) => key === asked.get("tab")) ? asked.get("tab") : data.tabs[0][0]);
   state.at = Math.min(endOf(), Math.max(0, parseFloat(asked.get("at")) || 0));
+  chooseItem(parseInt(asked.get("item"), 10) || 0);
   const placed = () => {
     const view = (asked.get("camera") || "").split(",").map(Number);
     if (view.length === 6 && view.every(Number.isFinite)) { camera.target = view.slice(0, 3); [camera.distance, camera.turn, camera.tilt] = view.slice(3); camera.moved = true; dirty = true; } else camera.fit(points);

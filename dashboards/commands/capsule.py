@@ -24,13 +24,24 @@ def capsule(
 
         lios capsule lios.mcap greedy.mcap -o both.html
     """
-    from dashboards.capsule import write_capsule
+    from dashboards.capsule import left_out, write_capsule
     from dashboards.library import Library
     from workbench.terminal import emit_json, say
 
     library = Library(logs)
-    size = write_capsule([library.timeline(i) for i in range(len(library.paths))], output, force=force)
+    timelines = [library.timeline(i) for i in range(len(library.paths))]
+    elsewhere = left_out(timelines)
+    size = write_capsule(timelines, output, force=force)
+    for timeline in elsewhere:
+        say(f"Left out: {timeline.run.path} is of {timeline.run.info.place}, not of {timelines[0].run.info.place}.")
     if as_json:
-        emit_json({"output": str(output), "bytes": size, "runs": len(library.paths)})
+        emit_json(
+            {
+                "output": str(output),
+                "bytes": size,
+                "runs": len(timelines) - len(elsewhere),
+                "left_out": [str(t.run.path) for t in elsewhere],
+            }
+        )
     else:
         say(f"Wrote {output} ({size / 1e6:.2f} MB). Open it in a browser; it needs no network.")

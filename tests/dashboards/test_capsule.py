@@ -39,7 +39,7 @@ def test_the_page_holds_both_runs_and_loads_nothing() -> None:
 def test_frames_stand_at_every_change() -> None:
     run = data_of(capsule_page([OURS]))["runs"][0]
     assert run["frameS"] == [0.0, 2.0, 4.0, 5.0, 7.0, 12.0, 15.0]
-    assert run["marks"][run["frames"][-1]["marks"]]["tick"] == [1]
+    assert run["marks"][run["frames"][-1]["looks"][0][2]]["tick"] == [1]
     assert run["orders"][run["frames"][0]["order"]] == [0, 1, 4]
 
 
@@ -55,9 +55,27 @@ def test_markup_in_names_stays_inside_the_data() -> None:
     assert data_of(page)["runs"][0]["name"] == nasty
 
 
-def test_runs_of_another_place_are_left_out() -> None:
+def test_runs_of_another_place_are_left_out_and_the_page_says_so() -> None:
     page = capsule_page([OURS, timeline_of(named_run("elsewhere"))])
     assert len(data_of(page)["runs"]) == 1
+    assert "Left out, being of another place" in data_of(page)["title"]
+    assert "Left out" not in data_of(capsule_page([OURS, OTHER]))["title"]
+
+
+def test_each_item_can_be_chosen_with_its_own_beliefs() -> None:
+    data = data_of(capsule_page([OURS]))
+    run = data["runs"][0]
+    assert run["items"] == ["mug", "plate"], "the goal's first"
+    automatic, mug, plate = run["frames"][0]["looks"]
+    assert automatic == mug
+    assert run["palettes"][mug[0]] != run["palettes"][plate[0]]
+    assert "plate" in data["texts"][plate[4]]
+    assert len(data["still"]["plots"]) == 3
+
+
+def test_what_no_run_opened_is_marked_where_a_replay_is_among_them() -> None:
+    assert data_of(capsule_page([OURS]))["unopened"] == []
+    assert data_of(capsule_page([OURS, OTHER]))["unopened"] == [3, 4]
 
 
 def test_a_log_without_anything_gives_a_page() -> None:

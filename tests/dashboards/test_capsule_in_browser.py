@@ -74,7 +74,7 @@ def test_costs_run_between_frames(page: Page) -> None:
 @pytest.mark.parametrize(
     ("tab", "words"),
     [
-        ("Plan", "Ways not taken"),
+        ("Plan", "Ways to begin"),
         ("Find costs", "model (exists) costs from"),
         ("Plots", "Cost so far"),
         ("Compare", "They part"),

@@ -1,0 +1,290 @@
+"""Pictures, clouds and grids of a robot's log: read by index or by walking, placed on the map, refused when they lie.
+
+The hand-made log: the robot's odom stands at (10, 0) on the map and is turned by 90 degrees left; its body is 1 m
+ahead in odom, so at (10, 1) on the map.
+"""
+
+from __future__ import annotations
+
+import io
+from math import cos, pi, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Grid_pb2 import Grid
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.Vector2_pb2 import Vector2
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from mcap_protobuf.writer import Writer
+from PIL import Image
+
+from dashboards.panels.cameras import cameras
+from dashboards.sensing.clouds import NOTHING, cloud_points
+from dashboards.sensing.frames import Frames, matrix
+from dashboards.sensing.grids import grid_cells
+from dashboards.sensing.pictures import mime_of, pixels
+from dashboards.sensing.senses import Senses, senses_of
+from replayers.sensor_tracks import sensor_tracks
+from workbench.errors import NotFound
+
+LOGS = Path(__file__).resolve().parents[2] / "logs"
+SPOT = LOGS / "spot-home-A.mcap"
+SECOND = 1_000_000_000
+
+
+def jpeg(shade: int = 120) -> bytes:
+    stream = io.BytesIO()
+    Image.new("RGB", (64, 48), (shade, shade, shade)).save(stream, "JPEG")
+    return stream.getvalue()
+
+
+def transforms() -> FrameTransforms:
+    turned = Quaternion(z=sin(pi / 4), w=cos(pi / 4))
+    return FrameTransforms(
+        transforms=[
+            FrameTransform(parent_frame_id="map", child_frame_id="odom", translation=Vector3(x=10), rotation=turned),
+            FrameTransform(
+                parent_frame_id="odom",
+                child_frame_id="base_link",
+                translation=Vector3(x=1),
+                rotation=Quaternion(w=1),
+            ),
+        ]
+    )
+
+
+def cloud(points: list[tuple[float, float, float]], frame: str = "base_link") -> PointCloud:
+    data = np.array(points, dtype="<f4")
+    fields = [PackedElementField(name=n, offset=4 * i, type=PackedElementField.FLOAT32) for i, n in enumerate("xyz")]
+    return PointCloud(frame_id=frame, point_stride=12, fields=fields, data=data.tobytes())
+
+
+def grid(values: list[list[float]]) -> Grid:
+    data = np.array(values, dtype="<f4")
+    return Grid(
+        frame_id="odom",
+        column_count=data.shape[1],
+        cell_size=Vector2(x=0.5, y=0.5),
+        row_stride=4 * data.shape[1],
+        cell_stride=4,
+        fields=[PackedElementField(name="obstacle_distance", offset=0, type=PackedElementField.FLOAT32)],
+        data=data.tobytes(),
+    )
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("sensing") / "session.mcap"
+    with path.open("wb") as stream, Writer(stream) as writer:
+        for second in range(4):
+            at = second * SECOND
+            writer.write_message("/tf", transforms(), log_time=at)
+            writer.write_message(
+                "/camera/front",
+                CompressedImage(frame_id="base_link", data=jpeg(60 * second), format="jpeg"),
+                log_time=at,
+            )
+            writer.write_message("/lidar", cloud([(1 + second, 0, 0.5), (1, 0, 0.5)]), log_time=at)
+        lens = CameraCalibration(width=64, height=48, K=[40, 0, 32, 0, 40, 24, 0, 0, 1])
+        writer.write_message("/camera/front/calibration", lens, log_time=0)
+        writer.write_message("/robot/local_grid", grid([[-0.1, 0.2, 1.0]]), log_time=SECOND)
+        writer.write_message("/map", grid([[-0.1]]), log_time=0)
+    return path
+
+
+@pytest.fixture(scope="module")
+def senses(log: Path) -> Senses:
+    found = senses_of(log)
+    assert found is not None
+    return found
+
+
+def frames_of(log: Path) -> Frames:
+    return Frames(sensor_tracks(log))
+
+
+def test_tracks_are_found_by_index_and_by_walking_alike(log: Path, tmp_path: Path) -> None:
+    whole = sensor_tracks(log)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[:-200])
+    walked = sensor_tracks(cut)
+    assert set(whole.tracks) == set(walked.tracks)
+    for topic, track in whole.tracks.items():
+        assert track.stamps_ns.tolist() == walked.tracks[topic].stamps_ns.tolist()
+        message = whole.message(track, 0)
+        assert message is not None
+        assert message.SerializeToString() == walked.message(walked.tracks[topic], 0).SerializeToString()
+
+
+def test_frames_are_chained_to_the_map(log: Path) -> None:
+    pose = frames_of(log).on_map("base_link", 2 * SECOND)
+    assert pose is not None
+    assert pose[:3, 3] == pytest.approx([10.0, 1.0, 0.0])
+    assert pose[:3, 0] == pytest.approx([0.0, 1.0, 0.0]), "its x axis looks along the map's y"
+    assert frames_of(log).on_map("somewhere else", 2 * SECOND) is None
+
+
+def test_the_site_grows_with_time_and_keeps_each_place_once(senses: Senses) -> None:
+    assert len(senses.site(9 * SECOND)) == 0, "not gathered yet"
+    senses.gather_site()
+    assert senses.site(0).tolist() == pytest.approx(np.array([[10, 2, 0.5]]))
+    assert [len(senses.site(s * SECOND)) for s in (-1, 0, 1, 2, 3, 9)] == [0, 1, 2, 3, 4, 4]
+
+
+def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(senses: Senses) -> None:
+    assert senses.pictures(-1) == ()
+    (first,), (third,) = senses.pictures(0), senses.pictures(2 * SECOND + 5)
+    assert (first.stamp_ns, third.stamp_ns) == (0, 2 * SECOND)
+    assert third.data == jpeg(120)
+    assert third.aspect == pytest.approx(64 / 48)
+    assert third.field_rad == pytest.approx(2 * np.arctan(24 / 40))
+    assert third.on_map is not None
+    assert third.on_map[:3, 3] == pytest.approx([10.0, 1.0, 0.0])
+    shown = pixels(third)
+    assert shown is not None
+    assert shown.shape == (48, 64, 3)
+
+
+def test_the_panel_shows_pictures_and_their_age(senses: Senses) -> None:
+    made = cameras(senses.pictures(60 * SECOND), 60 * SECOND)
+    assert "data:image/jpeg;base64," in made
+    assert "57 s old" in made
+    assert "No picture yet" in cameras((), 0)
+
+
+def test_blocked_and_near_cells_lie_where_the_grid_says(senses: Senses) -> None:
+    cells = senses.grid(2 * SECOND)
+    assert cells is not None
+    assert cells.blocked.tolist() == [True, False], "the far cell is free and not drawn"
+    assert cells.vertices[:4, :2] == pytest.approx(np.array([[10, 0], [10, 0.5], [9.5, 0.5], [9.5, 0]]))
+    assert cells.faces_of(cells.blocked).tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert senses.grid(0) is None, "there was none yet"
+    assert senses.grid(60 * SECOND) is None, "the robot has walked on"
+
+
+@pytest.mark.parametrize("lie", ["stride", "offset", "type", "bytes", "frame", "rotation"])
+def test_clouds_that_lie_give_no_points(log: Path, lie: str) -> None:
+    made = cloud([(1, 2, 3)])
+    if lie == "stride":
+        made.point_stride = 0
+    elif lie == "offset":
+        made.fields[2].offset = 4_000_000_000
+    elif lie == "type":
+        made.fields[0].type = 0
+    elif lie == "bytes":
+        made.data = b"123"
+    elif lie == "frame":
+        made.frame_id = "nowhere"
+    else:
+        made.pose.orientation.w = 7.0
+    assert len(cloud_points(made, frames_of(log), SECOND)) == len(NOTHING)
+
+
+@pytest.mark.parametrize("lie", ["columns", "row", "cell", "huge", "field"])
+def test_grids_that_lie_give_no_cells(log: Path, lie: str) -> None:
+    made = grid([[-0.1, 0.2]])
+    if lie == "columns":
+        made.column_count = 4_000_000_000
+    elif lie == "row":
+        made.row_stride = 0
+    elif lie == "cell":
+        made.cell_stride = 0
+    elif lie == "huge":
+        made.column_count, made.row_stride, made.cell_stride = 1 << 20, 4 << 20, 4
+        made.data = bytes(4 << 20)
+    else:
+        del made.fields[:]
+    assert grid_cells(made, frames_of(log), SECOND) is None
+
+
+def test_pictures_are_told_by_their_bytes() -> None:
+    assert mime_of(jpeg()) == "image/jpeg"
+    assert mime_of(b"<svg onload=alert(1)>") is None
+    assert mime_of(b"") is None
+
+
+def test_not_a_number_is_not_drawn(log: Path) -> None:
+    points = cloud_points(cloud([(float("nan"), 0, 0), (float("inf"), 0, 0), (1, 0, 0)]), frames_of(log), SECOND)
+    assert points.tolist() == pytest.approx(np.array([[10, 2, 0]]))
+    assert matrix(Vector3(x=float("nan")), Quaternion(w=1)) is None
+
+
+def test_the_sample_log_of_a_spot_has_pictures_where_its_camera_stood() -> None:
+    senses = senses_of(SPOT)
+    assert senses is not None
+    assert senses.cameras == ("/camera/frontleft_fisheye",)
+    assert senses.has_grids
+    tracks = sensor_tracks(SPOT)
+    at = int(tracks.tracks["/camera/frontleft_fisheye"].stamps_ns[2])
+    (picture,) = senses.pictures(at)
+    assert picture.on_map is not None, "told by the robot's own frames"
+    assert mime_of(picture.data) == "image/jpeg"
+    grids = tracks.tracks["/robot/local_grid"].stamps_ns
+    assert senses.grid(int(grids[0])) is not None
+
+
+def test_a_simulated_run_has_no_sensors() -> None:
+    assert senses_of(LOGS / "find-lios.mcap") is None
+
+
+def test_a_missing_log_is_said(tmp_path: Path) -> None:
+    with pytest.raises(NotFound):
+        senses_of(tmp_path / "none.mcap")
+
+
+def test_a_spot_depth_camera_shows_the_walls_that_it_was_drawn_from() -> None:
+    """Points of the simulated depth camera lie on occupied cells of the site's map, to a cell's width."""
+    bosdyn = pytest.importorskip("bosdyn.api")
+    del bosdyn
+    from bosdyn.api import image_pb2
+
+    from dashboards.sensing.clouds import depth_points
+    from recorders.spot.simulated.camera import depth_picture
+    from recorders.spot.simulated.frames import optical, se3
+    from recorders.spot.simulated.images import _depth_source
+    from workbench.worlds.geometry import Pose
+    from workbench.worlds.site import load_site
+
+    site = load_site("paper_home")
+    grid_ = site.grid
+    assert grid_ is not None
+    pose = Pose(x_m=10.0, y_m=2.4, yaw_rad=pi)
+    depth = depth_picture(grid_, pose, 0.0)
+    answer = image_pb2.ImageResponse(source=_depth_source())
+    answer.shot.frame_name_image_sensor = "depth"
+    answer.shot.image.CopyFrom(
+        image_pb2.Image(rows=depth.shape[0], cols=depth.shape[1], data=depth.tobytes(), format=2, pixel_format=5)
+    )
+    for child, parent, placed in (
+        ("odom", "body", se3(0, 0, -0.5, 0)),
+        ("depth", "body", optical(0, 0, 0, 0)),
+    ):
+        edge = answer.shot.transforms_snapshot.child_to_parent_edge_map[child]
+        edge.parent_frame_name = parent
+        edge.parent_tform_child.CopyFrom(placed)
+
+    class Here(Frames):
+        def __init__(self) -> None:
+            pass
+
+        def on_map(self, frame: str, stamp_ns: int) -> np.ndarray:
+            assert frame == "odom"
+            c, s = cos(pose.yaw_rad), sin(pose.yaw_rad)
+            return np.array([[c, -s, 0, pose.x_m], [s, c, 0, pose.y_m], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+    points = depth_points(answer, Here(), 0)
+    walls = points[(points[:, 2] > 0.1) & (points[:, 2] < 1.2)]
+    assert len(walls) > 500
+    cells = np.argwhere(grid_.occupied) * grid_.resolution_m + np.array(grid_.origin)[::-1] + grid_.resolution_m / 2
+    some = walls[:: len(walls) // 100]
+    away = np.sqrt(((some[:, None, 1::-1] - cells[None]) ** 2).sum(axis=2)).min(axis=1)
+    assert np.quantile(away, 0.9) < 0.15
+    answer.shot.image.rows = 7
+    assert len(depth_points(answer, Here(), 0)) == 0, "rows that do not fit the bytes"
