@@ -102,7 +102,8 @@ def record(
 ) -> None:
     """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
 
-    Takes no lease and never holds up the robot. Keys: n notes, d ends as done, f ends as failed, q ends.
+    Takes no lease and never holds up the robot. Keys: n opens a line for a note, m marks the moment; d ends as done,
+    f as failed, q and Ctrl-C by whether the task's goal is met.
     Name and password come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
 
     Examples:
@@ -134,12 +135,12 @@ def record(
             images_hz=images_hz,
             state_hz=state_hz,
             raw=raw,
-            cameras=tuple(name.strip() for name in cameras.split(",") if name.strip()),
+            cameras=_names(cameras),
         ),
         for_s=for_s,
     )
     with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
-        say(f"Recording {connection.serial} at {robot} to {output}. Keys: n note, d done, f failed, q end.")
+        say(f"Recording {connection.serial} at {robot} to {output}. Keys: n note, m mark, d done, f failed, q end.")
         report = record_session(connection, wanted, output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
@@ -163,6 +164,12 @@ def run(
     ] = 2.0,
     take_lease: Annotated[bool, typer.Option("--take-lease", help="Take the lease from whoever has it.")] = False,
     own_estop: Annotated[bool, typer.Option("--own-estop", help="Set up an e-stop endpoint of our own.")] = False,
+    map_folder: Annotated[
+        Path | None, typer.Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
+    ] = None,
+    cameras: Annotated[str, typer.Option("--cameras", help="Image sources, comma-separated.")] = (
+        "frontleft_fisheye_image,frontright_fisheye_image"
+    ),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed handed to the strategy.")] = 0,
@@ -171,7 +178,8 @@ def run(
 ) -> None:
     """Run a task on a Spot and record it; the lease is returned whatever happens.
 
-    Space or s stops the robot and ends the run. Without an arm, an operator confirms by key.
+    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key.
+    A robot that hears nothing from here for three seconds stops by itself.
 
     Examples:
 
@@ -179,14 +187,13 @@ def run(
 
         lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
     """
-    import signal
     from dataclasses import replace
 
     from recorders.spot.errors import require_bosdyn
 
     require_bosdyn()
     from recorders.spot.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.operator import KeyBoard, StopSwitch
+    from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
     from recorders.spot.session import Rates
     from recorders.spot.site_tasks import delivery_of, site_task
     from recorders.spot.spot_run import RobotRun, first_decision, run_and_record
@@ -209,9 +216,10 @@ def run(
         estimator=estimator,
         seed=seed,
         settings=replace(RunSettings(), speed_mps=speed, look_s=look),
-        rates=Rates(images_hz=images_hz),
+        rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,
+        map_folder=map_folder,
     )
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
@@ -220,10 +228,8 @@ def run(
             say(in_words(planned) if planned is not None else "The goal is met already: nothing to do.")
             return
         stop = StopSwitch()
-        signal.signal(signal.SIGTERM, lambda *_: stop.press("stopped by a signal"))
-        say("Space or s stops the robot.")
-        with KeyBoard(stop) as keys:
-            signal.signal(signal.SIGINT, lambda *_: stop.press("stopped by Ctrl-C"))
+        say("Space or s stops the robot; n marks the moment in the log.")
+        with signals_press(stop), KeyBoard(stop) as keys:
             report = run_and_record(
                 connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
             )
@@ -247,3 +253,7 @@ def run(
     else:
         say(f"{end.status}: {report.seconds:.0f} s, {end.searches} containers searched, {end.travel_m:.1f} m walked")
         say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())

@@ -15,6 +15,7 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
+from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Grid_pb2 import Grid
@@ -47,6 +48,13 @@ def pose_message(pose: Any) -> Pose:
         position=Vector3(x=helper.x, y=helper.y, z=helper.z),
         orientation=Quaternion(x=helper.rot.x, y=helper.rot.y, z=helper.rot.z, w=helper.rot.w),
     )
+
+
+def note_event(text: str, stamp_ns: int) -> Event:
+    """A note as an event of a moment."""
+    at = timestamp(stamp_ns)
+    pairs = [KeyValuePair(key="note", value=text), KeyValuePair(key="author", value="operator")]
+    return Event(start_time=at, end_time=at, metadata=pairs)
 
 
 def in_frame(pose: Any, frame: str, stamp_ns: int) -> PoseInFrame:

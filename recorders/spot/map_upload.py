@@ -18,6 +18,7 @@ from recorders.spot.errors import MapRefused
 from workbench.errors import FileMissing, MalformedFile
 
 UPLOAD_TIMEOUT_S = 60.0
+MAP_FOLDER = "Give the folder of a recorded GraphNav map"
 
 
 def read_graph(folder: Path) -> map_pb2.Graph:
@@ -29,7 +30,7 @@ def read_graph(folder: Path) -> map_pb2.Graph:
     graph = map_pb2.Graph()
     _read(graph, folder / "graph")
     if not graph.waypoints:
-        raise MalformedFile(folder / "graph", "it holds no waypoint", "Give the folder of a recorded GraphNav map")
+        raise MalformedFile(folder / "graph", "it holds no waypoint", MAP_FOLDER)
     return graph
 
 
@@ -40,11 +41,14 @@ def upload_map(connection: Connection, folder: Path) -> int:
         FileMissing, MalformedFile: the folder holds no map. MapRefused: the robot does not take it.
     """
     graph = read_graph(folder)
-    client = connection.client("graph-nav-service")
+    client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
-        client.clear_graph(timeout=connection.timeout_s)
+        client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
         answer = client.upload_graph(
-            graph=graph, generate_new_anchoring=not graph.anchoring.anchors, timeout=UPLOAD_TIMEOUT_S
+            wallet.advance().lease_proto,  # unlike other calls, these two do not take it from the wallet themselves
+            graph,
+            generate_new_anchoring=not graph.anchoring.anchors,
+            timeout=UPLOAD_TIMEOUT_S,
         )
         for name in answer.unknown_waypoint_snapshot_ids:
             snapshot = _read(map_pb2.WaypointSnapshot(), folder / "waypoint_snapshots" / name)
@@ -60,8 +64,11 @@ def upload_map(connection: Connection, folder: Path) -> int:
 def _read(message: Any, path: Path) -> Any:
     if not path.is_file():
         raise FileMissing(path)
+    data = path.read_bytes()
     try:
-        message.ParseFromString(path.read_bytes())
+        message.ParseFromString(data)
     except DecodeError as error:
-        raise MalformedFile(path, "not a GraphNav map", "Give the folder of a recorded GraphNav map") from error
+        raise MalformedFile(path, "not a GraphNav map", MAP_FOLDER) from error
+    if not data:
+        raise MalformedFile(path, "an empty file", MAP_FOLDER)
     return message

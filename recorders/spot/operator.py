@@ -1,17 +1,30 @@
-"""Who helps the robot? An operator at the keyboard: confirms, notes, and stops the run by a key.
+"""Who helps the robot? An operator at the keyboard: confirms, notes, ends a session, and stops a run by a key.
 
-Keys during a run: space or s stops; n writes a note; ? shows the keys. Without a terminal nobody is there.
+During a run space or s stops, at any moment. Where no robot is driven from here (a recording) a key may open a line:
+what is typed until Enter is handed over; Esc drops it. Keys are read in a thread of their own, so that nothing waits
+for a typist. Without a terminal nobody is there.
 """
 
 from __future__ import annotations
 
+import codecs
+import os
+import re
+import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self, final
 
 STOP_KEYS = (" ", "s", "\x03")
+ENTER, ESCAPE, ERASE, CLEAR, INTERRUPT = "\r\n", "\x1b", "\x7f\b", "\x15", "\x03"
+NO_KEY = re.compile(r"\x1b(\[[0-9;]*[A-Za-z~]|O.)")
+"""What arrow and function keys send."""
+LINE_CHARS = 2000
+"""A longer note is cut: a cat on the keyboard."""
 
 
 class Operator(Protocol):
@@ -58,25 +71,41 @@ class StopSwitch:
         return self._event.is_set()
 
 
+@dataclass(slots=True)
+class _Line:
+    """A line that is being typed."""
+
+    then: Callable[[str], None]
+    text: str = ""
+
+
 class KeyBoard:
-    """Reads single keys in a thread while a run goes on; a context manager, and an Operator.
+    """Reads keys in a thread while a run or a recording goes on; a context manager, and an Operator.
 
     Args:
-        stop: what the stop key presses.
-        on_key: called for any other key outside a question.
+        stop: what the stop keys press.
+        on_key: called for any other key outside a question and a line.
+        stop_keys: keys that stop at once.
     """
 
-    def __init__(self, stop: StopSwitch, on_key: Callable[[str], None] | None = None) -> None:
-        self._stop, self._on_key = stop, on_key
+    def __init__(
+        self,
+        stop: StopSwitch,
+        on_key: Callable[[str], None] | None = None,
+        *,
+        stop_keys: tuple[str, ...] = STOP_KEYS,
+    ) -> None:
+        self._stop, self.on_key, self._stop_keys = stop, on_key, stop_keys
         self._asked = threading.Event()
         self._answered = threading.Event()
         self._answer = False
+        self._line: _Line | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
-        self._saved: object | None = None
+        self._saved: list[object] | None = None
 
     def __enter__(self) -> Self:
-        if sys.stdin.isatty():
+        if _at_a_terminal():
             import termios
             import tty
 
@@ -90,6 +119,10 @@ class KeyBoard:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._closing.set()
+        if self._thread is not None:
+            self._thread.join()
+        if self._line is not None:
+            self._end_line()
         if self._saved is not None:
             import termios
 
@@ -100,32 +133,103 @@ class KeyBoard:
         """Asks; y is yes, n is no, the stop key stops the run."""
         if self._thread is None:
             return False
-        sys.stderr.write(f"{question} [y/n] ")
-        sys.stderr.flush()
+        _show(f"{question} [y/n] ")
         self._answered.clear()
         self._asked.set()
         while not self._answered.wait(0.1):
-            if self._stop.is_pressed:
+            if self._stop.is_pressed or not self._thread.is_alive():
                 return False
         self._asked.clear()
-        sys.stderr.write("\n")
+        _show("\n")
         return self._answer
+
+    def take_line(self, prompt: str, then: Callable[[str], None]) -> None:
+        """What is typed from now on is a line; `then` gets it when Enter is pressed or the session ends."""
+        self._line = _Line(then)
+        _show(prompt)
 
     def press(self, key: str) -> None:
         """What a key does."""
-        if key in STOP_KEYS:
+        if self._line is not None and key != INTERRUPT:
+            self._type(self._line, key)
+        elif key in self._stop_keys:
             self._stop.press("stopped by key")
         elif self._asked.is_set():
             if key in "yYnN":
                 self._answer = key in "yY"
                 self._answered.set()
-        elif self._on_key is not None:
-            self._on_key(key)
+        elif self.on_key is not None:
+            self.on_key(key)
+
+    def _type(self, line: _Line, key: str) -> None:
+        if key in ENTER:
+            self._end_line()
+        elif key == ESCAPE:
+            self._line = None
+            _show(" (dropped)\n")
+        elif key == CLEAR:
+            _show("\b \b" * len(line.text))
+            line.text = ""
+        elif key in ERASE:
+            if line.text:
+                _show("\b \b")
+            line.text = line.text[:-1]
+        elif key.isprintable() and len(line.text) < LINE_CHARS:
+            line.text += key
+            _show(key)
+
+    def _end_line(self) -> None:
+        line, self._line = self._line, None
+        _show("\n")
+        if line is not None:
+            line.then(line.text.strip())
 
     def _read(self) -> None:
+        """Takes bytes as they come: the text layer of stdin would keep back what was typed ahead."""
         import select
 
+        decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
+        descriptor = sys.stdin.fileno()
         while not self._closing.is_set():
-            ready, _, _ = select.select([sys.stdin], [], [], 0.1)
-            if ready:
-                self.press(sys.stdin.read(1))
+            ready, _, _ = select.select([descriptor], [], [], 0.1)
+            if not ready:
+                continue
+            data = os.read(descriptor, 4096)
+            if not data:
+                return  # the terminal is gone
+            for key in NO_KEY.sub("", decoder.decode(data)):
+                self.press(key)
+
+
+@contextmanager
+def signals_press(stop: StopSwitch) -> Iterator[None]:
+    """Ctrl-C, SIGTERM and a closed terminal press the stop instead of breaking off what must end well."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    words = {signal.SIGINT: "stopped by Ctrl-C", signal.SIGTERM: "stopped by a signal"}
+    if hasattr(signal, "SIGHUP"):
+        words[signal.SIGHUP] = "stopped: the terminal was closed"
+    before = {number: signal.getsignal(number) for number in words}
+    try:
+        for number, reason in words.items():
+            signal.signal(number, lambda *_, reason=reason: stop.press(reason))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _at_a_terminal() -> bool:
+    """Whether keys can be read; a job in the background of a shell would be stopped for trying."""
+    if not sys.stdin.isatty():
+        return False
+    try:
+        return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+    except OSError:
+        return False
+
+
+def _show(text: str) -> None:
+    sys.stderr.write(text)
+    sys.stderr.flush()

@@ -43,11 +43,12 @@ STATUS_EVERY_NS = NANO - NANO // 20
 
 @dataclass(frozen=True, slots=True)
 class Sense:
-    """Something that is asked every period_s."""
+    """Something that is asked every period_s; not of the robot, if what is asked is known here."""
 
     name: str
     period_s: float
     take: Callable[[], None]
+    asks_robot: bool = True
 
 
 class _Known:
@@ -72,7 +73,7 @@ def senses_of(session: Session) -> tuple[Sense, ...]:
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
     )
-    return tuple(Sense(name, 1.0 / hz, take) for name, hz, take in wanted if hz > 0)
+    return tuple(Sense(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
 
 
 def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
@@ -90,7 +91,7 @@ def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
     known = sorted(source.name for source in sources)
     for name in cameras:
         if name not in known:
-            raise UnknownName("camera", name, known, f"at {connection.address}")
+            raise UnknownName("camera", name, known, f"the robot at {connection.address}")
 
 
 def our_ns(session: Session, stamp: Any) -> int:

@@ -24,9 +24,10 @@ from google.protobuf.message import Message
 from recorders import viewer
 from recorders.channel_spec import protobuf_channel
 from recorders.sinks import Sink
+from recorders.spot import foxglove
 from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.senses import Sense, senses_of
-from recorders.spot.session_topics import Gap, Note, SessionFact, fact_channel
+from recorders.spot.session_topics import NOTE_EVENTS, Gap, Note, SessionFact, fact_channel
 from workbench.errors import LiosError
 from workbench.runs.vocabulary import Stamp
 from workbench.worlds.geometry import Point
@@ -150,10 +151,11 @@ class Session:
         """Writes a fact of our own."""
         self.sink.write(fact_channel(type(fact)), msgspec.json.encode(fact), log_time=self.now_ns())
 
-    def note(self, text: str) -> None:
-        """What the operator noted, also as a line of /log."""
-        now = self.now_ns()
-        self.tell(Note(stamp=Stamp.of(now), text=text))
+    def note(self, text: str, *, at_ns: int | None = None) -> None:
+        """What the operator noted at a moment: as a fact, as the event that `lios log note` writes, as words."""
+        at_ns = self.now_ns() if at_ns is None else at_ns
+        self.tell(Note(stamp=Stamp.of(at_ns), text=text))
+        self.put(NOTE_EVENTS, foxglove.note_event(text, at_ns), source_ns=at_ns)
         self.words(f"Note: {text}")
 
     def words(self, text: str, *, level: int = Log.INFO) -> None:
@@ -191,7 +193,8 @@ class Session:
             self.taken[sense.name] = self.taken.get(sense.name, 0) + 1
             self._failing_ns.pop(sense.name, None)
             self.troubles.pop(sense.name, None)
-            self._answered()
+            if sense.asks_robot:
+                self._answered()
 
     def _answered(self) -> None:
         self._away.answered_ns = self.now_ns()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import signal
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from recorders.spot.connection import Connection
 from recorders.spot.derived import Derivation
-from recorders.spot.operator import KeyBoard, StopSwitch
+from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
 from recorders.spot.senses import check_cameras
 from recorders.spot.session import Rates, Session
 from recorders.spot.site_tasks import session_task
@@ -90,6 +89,9 @@ ASKED_LATER = "best"
 """Who is to believe when a session is replayed: nobody believed anything while it was driven."""
 
 
+POLL_S = 0.05
+
+
 class Ending:
     """Set by a key: how the session ends."""
 
@@ -128,19 +130,12 @@ def record_session(
         session = Session(connection, plan.site, sink, rates=plan.rates)
         derived = Derivation(site=plan.site, task=task, costs=ROBOT, tell=recorder.record)
         session.watch = derived
-        notes = 0
-
-        def key_pressed(key: str) -> None:
-            nonlocal notes
-            if key in "nN":
-                notes += 1
-                session.note(f"mark {notes}")
-                say(f"Noted: mark {notes}")
-            ending.by_key(key)
-
+        keys = KeyBoard(stop, lambda key: _key_pressed(key, keys, session, ending), stop_keys=("\x03",))
         began = time.monotonic()
-        with KeyBoard(stop, key_pressed), session:
-            _until_over(ending, stop, None if plan.for_s is None else began + plan.for_s)
+        until = began + plan.for_s if plan.for_s is not None else float("inf")
+        with signals_press(stop), session, keys:
+            while not ending.over and not stop.is_pressed and time.monotonic() < until:
+                time.sleep(POLL_S)
         ended = derived.end(status=ending.status, reason=ending.reason)
         dropped = sink.dropped if isinstance(sink, Background) else {}
     return SessionReport(
@@ -155,17 +150,20 @@ def record_session(
     )
 
 
-def _until_over(ending: Ending, stop: StopSwitch, until: float | None) -> None:
-    """Waits for a key, Ctrl-C, SIGTERM or the time."""
-    import threading
+def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending) -> None:
+    """n opens a line for a note, m marks the moment; the others end the session."""
+    pressed_ns = session.now_ns()
 
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, lambda *_: stop.press("stopped by a signal"))
-    try:
-        while not ending.over and not stop.is_pressed and (until is None or time.monotonic() < until):
-            time.sleep(0.05)
-    except KeyboardInterrupt:
-        ending.reason = ""
+    def note(text: str) -> None:
+        session.note(text or "mark", at_ns=pressed_ns)
+        say(f"Noted: {text or 'mark'}")
+
+    if key in "nN":
+        keys.take_line("Note (Enter ends it, Esc drops it): ", note)
+    elif key in "mM":
+        note("")
+    else:
+        ending.by_key(key)
 
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:

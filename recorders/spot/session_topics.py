@@ -4,6 +4,7 @@
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
 /session/gap        from when to when the robot was away                            json  lios.spot.Gap
 /session/note       what the operator noted                                         json  lios.spot.Note
+/notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
 /spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
 /tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
 """
@@ -18,6 +19,7 @@ from recorders.channel_spec import ChannelSpec, json_schema
 from workbench.runs.vocabulary import Stamp
 
 STATUS, CLOCK, GAP, NOTE = "/robot/status", "/robot/clock", "/session/gap", "/session/note"
+NOTE_EVENTS = "/notes"
 ROBOT_STATE, LOCALIZATION, WORLD_OBJECTS = "/spot/robot_state", "/spot/localization", "/spot/world_objects"
 ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials", "/robot/local_grid", "/camera"
 

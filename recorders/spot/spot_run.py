@@ -15,7 +15,7 @@ from recorders.spot.connection import Connection
 from recorders.spot.control import Control
 from recorders.spot.errors import NotLocalized
 from recorders.spot.map_upload import read_graph, upload_map
-from recorders.spot.operator import Nobody, Operator, StopSwitch
+from recorders.spot.operator import KeyBoard, Nobody, Operator, StopSwitch
 from recorders.spot.running import guarded
 from recorders.spot.senses import check_cameras
 from recorders.spot.session import Rates, Session
@@ -117,6 +117,8 @@ def run_and_record(
             settings={"spot": _settings(run)},
         ) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            if isinstance(operator, KeyBoard):
+                operator.on_key = lambda key: session.note("mark") if key in "mMnN" else None
             if not control.held:
                 held.enter_context(control)
             try:

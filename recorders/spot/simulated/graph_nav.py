@@ -90,7 +90,8 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
         name = request.waypoint_snapshot_id
         answer = graph_nav_pb2.DownloadWaypointSnapshotResponse
         data = self._map.snapshots.get(name) or map_pb2.WaypointSnapshot(id=name).SerializeToString()
-        yield answer(header=header_of(self._state, request), waypoint_snapshot_id=name, chunk=_chunk(data))
+        header = header_of(self._state, request)
+        yield answer(header=header, status=answer.STATUS_OK, waypoint_snapshot_id=name, chunk=_chunk(data))
 
     def ClearGraph(self, request: Any, context: Any) -> Any:
         answer = graph_nav_pb2.ClearGraphResponse
