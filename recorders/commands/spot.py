@@ -96,6 +96,16 @@ def record(
         Path | None, typer.Option("--task", help="The task that is tried (YAML), for later replays.")
     ] = None,
     for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
+    split_mb: Annotated[
+        float | None, typer.Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+    ] = None,
+    split_s: Annotated[
+        float | None, typer.Option("--split-s", help="Go on in another file after so many seconds.")
+    ] = None,
+    keep_last: Annotated[
+        float | None,
+        typer.Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
+    ] = None,
     certificate: Certificate = None,
     force: Force = False,
     json: Json = False,
@@ -117,16 +127,26 @@ def record(
     from recorders.spot.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.sinks import Split
     from recorders.spot.connection import Connection, RobotAddress, find_credentials
     from recorders.spot.session import Rates
     from recorders.spot.session_log import SessionPlan, record_session
     from recorders.spot.site_tasks import site_task
-    from workbench.errors import OutputExists
+    from workbench.errors import BadValue, OutputExists
     from workbench.terminal import emit_json, say
     from workbench.worlds.site import load_site, unsurveyed_site
 
     if output.exists() and not force:
         raise OutputExists(output)
+    if keep_last is not None and (split_mb is not None or split_s is not None):
+        raise BadValue(
+            "--keep-last", keep_last, "given without --split-mb and --split-s: it writes moments, not parts"
+        )
+    _within("--images-hz", images_hz, 0, 60)
+    _within("--state-hz", state_hz, 0, 200)
+    for option, seconds in (("--for", for_s), ("--keep-last", keep_last)):
+        if seconds is not None:
+            _within(option, seconds, 0.1, 1e6)
     place = load_site(site) if site else unsurveyed_site()
     wanted = SessionPlan(
         site=place,
@@ -138,6 +158,8 @@ def record(
             cameras=_names(cameras),
         ),
         for_s=for_s,
+        split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
+        keep_last_s=keep_last,
     )
     with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
         say(f"Recording {connection.serial} at {robot} to {output}. Keys: n note, m mark, d done, f failed, q end.")
@@ -145,7 +167,7 @@ def record(
     if json:
         emit_json({"log": str(output), **report.as_json()})
     else:
-        say(report.in_words(output))
+        say(report.in_words())
 
 
 def run(
@@ -207,6 +229,8 @@ def run(
         raise OutputExists(output)
     if speed is not None and not 0 < speed <= 1.6:
         raise BadValue("--speed", speed, "more than 0 and at most 1.6 m/s, Spot's own limit")
+    _within("--look", look, 0.1, 600)
+    _within("--images-hz", images_hz, 0, 60)
     place = load_site(site)
     address = RobotAddress.read(robot)
     wanted = RobotRun(
@@ -253,6 +277,13 @@ def run(
     else:
         say(f"{end.status}: {report.seconds:.0f} s, {end.searches} containers searched, {end.travel_m:.1f} m walked")
         say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")
+
+
+def _within(option: str, value: float, least: float, most: float) -> None:
+    from workbench.errors import BadValue
+
+    if not least <= value <= most:
+        raise BadValue(option, value, f"between {least:g} and {most:g}")
 
 
 def _names(text: str) -> tuple[str, ...]:

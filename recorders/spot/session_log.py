@@ -11,6 +11,8 @@ from typing import Any
 from recorders.background import Background
 from recorders.provenance import revision
 from recorders.recorder import RunRecorder
+from recorders.ring_buffer import RingBuffer
+from recorders.sinks import LogFiles, Sink, Split
 from recorders.spot.connection import Connection
 from recorders.spot.derived import Derivation
 from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
@@ -19,6 +21,7 @@ from recorders.spot.session import Rates, Session
 from recorders.spot.site_tasks import session_task
 from recorders.spot.spot_run import place_of
 from workbench import __version__
+from workbench.errors import OutputExists
 from workbench.execution.events import Ended, RunStatus
 from workbench.planning.tasks import Task
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
@@ -34,12 +37,16 @@ class SessionPlan:
     Attributes:
         task: what the driven robot is to do; without it the session has no goal.
         for_s: seconds; None until a key.
+        split: when the log goes on in another file.
+        keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
     site: Site
     task: Task | None = None
     rates: Rates = field(default_factory=Rates)
     for_s: float | None = None
+    split: Split | None = None
+    keep_last_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +57,7 @@ class SessionReport:
         taken, skipped: per sense, answers recorded, and times when it was still busy.
         dropped: messages that the writer had to refuse, by topic.
         failed: answers that did not come, per sense. troubles: senses that got none to the end, and why.
+        files: what was written.
         gaps_s: how long the robot was away, each time.
     """
 
@@ -61,6 +69,7 @@ class SessionReport:
     gaps_s: tuple[float, ...]
     failed: dict[str, int] = field(default_factory=dict)
     troubles: dict[str, str] = field(default_factory=dict)
+    files: tuple[Path, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -73,14 +82,17 @@ class SessionReport:
             "gaps_s": list(self.gaps_s),
             "failed": self.failed,
             "troubles": self.troubles,
+            "files": [str(path) for path in self.files],
         }
 
-    def in_words(self, output: Path) -> str:
+    def in_words(self) -> str:
         lost = sum(self.dropped.values())
         troubles = "".join(f"; NO {name} ({why})" for name, why in self.troubles.items())
         gaps = f", {len(self.gaps_s)} gaps of {sum(self.gaps_s):.1f} s" if self.gaps_s else ""
+        output = self.files[-1] if self.files else ""
+        to = f"{len(self.files)} files, {self.files[0]} to {output}" if len(self.files) > 1 else output
         return (
-            f"{self.seconds:.0f} s recorded to {output}: {sum(self.taken.values())} answers, {lost} messages lost"
+            f"{self.seconds:.0f} s recorded to {to}: {sum(self.taken.values())} answers, {lost} messages lost"
             f"{gaps}, {self.ended.searches} containers looked into{troubles}. Next: lios info {output}"
         )
 
@@ -116,28 +128,31 @@ def record_session(
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
     check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
+    kept = None if plan.keep_last_s is None else KeptMoments(output, plan.keep_last_s, force=force)
+    files = LogFiles(output, force=force, split=plan.split) if kept is None else kept.ring
     with RunRecorder(
         output,
         info=session_info(connection, plan.site, task),
         place=place_of(plan.site),
         task=task,
         costs=ROBOT,
-        force=force,
         background=True,
+        sink=files,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
-        sink = recorder.sink
-        session = Session(connection, plan.site, sink, rates=plan.rates)
+        session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = Derivation(site=plan.site, task=task, costs=ROBOT, tell=recorder.record)
         session.watch = derived
-        keys = KeyBoard(stop, lambda key: _key_pressed(key, keys, session, ending), stop_keys=("\x03",))
+        keys = KeyBoard(stop, lambda key: _key_pressed(key, keys, session, ending, kept), stop_keys=("\x03",))
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with signals_press(stop), session, keys:
             while not ending.over and not stop.is_pressed and time.monotonic() < until:
                 time.sleep(POLL_S)
         ended = derived.end(status=ending.status, reason=ending.reason)
-        dropped = sink.dropped if isinstance(sink, Background) else {}
+        if kept is not None:
+            kept.save_the_end(recorder.sink)
+        dropped = recorder.sink.dropped if isinstance(recorder.sink, Background) else {}
     return SessionReport(
         ended=ended,
         seconds=time.monotonic() - began,
@@ -147,11 +162,38 @@ def record_session(
         gaps_s=tuple(session.gaps),
         failed=dict(sorted(session.failed.items())),
         troubles=dict(sorted(session.troubles.items())),
+        files=tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files),
     )
 
 
-def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending) -> None:
-    """n opens a line for a note, m marks the moment; the others end the session."""
+class KeptMoments:
+    """The last seconds in memory, written when somebody asks for them and at the end; the end is in `output`.
+
+    Raises:
+        OutputExists: the output is there and force is not set.
+    """
+
+    def __init__(self, output: Path, seconds: float, *, force: bool) -> None:
+        if output.exists() and not force:
+            raise OutputExists(output)
+        self.ring = RingBuffer(output, keep_s=seconds)
+        self.files: list[Path] = []
+        self._output, self._force = output, force
+
+    def save(self) -> Path:
+        """Writes the moment to NAME_0000.mcap, NAME_0001.mcap, ..."""
+        path = self._output.with_name(f"{self._output.stem}_{len(self.files):04d}{self._output.suffix}")
+        self.files.append(self.ring.save(path, force=self._force))
+        return path
+
+    def save_the_end(self, sink: Sink) -> None:
+        if isinstance(sink, Background):
+            sink.wait()
+        self.files.append(self.ring.save(self._output, force=self._force))
+
+
+def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending, kept: KeptMoments | None) -> None:
+    """n opens a line for a note, m marks the moment, w writes the last seconds; the others end the session."""
     pressed_ns = session.now_ns()
 
     def note(text: str) -> None:
@@ -162,6 +204,9 @@ def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending) -> 
         keys.take_line("Note (Enter ends it, Esc drops it): ", note)
     elif key in "mM":
         note("")
+    elif key in "wW" and kept is not None:
+        session.note("moment saved", at_ns=pressed_ns)
+        say(f"Written: {kept.save()}")
     else:
         ending.by_key(key)
 

@@ -283,7 +283,7 @@ def test_one_sense_in_trouble_is_no_gap(tmp_path: Path, monkeypatch: pytest.Monk
     assert report.gaps_s == ()
     assert report.failed["grid"] >= 3
     assert "grid" in report.troubles
-    assert "NO grid" in report.in_words(tmp_path / "s.mcap")
+    assert "NO grid" in report.in_words()
     assert report.taken["state"] > 30
     assert not messages(tmp_path / "s.mcap", "/session/gap")
     said = b"".join(data for *_, data in messages(tmp_path / "s.mcap", "/log"))
