@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from replayers.columns import SCHEMAS, WORD
+from replayers.columns import SCHEMAS, TIME, WORD
 from workbench.runs.vocabulary import (
     ActionFinished,
     BeliefUpdate,
@@ -228,9 +228,7 @@ def _spread(
     columns: dict[str, Any] = {
         "run_id": _repeated([source.info.run_id], [sum(sizes)]),
         "decision": pa.array(np.repeat(np.array([e.decision for e in events], dtype=np.int64), sizes)),
-        "stamp": pa.array(np.repeat(np.array([s.ns for s in stamps], dtype=np.int64), sizes)).cast(
-            pa.timestamp("ns", tz="UTC")
-        ),
+        "stamp": pa.array(np.repeat(np.array([s.ns for s in stamps], dtype=np.int64), sizes)).view(TIME),
     }
     for axis, name in enumerate(names):
         columns[name] = _labels(axes, axis)
@@ -255,8 +253,9 @@ def _values(arrays: Sequence[Any]) -> pa.Array:
 
 
 def _repeated(words: Sequence[str], counts: Sequence[int]) -> pa.Array:
-    codes = np.repeat(np.arange(len(words), dtype=np.int32), counts)
-    return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(list(words), type=pa.string()))
+    known: dict[str, int] = {}
+    codes = np.array([known.setdefault(word, len(known)) for word in words], dtype=np.int32)
+    return pa.DictionaryArray.from_arrays(pa.array(np.repeat(codes, counts)), pa.array(list(known), type=pa.string()))
 
 
 def _size(*axes: Sequence[str]) -> int:

@@ -22,6 +22,7 @@ import pyarrow as pa
 
 from replayers.arrow import BUILDERS, Source
 from replayers.columns import SCHEMAS
+from replayers.data_frames import Vocabularies, data_frame
 from replayers.log_paths import NoLogs, find_logs
 from replayers.reader import messages, metadata, open_log, read_index
 from replayers.run import POSE_TOPIC, HoldsNoRun, Run
@@ -53,6 +54,7 @@ class Tables:
 
     sources: Sequence[Source]
     problems: list[Problem] = field(default_factory=list)
+    _vocabularies: Vocabularies = field(default_factory=dict, repr=False)
 
     @cached_property
     def runs(self) -> pd.DataFrame:
@@ -100,14 +102,18 @@ class Tables:
         Raises:
             KeyError: no such table.
         """
-        return pa.concat_tables(self.parts(name)).unify_dictionaries()
+        first, *others = list(self._by_log(name)) or [SCHEMAS[name].empty_table()]
+        return pa.concat_tables([first, *others]).unify_dictionaries() if others else first
 
     def _frame(self, name: str) -> pd.DataFrame:
-        return self.arrow(name).to_pandas(types_mapper=_pandas_type)
+        return data_frame(self.arrow(name), self._vocabularies)
 
     def parts(self, name: str) -> Iterator[pa.Table]:
         """A table as Arrow: first empty, with its columns, then log by log."""
         yield SCHEMAS[name].empty_table()
+        yield from self._by_log(name)
+
+    def _by_log(self, name: str) -> Iterator[pa.Table]:
         for source in self.sources:
             try:
                 part = BUILDERS[name](source)
@@ -160,7 +166,7 @@ class LogSource:
 
     def poses(self) -> Sequence[tuple[int, Any]]:
         found = messages(self.path, topics=POSE_TOPIC.__eq__)
-        return [(m.log_time, _pose(m.data)) for m in found if m.channel.message_encoding == "protobuf"]
+        return _poses((m.log_time, m.data) for m in found if m.channel.message_encoding == "protobuf")
 
 
 @final
@@ -186,26 +192,19 @@ class RunSource:
         return self.run.events(event_class)
 
     def poses(self) -> Sequence[tuple[int, Any]]:
-        return [(stamp, _pose(data)) for stamp, data in self.run.raw_poses]
+        return _poses(self.run.raw_poses)
 
 
-def _pose(data: bytes) -> Any:
-    """A foxglove.PoseInFrame.
+def _poses(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, Any]]:
+    """Every foxglove.PoseInFrame with its log time.
 
     Raises:
-        UndecodableMessage: it is none.
+        UndecodableMessage: one that is none.
     """
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
     from google.protobuf.message import DecodeError
 
     try:
-        return PoseInFrame.FromString(data)
+        return [(stamp, PoseInFrame.FromString(data)) for stamp, data in found]
     except DecodeError as error:
         raise UndecodableMessage(POSE_TOPIC, str(error)) from error
-
-
-def _pandas_type(kind: pa.DataType) -> Any:
-    """Text as pandas' own text, missing values and all; whole numbers and yes/no as types that can be missing."""
-    if kind == pa.string():
-        return pd.StringDtype("pyarrow")
-    return {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}.get(kind)

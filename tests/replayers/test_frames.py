@@ -7,6 +7,7 @@ from pathlib import Path
 
 import duckdb
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from sample_logs import T0, killed_toy_log, toy_info, toy_options, write_toy_log
@@ -80,6 +81,29 @@ def test_every_column_has_its_type_and_its_description(log: Path):
                 assert str(frame[field.name].dtype) == "datetime64[ns, UTC]"
     assert tables.runs["strategy"].dtype == "category"
     assert str(tables.actions["index"].dtype) == "Int64"
+
+
+def test_a_frame_is_what_arrow_itself_would_make_of_the_table(log: Path):
+    """Missing values, empty tables and texts included; only categories without a word are text and not objects."""
+    types = {pa.string(): pd.StringDtype("pyarrow"), pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
+    whole, killed = replayers.read(log).tables, replayers.read(killed_toy_log(log.with_name("k.mcap"))).tables
+    for tables in (whole, killed):
+        for name in SCHEMAS:
+            frame, table = getattr(tables, name), tables.arrow(name)
+            theirs = table.to_pandas(types_mapper=types.get, use_threads=False)
+            empty = [n for n in table.column_names if pa.types.is_dictionary(table.schema.field(n).type)
+                     and not len(theirs[n].cat.categories)]  # fmt: skip
+            pd.testing.assert_frame_equal(frame.drop(columns=empty), theirs.drop(columns=empty))
+            assert all(str(frame[n].cat.categories.dtype) == "str" and frame[n].isna().all() for n in empty)
+    assert killed.runs["status"].isna().all()
+
+
+def test_columns_of_a_frame_can_be_changed(log: Path):
+    actions = replayers.read(log).tables.actions
+    actions.loc[0, "cost"] = 7.0
+    actions.loc[0, "index"] = pd.NA
+    assert actions["cost"][0] == 7.0
+    assert actions["index"].isna().sum() == 1
 
 
 def test_stamps_keep_every_nanosecond(tmp_path: Path):
