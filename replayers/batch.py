@@ -7,10 +7,8 @@ does not stop the others.
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +19,7 @@ from replayers.sandbox import is_foreign
 from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
+from workbench.process_pool import process_pool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,8 +95,7 @@ def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = No
         for log in logs:
             yield from replay_log(log, wanted)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(max_workers=count, mp_context=context) as pool:
+    with process_pool(count) as pool:
         for outcomes in pool.map(_all_of, [(log, wanted) for log in logs]):
             yield from outcomes
 

@@ -7,9 +7,7 @@ bounds, how many are exact or narrow, and how often the estimate's interval cove
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +20,7 @@ from replayers.run import read
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.splits import split_indices
 from workbench.execution.loop import outcome_of
+from workbench.process_pool import process_pool
 from workbench.worlds.procthor import load_house, load_houses
 from workbench.worlds.shipped import shipped_houses
 
@@ -135,8 +134,7 @@ def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual 
         for place in plan.places:
             yield from measure(place, plan)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(max_workers=workers, mp_context=context) as pool:
+    with process_pool(workers) as pool:
         for found in pool.map(_measured, [(place, plan) for place in plan.places]):
             yield from found
 

@@ -114,18 +114,24 @@ def _load(name: str, entry: EntryPoint) -> click.Command:
 class _Finite(click.types.FloatParamType):
     """A number that is one: nan passes every comparison, and so every range."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        number = super().convert(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"{value!r} is not a finite number.", param, ctx)
-        return number
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return _finite(super().convert(value, param, ctx), param, ctx)
 
 
-class _FiniteRange(_Finite, click.FloatRange):
+class _FiniteRange(click.FloatRange):
     """The same within a range."""
 
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return _finite(super().convert(value, param, ctx), param, ctx)
 
-def _of_plain_numbers(param: click.Parameter) -> click.ParamType:
+
+def _finite(number: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    if not math.isfinite(number):
+        raise click.BadParameter(f"{number} is not a finite number.", ctx, param)
+    return number
+
+
+def _of_plain_numbers(param: click.Parameter) -> click.ParamType[Any]:
     """The type of a parameter, of which neither nan nor inf is one, nor, for a seed, a number below 0."""
     kind = param.type
     if isinstance(kind, click.FloatRange):

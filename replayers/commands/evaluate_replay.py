@@ -58,13 +58,21 @@ def replay(
     from replayers.bounds import Budget
     from replayers.ground import Settings
     from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for, summary
-    from workbench.errors import Failed, OutputExists
+    from replayers.sandbox import is_foreign
+    from workbench.errors import BadValue, Failed, OutputExists
+    from workbench.planning.scenarios import family_of
     from workbench.terminal import emit_json, emit_table, progress, say
 
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names = strategies_named(strategies, with_truth=False)
     wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
+    for name in names:
+        is_foreign(name)  # refuses what is no strategy
+    for scenario in wanted:
+        family_of(scenario)  # refuses what is no scenario
+    if len(names) < 2:
+        raise BadValue("--strategies", strategies, "two or more: each is replayed over the others' logs")
     places = places_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
     settings = Settings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
     plan = Plan(places=places, strategies=names, settings=settings, estimator=estimator)

@@ -47,6 +47,7 @@ def spot(
     require_bosdyn()
     from recorders.spot.site_tasks import delivery_of, site_task
     from replayers.spot_experiment import SpotExperiment, cross_replay, run_experiment
+    from workbench.errors import BadValue
     from workbench.planning.strategies import canonical_name
     from workbench.terminal import emit_json, emit_table, emit_text, progress, say
     from workbench.worlds.site import load_site
@@ -56,6 +57,8 @@ def spot(
     known = tuple(configurations_of(place))
     chosen = known if configurations == "all" else tuple(_listed(configurations))
     names = tuple(canonical_name(name) or name for name in _listed(strategies))
+    if not chosen or not names:
+        raise BadValue("configurations and strategies", f"{configurations}; {strategies}", "at least one of each")
     with tempfile.TemporaryDirectory(prefix="lios-spot-") as scratch:
         experiment = SpotExperiment(
             site=place,

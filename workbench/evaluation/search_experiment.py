@@ -8,10 +8,9 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.search_table import GREEDY
 from workbench.evaluation.search_trials import ORACLE, PAPER_POLICY, SearchTrial, house_trials, queries
+from workbench.process_pool import process_pool
 from workbench.search.costs import SIMULATION, ActionCosts
 from workbench.search.policies import policy, policy_names
 from workbench.worlds.house import Contents, FloorPlan, House, ItemType
@@ -90,7 +90,7 @@ def run_experiment(
     if workers == 1:
         yield from (_house(*job) for job in jobs)
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_one_thread) as pool:
+    with process_pool(workers, initializer=_one_thread) as pool:
         waiting: deque[Future[HouseResult]] = deque()
         for job in jobs:
             waiting.append(pool.submit(_house, *job))
