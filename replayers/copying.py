@@ -11,8 +11,9 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.chunk import Compression
 from recorders.writer import CHUNK_BYTES, LIBRARY, McapWriter
+from replayers.content import Content, Message
 from replayers.mcap_records import Record
-from replayers.reader import Content, Damage, Message, open_log, scan
+from replayers.scanning import Damage, open_log, scan
 
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
 

@@ -12,7 +12,8 @@ from mcap.records import Attachment, AttachmentIndex, ChunkIndex, DataEnd, Heade
 from recorders.log_index import LogIndex
 from replayers.copying import Loss
 from replayers.mcap_records import ChunkRecord, Raw, Record, Unreadable, records_in
-from replayers.reader import open_log, read_index, record_at, scan
+from replayers.scanning import open_log, record_at, scan
+from replayers.summary import read_index
 from workbench.errors import LiosError
 from workbench.runs.run_info import INFO_METADATA, OUTCOME_METADATA, info_from_metadata
 from workbench.runs.vocabulary import RunInfo

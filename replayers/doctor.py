@@ -10,10 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from replayers.content import Message
 from replayers.doctor_container import Walk, walk_container
 from replayers.doctor_run import RunChecks
 from replayers.findings import Finding, Findings, Verdict
-from replayers.reader import Message, open_log
+from replayers.scanning import open_log
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

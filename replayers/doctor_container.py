@@ -15,9 +15,11 @@ from typing import BinaryIO
 from mcap.records import Attachment, Channel, DataEnd, Footer, Header, MessageIndex, Metadata, Schema
 
 from recorders.log_index import MAGIC, LogIndex
+from replayers.content import Message
 from replayers.findings import Findings, Level
 from replayers.mcap_records import HEAD, ChunkRecord, Raw, Record, Unreadable, records_in
-from replayers.reader import Damage, Message, read_index, scan
+from replayers.scanning import Damage, scan
+from replayers.summary import read_index
 
 DATA_END_BYTES = 4
 PROFILES = ("", "ros1", "ros2")

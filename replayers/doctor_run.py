@@ -9,9 +9,9 @@ from typing import Any
 from mcap.records import Attachment, Metadata
 
 from recorders.sinks import PART_METADATA
+from replayers.content import Message
 from replayers.doctor_events import EventChecks
 from replayers.findings import Findings, Level
-from replayers.reader import Message
 from replayers.recover import RECOVERED_METADATA
 from workbench.errors import LiosError
 from workbench.runs.codec import decode

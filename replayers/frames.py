@@ -24,8 +24,10 @@ from replayers.arrow import BUILDERS, Source
 from replayers.columns import SCHEMAS
 from replayers.data_frames import Vocabularies, data_frame
 from replayers.log_paths import NoLogs, find_logs
-from replayers.reader import messages, metadata, open_log, read_index
+from replayers.reader import messages, metadata
 from replayers.run import POSE_TOPIC, HoldsNoRun, Run
+from replayers.scanning import open_log
+from replayers.summary import read_index
 from workbench.errors import LiosError
 from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata

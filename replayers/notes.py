@@ -17,7 +17,9 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from recorders.channel_spec import protobuf_channel
 from recorders.log_index import LogIndex
 from recorders.writer import McapWriter
-from replayers.reader import messages, open_log, read_index
+from replayers.reader import messages
+from replayers.scanning import open_log
+from replayers.summary import read_index
 from replayers.times import moment
 from workbench.errors import Malformed
 from workbench.runs.vocabulary import NANO

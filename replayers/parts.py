@@ -10,8 +10,8 @@ from mcap.records import Attachment, Channel, Metadata
 
 from recorders.narrator import LATCHED
 from recorders.sinks import PART_METADATA, REPEATED
+from replayers.content import Message
 from replayers.copying import ChannelKey, Copier, Loss, Style, channel_key, contents, profile_of
-from replayers.reader import Message
 from workbench.errors import BadValue
 from workbench.runs.vocabulary import NANO
 

@@ -13,8 +13,10 @@ from pathlib import Path
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
+from replayers.content import Content
 from replayers.copying import Copier, Loss, Style, declarations, profile_of
-from replayers.reader import Content, Damage, open_log, read_index, scan
+from replayers.scanning import Damage, open_log, scan
+from replayers.summary import read_index
 from workbench.errors import BadValue
 from workbench.runs.run_info import INFO_METADATA, is_intact
 from workbench.runs.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json

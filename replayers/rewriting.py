@@ -14,8 +14,8 @@ from pathlib import Path
 from mcap.records import Attachment, Header, Metadata
 
 from recorders.sinks import PART_METADATA, REPEATED
+from replayers.content import Message
 from replayers.copying import Copier, Loss, Style, contents, profile_of
-from replayers.reader import Message
 from workbench.errors import BadValue, Malformed
 
 COMPACT_CHUNK_BYTES = 4 << 20

@@ -15,8 +15,11 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
+from replayers.content import Content, Message
 from replayers.mcap_records import Record
-from replayers.reader import Content, Damage, Message, open_log, read_index, record_at, scan, wanted_chunks
+from replayers.reader import wanted_chunks
+from replayers.scanning import Damage, open_log, record_at, scan
+from replayers.summary import read_index
 from workbench.errors import MalformedFile
 from workbench.planning.tasks import Task
 from workbench.runs.codec import decode

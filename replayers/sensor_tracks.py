@@ -1,4 +1,4 @@
-"""Where do a log's pictures, clouds, grids and transforms stand? Their stamps, found once; each message read when asked.
+"""Where do a log's pictures, clouds, grids and transforms stand? Their stamps, found once; messages read when asked.
 
 A closed log says in its index where every message begins, so that an hour of pictures costs a few kilobytes; a log
 that was cut off is walked through once. Nothing is decoded before it is asked for.
@@ -20,7 +20,8 @@ from mcap.records import Channel, DataEnd, MessageIndex, Schema
 
 from recorders.log_index import LogIndex
 from replayers.mcap_records import ChunkRecord, Raw, Unreadable, parse, records_in
-from replayers.reader import open_log, read_index, record_at, scan
+from replayers.scanning import open_log, record_at, scan
+from replayers.summary import read_index
 
 PICTURE, CLOUD, GRID = "foxglove.CompressedImage", "foxglove.PointCloud", "foxglove.Grid"
 TRANSFORMS, LENS, SPOT_IMAGE = "foxglove.FrameTransforms", "foxglove.CameraCalibration", "bosdyn.api.ImageResponse"
@@ -140,7 +141,9 @@ class _Places:
     def wants(self, channel_id: int) -> bool:
         channel = self.channels.get(channel_id)
         schema = self.schemas.get(channel.schema_id) if channel is not None else None
-        return channel is not None and channel.message_encoding == "protobuf" and schema is not None and _is_kind(schema)
+        return (
+            channel is not None and channel.message_encoding == "protobuf" and schema is not None and _is_kind(schema)
+        )
 
     def take(self, record: object, chunk_at: int, offset: int) -> None:
         if isinstance(record, Schema):

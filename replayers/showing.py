@@ -13,7 +13,7 @@ from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
 from mcap.records import Schema
 
-from replayers.reader import Message
+from replayers.content import Message
 
 SHORT_BYTES = 120
 """Bytes in a message beyond this are shown as their number, unless everything is asked for."""

@@ -14,8 +14,8 @@ from workbench.terminal import emit_json, progress, say
 
 if TYPE_CHECKING:
     from recorders.chunk import Compression
+    from replayers.content import Message
     from replayers.copying import Style
-    from replayers.reader import Message
     from replayers.rewriting import Rewritten
 
 Log = Annotated[Path, typer.Argument(help="A log.")]

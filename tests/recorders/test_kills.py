@@ -101,7 +101,7 @@ def _flipped(folder: Path, kind: str, seed: int) -> None:
 
 def _chunk_sizes(path: Path) -> list[int]:
     from replayers.mcap_records import ChunkRecord, Raw, records_in
-    from replayers.reader import open_log, scan
+    from replayers.scanning import open_log, scan
 
     with open_log(path) as stream:
         return [

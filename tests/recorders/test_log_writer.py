@@ -16,7 +16,9 @@ from mcap.records import DataEnd
 from mcap.stream_reader import StreamReader
 
 from recorders.writer import LIBRARY, AlreadyClosed, CannotCreate, DiskFull, McapWriter
-from replayers.reader import messages, open_log, read_index
+from replayers.reader import messages
+from replayers.scanning import open_log
+from replayers.summary import read_index
 from workbench.errors import OutputExists
 
 

@@ -18,7 +18,8 @@ from toy import COUNTER, FRIDGE, TABLE, toy_house
 
 from recorders.recorder import RunRecorder
 from recorders.sinks import Split
-from replayers.reader import Message, messages
+from replayers.content import Message
+from replayers.reader import messages
 from replayers.run import read
 from workbench.errors import OutputExists
 from workbench.planning.plans import PlanStatus

@@ -14,9 +14,11 @@ from replayers.commands.doctor import worst
 from replayers.describe import describe
 from replayers.doctor import examine
 from replayers.findings import Verdict
-from replayers.reader import NoMcap, messages, open_log, read_index
+from replayers.reader import messages
 from replayers.recover import recover
 from replayers.run import read
+from replayers.scanning import NoMcap, open_log
+from replayers.summary import read_index
 from workbench.errors import BadValue, LiosError, OutputExists
 
 
@@ -82,7 +84,7 @@ def _flushed_before(data: bytes, cut: int, folder: Path) -> list[tuple[str, int,
 
 def _of_chunk(path: Path, offset: int) -> list[object]:
     from replayers.mcap_records import ChunkRecord, Raw, records_in
-    from replayers.reader import record_at
+    from replayers.scanning import record_at
 
     with open_log(path) as stream:
         record = record_at(stream, offset)

@@ -1,0 +1,97 @@
+"""Which messages do a log's records hold? Channels and schemas are remembered, unwanted messages left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple, final
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
+
+from replayers.mcap_records import ChunkRecord, Raw, Record, Unreadable, records_in
+from replayers.scanning import Damage, OnDamage
+
+
+class Message(NamedTuple):
+    """A message with its channel and schema, undecoded. Stamps in nanoseconds."""
+
+    channel: Channel
+    schema: Schema | None
+    log_time: int
+    publish_time: int
+    sequence: int
+    data: bytes
+
+    @property
+    def topic(self) -> str:
+        return self.channel.topic
+
+
+@final
+@dataclass(slots=True)
+class Content:
+    """Turns records into messages: remembers schemas and channels, and what is wanted.
+
+    Attributes:
+        messages_lost: messages that are there, but whose channel is declared nowhere before them.
+    """
+
+    on_damage: OnDamage | None = None
+    topics: Callable[[str], bool] | None = None
+    start_ns: int = 0
+    end_ns: int | None = None
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    messages_lost: int = 0
+    _wanted: dict[int, bool] = field(default_factory=dict)
+
+    def report(self, damage: Damage) -> None:
+        if self.on_damage is not None:
+            self.on_damage(damage)
+
+    def messages_of(self, offset: int, record: Record | None) -> Iterator[Message]:
+        """The wanted messages of one record: of a chunk many, of a message one, of others none."""
+        if isinstance(record, ChunkRecord):
+            try:
+                for _, inner in records_in(record.unpack_anyhow()):
+                    if type(inner) is Raw:
+                        message = self._message(offset, inner)
+                        if message is not None:
+                            yield message
+                    else:
+                        self._learn(inner)
+            except Unreadable as error:
+                self.report(Damage(offset, f"chunk: {error}", opcode=Opcode.CHUNK))
+        elif isinstance(record, Raw):
+            message = self._message(offset, record)
+            if message is not None:
+                yield message
+        else:
+            self._learn(record)
+
+    def _learn(self, record: Record | None) -> None:
+        if isinstance(record, Channel):
+            self.channels[record.id] = record
+            self._wanted.pop(record.id, None)
+        elif isinstance(record, Schema):
+            self.schemas[record.id] = record
+
+    def _message(self, offset: int, raw: Raw) -> Message | None:
+        channel = self.channels.get(raw.channel_id)
+        if channel is None:
+            if not self.messages_lost:
+                what = f"messages of channel {raw.channel_id}, which is declared nowhere before"
+                self.report(Damage(offset, what, opcode=Opcode.MESSAGE))
+            self.messages_lost += 1
+            return None
+        if raw.log_time < self.start_ns or (self.end_ns is not None and raw.log_time >= self.end_ns):
+            return None
+        if self.topics is not None:
+            wanted = self._wanted.get(channel.id)
+            if wanted is None:
+                wanted = self._wanted[channel.id] = self.topics(channel.topic)
+            if not wanted:
+                return None
+        schema = self.schemas.get(channel.schema_id)
+        return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
