@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,12 @@ from workbench.beliefs.encoder import (
     live_encoder,
     shipped_vectors,
     text_encoder,
+    vectors_from,
     vectors_of,
     write_vectors,
 )
+from workbench.beliefs.weights import read_weights
+from workbench.cli import run
 from workbench.errors import BadValue, MissingExtra
 from workbench.worlds.names import vocabulary
 from workbench.worlds.procthor import load_houses
@@ -101,3 +105,19 @@ def test_names_of_all_houses_at_hand_are_shipped(procthor: Path) -> None:
                 *(r.kind for r in house.plan.rooms),
             )
             assert {generic_name(t) for t in types} <= known
+
+
+@live
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_the_command_that_made_the_shipped_vectors_makes_them_again(
+    procthor: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    made = tmp_path / "vectors.safetensors"
+    files = [procthor / "multi_room_train.jsonl.gz", procthor / "single_room_train.jsonl.gz"]
+    houses = [part for path in files for part in ("--houses", str(path))]
+    assert run(["train", *houses, "--estimator", "encoder", "-o", str(made), "--json"]) == 0
+    again, shipped = vectors_from(read_weights(made)), shipped_vectors()
+    assert json.loads(capfd.readouterr().out)["names"] == len(shipped.table)
+    assert list(again.table) == list(shipped.table)
+    assert max(np.abs(again.table[n] - shipped.table[n]).max() for n in shipped.table) < 2e-3

@@ -162,6 +162,24 @@ def test_training_by_the_command_and_judging_what_it_wrote(tmp_path: Path, capfd
 
 
 @pytest.mark.slow
+def test_the_learning_curve_draws_every_estimator_that_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from workbench.evaluation.figures import belief_figures
+
+    drawn: dict[str, dict[str, list[float]]] = {}
+
+    def watch(ax: object, sizes: list[int], lines: dict[str, list[float]], *, label: str, **_: object) -> None:
+        assert all(len(values) == len(sizes) >= 2 for values in lines.values())
+        drawn[label] = lines
+
+    monkeypatch.setattr(belief_figures, "draw_learning_curve", watch)
+    assert run(["evaluate", "belief", "--estimators", "counts,best", "--figures", str(tmp_path / "out")]) == 0
+    assert set(drawn) == {"log loss", "top1"}
+    assert all(set(lines) == {"counts", "best"} for lines in drawn.values())
+
+
+@pytest.mark.slow
 def test_figures(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "figures"
     assert run(["evaluate", "belief", "--estimators", "counts,fcnn", "--figures", str(folder)]) == 0

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from workbench.beliefs.weights import VERSION, Header, Weights, read_weights, write_weights
 from workbench.errors import BadValue, InputError, MissingExtra
-from workbench.worlds.names import readable_name
+from workbench.worlds.names import readable_name, vocabulary
 
 Vectors = npt.NDArray[np.float32]
 
@@ -162,9 +162,15 @@ def vectors_from(weights: Weights) -> ShippedVectors:
     return ShippedVectors(name=weights.header.encoder, table=dict(zip(names, vectors, strict=True)))
 
 
+def names_to_ship() -> tuple[str, ...]:
+    """The names of which vectors are shipped, but for those that the houses at hand add."""
+    data = Path(__file__).resolve().parents[1] / "data" / "encoder_names.txt"
+    return (*sorted(vocabulary()), *data.read_text(encoding="utf-8").split("\n"))
+
+
 def write_vectors(path: Path, types: Sequence[str], encoder: TextEncoder) -> ShippedVectors:
     """Encode the generic names of types and write them as float16. Raises BadValue for an empty vocabulary."""
-    names = sorted({generic_name(t) for t in types})
+    names = sorted({generic_name(t) for t in types} - {""})
     if not names:
         raise BadValue("vocabulary", [], "at least one name")
     vectors = np.concatenate([encoder.encode([name]) for name in names]).astype(np.float16)

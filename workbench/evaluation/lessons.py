@@ -51,6 +51,22 @@ def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed:
     )
 
 
+def names_in(files: Sequence[Path]) -> tuple[str, ...]:
+    """Every name in files of houses, as they spell it, sorted: rooms, containers, other furniture, items.
+
+    Raises:
+        InputError: a file that cannot be read.
+    """
+    names: set[str] = set()
+    for path in files:
+        for house in load_houses(path):
+            plan = house.plan
+            names.update(room.kind for room in plan.rooms)
+            names.update(thing.type for thing in (*plan.containers, *plan.furniture))
+            names.update(house.item_types())
+    return tuple(sorted(names))
+
+
 def _parts(
     path: Path, houses: list[House], share: float, rng: np.random.Generator
 ) -> tuple[list[House], list[House]]:

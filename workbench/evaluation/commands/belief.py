@@ -65,7 +65,14 @@ def belief(
     if figures is not None:
         from workbench.evaluation.figures.belief_figures import draw_all
 
-        written = draw_all(request, report, figures, items=tuple(t.strip() for t in items.split(",") if t.strip()))
+        wanted = tuple(t.strip() for t in items.split(",") if t.strip())
+        written = draw_all(
+            request,
+            report,
+            figures,
+            items=wanted,
+            watched=lambda trainings: progress(list(trainings), title="Learning curve"),
+        )
         report.answer["figures"] = [str(path) for path in written]
     emit_json(report.answer) if json else _show(report.answer)
     if figures is not None and not json:

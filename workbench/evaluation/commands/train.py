@@ -13,9 +13,15 @@ if TYPE_CHECKING:
     from workbench.beliefs.training import Lesson, Watch
 
 
+ENCODER = "encoder"
+"""What is no estimator: the vectors of names, as the shipped ones were made."""
+
+
 def train(
     houses: Annotated[list[Path], typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
-    estimator: Annotated[str, typer.Option("--estimator", "-e", help="counts, fcnn or best.")] = "best",
+    estimator: Annotated[
+        str, typer.Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
+    ] = "best",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The weights file to write.")] = None,
     encoder: Annotated[
         str, typer.Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
@@ -38,6 +44,8 @@ def train(
         lios train --houses multi_room_train.jsonl.gz --houses single_room_train.jsonl.gz --assets asset_sizes.csv
 
         lios train --houses mine.jsonl.gz --estimator fcnn --seed 3 -o mine.safetensors
+
+        lios train --houses mine.jsonl.gz --estimator encoder -o vectors.safetensors
     """
     from secrets import randbelow
     from time import perf_counter
@@ -49,20 +57,37 @@ def train(
     from workbench.terminal import say
 
     target = output or Path(f"{estimator}.safetensors")
-    if estimator not in TRAINERS:
-        raise UnknownName("estimator to train", estimator, TRAINERS)
+    if estimator != ENCODER and estimator not in TRAINERS:
+        raise UnknownName("estimator to train", estimator, (*TRAINERS, ENCODER))
     if not 0 < hold_out < 1:
         raise BadValue("--hold-out", hold_out, "between 0 and 1")
     if target.exists() and not force:
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():
         raise BadValue("folder of -o/--output", str(target.absolute().parent), "a folder that exists")
+    if estimator == ENCODER:
+        _encode(houses, encoder, target, as_json=json)
+        return
     chosen = randbelow(1_000_000) if seed is None else seed
     lesson = lesson_of(houses, assets=assets, encoder=encoder, seed=chosen, share=hold_out)
     say(f"{len(lesson.houses)} houses to learn from, {len(lesson.held_out)} held out, seed {chosen}")
     begin = perf_counter()
     weights = _watched(run, estimator, lesson, target)
     _answer(weights, perf_counter() - begin, as_json=json)
+
+
+def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) -> None:
+    """Write the vectors of all names in the houses and of the vocabulary."""
+    from workbench.beliefs.encoder import live_encoder, names_to_ship, write_vectors
+    from workbench.evaluation.lessons import names_in
+    from workbench.terminal import emit_json, say
+
+    vectors = write_vectors(target, (*names_to_ship(), *names_in(houses)), live_encoder(encoder))
+    size = target.stat().st_size
+    if as_json:
+        emit_json({"file": str(target), "encoder": vectors.name, "names": len(vectors.table), "bytes": size})
+        return
+    say(f"vectors of {len(vectors.table)} names by {vectors.name} in {target} ({size / 1e6:.2f} MB)")
 
 
 def _watched(run: Any, estimator: str, lesson: Lesson, target: Path) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,7 +13,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.encoder import text_encoder
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.examples import room_kinds
-from workbench.beliefs.training import Lesson, train
+from workbench.beliefs.training import TRAINERS, Lesson, train
 from workbench.evaluation.belief_quality import calibration_error, glimpse, judge, quality, reliability
 from workbench.evaluation.belief_report import BeliefReport, BeliefRequest
 from workbench.evaluation.figures.belief_heat_map import draw_belief_heat_map
@@ -27,20 +27,30 @@ from workbench.worlds.procthor import load_houses
 from workbench.worlds.shipped import shipped_houses
 
 COLOURS = {"counts": GREY, "fcnn": ORANGE, "best": BLUE}
-CURVE = ("counts", "fcnn")
-"""Estimators of the learning curve: those that train in seconds."""
 LEAST_HOUSES = 5
 COMMON_CONTAINERS = 12
 
+Training = tuple[int, str]
+"""How many houses, and which estimator: a point of the learning curve."""
 
-def draw_all(request: BeliefRequest, report: BeliefReport, folder: Path, *, items: Sequence[str]) -> list[Path]:
-    """Every figure of a report, as PNG files in a folder that is made if need be."""
+Watched = Callable[[Iterable[Training]], Iterable[Training]]
+
+
+def draw_all(
+    request: BeliefRequest, report: BeliefReport, folder: Path, *, items: Sequence[str], watched: Watched = iter
+) -> list[Path]:
+    """Every figure of a report, as PNG files in a folder that is made if need be.
+
+    Args:
+        items: item types of the heat maps.
+        watched: wraps the trainings of the learning curve, for a progress bar.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     chosen = request.chosen_estimators()
     last = list(chosen)[-1]
     drawn = [_reliability(report, folder)]
     drawn.append(_heat_maps(chosen[last], last, request.chosen_houses(), [ItemType(t) for t in items], folder))
-    curve = _curve(request, folder)
+    curve = _curve(request, [n for n in chosen if n in TRAINERS], folder, watched)
     return drawn if curve is None else [*drawn, curve]
 
 
@@ -83,28 +93,27 @@ def _heat_maps(
     return save(figure, folder / "heat_maps.png")
 
 
-def _curve(request: BeliefRequest, folder: Path) -> Path | None:
+def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: Watched) -> Path | None:
     """Trained on 5, 10, 20, ... houses that are not measured on; None where there are too few."""
     pool, held_out, measured = _curve_houses(request)
     sizes = sorted({n for n in (5, 10, 20, 40, 80, 160, 320) if n <= 0.75 * len(pool)} | {len(pool)})
-    if len(sizes) < 2 or not held_out or not measured:
+    if len(sizes) < 2 or not held_out or not measured or not names:
         return None
     order = np.random.default_rng(request.seed).permutation(len(pool))
-    figures: dict[str, dict[str, list[float]]] = {"log_loss": {}, "top1": {}}
+    lines: dict[str, dict[str, list[float]]] = {what: {name: [] for name in names} for what in ("log_loss", "top1")}
     with TemporaryDirectory() as temporary:
-        for size in sizes:
+        for size, name in watched([(size, name) for name in names for size in sizes]):
             lesson = Lesson(
                 houses=[pool[k] for k in order[:size]], held_out=held_out, encoder=text_encoder(), seed=request.seed
             )
-            for name in CURVE:
-                path = Path(temporary) / f"{name}-{size}.safetensors"
-                train(name, lesson, path)
-                made = quality(judge(estimator(name, weights=path), measured), rng=np.random.default_rng(0))
-                for what, lines in figures.items():
-                    lines.setdefault(name, []).append(made[what])
+            path = Path(temporary) / f"{name}-{size}.safetensors"
+            train(name, lesson, path)
+            made = quality(judge(estimator(name, weights=path), measured), rng=np.random.default_rng(0))
+            for what in lines:
+                lines[what][name].append(made[what])
     figure = Figure(figsize=(7, 3), layout="constrained")
-    for ax, (what, lines) in zip(figure.subplots(1, 2), figures.items(), strict=True):
-        draw_learning_curve(ax, sizes, lines, colours=COLOURS, label=what.replace("_", " "))
+    for ax, (what, by_name) in zip(figure.subplots(1, 2), lines.items(), strict=True):
+        draw_learning_curve(ax, sizes, by_name, colours=COLOURS, label=what.replace("_", " "))
     return save(figure, folder / "learning_curve.png")
 
 
