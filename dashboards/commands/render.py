@@ -38,15 +38,20 @@ def render(
     from dashboards.library import Library
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
+    from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 
+    film = video or output.suffix.lower() == ".mp4"
+    ending = ".mp4" if film else ".png"
+    if output.suffix.lower() != ending:
+        raise BadValue("-o/--output", str(output), f"a name that ends in {ending}")
     framing = Framing(
         width=width, height=height, from_above=from_above, follow=follow_robot, walls=walls, caption=caption
     )
     library = Library(logs)
     timelines = [library.timeline(i) for i in range(len(library.paths))]
     frames = 1
-    if video or output.suffix.lower() == ".mp4":
+    if film:
         frames = draw_video(
             timelines,
             output,

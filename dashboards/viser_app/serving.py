@@ -30,6 +30,8 @@ def show_until_stopped(logs: Sequence[Path], *, host: str, port: int, at: float,
     try:
         while True:
             time.sleep(3600)
+    except KeyboardInterrupt:
+        say("Stopped.")  # as asked for: no failure
     finally:
         dashboard.stop()
 

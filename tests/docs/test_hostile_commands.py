@@ -42,6 +42,8 @@ WRONG = (
     "train --houses noise",
     "view LOG --at nan",
     "render LOG --at inf",
+    "render LOG -o frame.gif",
+    "render LOG --video -o film.png",
     "info folder",
     "info noise",
 )

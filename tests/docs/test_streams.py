@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -49,3 +51,18 @@ def test_a_full_disk() -> None:
     assert done.returncode == 1
     assert done.stderr.startswith("lios: No space left")
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", ["view LOG --port 0"])
+def test_what_is_stopped_by_ctrl_c_as_it_says_has_not_failed(command: str, tmp_path: Path) -> None:
+    said = tmp_path / "said"
+    with said.open("w", encoding="utf-8") as out:
+        lios = str(Path(sys.executable).parent / "lios")
+        words = [lios, *command.replace("LOG", str(LOG)).split()]
+        server = subprocess.Popen(words, env=environment(), stdout=out, stderr=out, start_new_session=True)
+    until = time.monotonic() + 120
+    while "http://" not in said.read_text(encoding="utf-8") and time.monotonic() < until and server.poll() is None:
+        time.sleep(0.1)
+    server.send_signal(signal.SIGINT)
+    assert server.wait(timeout=60) == 0, said.read_text(encoding="utf-8")
+    assert "Traceback" not in said.read_text(encoding="utf-8")
