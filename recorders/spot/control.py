@@ -25,12 +25,14 @@ from bosdyn.client.lease import (
 )
 from bosdyn.client.robot_command import RobotCommandBuilder
 
+from recorders.spot.clock import Stepped
 from recorders.spot.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.errors import Estopped, LeaseTaken, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
 SIT_S = 10.0
-ESTOP_TIMEOUT_S = 9.0
+ESTOP_TIMEOUT_S, STEPPED_ESTOP_TIMEOUT_S = 9.0, 600.0
+"""An endpoint silent for so long stops the robot. Where time is stepped, a slow machine must not."""
 READY_S = 30.0
 POLL_S = 0.2
 
@@ -152,7 +154,8 @@ class Control:
             return
         if not self._own_estop:
             raise Estopped(str(self._connection.address))
-        endpoint = EstopEndpoint(client, "lios-workbench", ESTOP_TIMEOUT_S)
+        stepped = isinstance(self._connection.clock, Stepped)
+        endpoint = EstopEndpoint(client, "lios-workbench", STEPPED_ESTOP_TIMEOUT_S if stepped else ESTOP_TIMEOUT_S)
         try:
             endpoint.force_simple_setup()
         except ROBOT_ERRORS as error:

@@ -23,6 +23,23 @@ class FrameBuffer:
         """Takes a geometry_msgs/Transform."""
         self._links[plain(child)] = (plain(parent), matrix_of(transform.translation, transform.rotation))
 
+    @property
+    def names(self) -> frozenset[str]:
+        """All frames that are known."""
+        return frozenset(self._links) | {parent for parent, _ in self._links.values()}
+
+    def named(self, name: str) -> str:
+        """A frame by its name, or the only one that has a robot's name before it: spot/body for body.
+
+        Drivers put the name of their robot before every frame when they are given one. The name again when there is
+        none such, or several.
+        """
+        own = plain(name)
+        if own in self.names:
+            return own
+        longer = sorted(frame for frame in self.names if frame.endswith(f"/{own}"))
+        return longer[0] if len(longer) == 1 else own
+
     def lookup(self, target: str, source: str) -> Matrix | None:
         """target_tform_source, shape (4, 4); None when no chain joins the two."""
         to_target, to_source = self._chain(plain(target)), self._chain(plain(source))

@@ -6,6 +6,8 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from recorders.spot.site_tasks import session_task
@@ -13,7 +15,7 @@ from replayers.importers import decoding
 from replayers.importers.after_the_fact import AFTER_THE_FACT, AfterTheFact
 from replayers.importers.bags import Bag
 from replayers.importers.frames import FrameBuffer, plain
-from replayers.importers.mapping import Mapping
+from replayers.importers.mapping import BagFrames, Mapping
 from replayers.importers.reading_along import ReadingAlong
 from workbench import __version__
 from workbench.beliefs.estimators import estimator as estimator_named
@@ -30,12 +32,14 @@ from workbench.worlds.site import Site
 class NowhereInTheBag(Malformed):
     """A bag that does not say where the robot was on the map."""
 
-    def __init__(self, path: Path, mapping: Mapping, topics: tuple[str, ...]) -> None:
+    def __init__(self, path: Path, mapping: Mapping, topics: tuple[str, ...], seen: list[str]) -> None:
         frames = mapping.frames
         listed = ", ".join(topics[:8]) + (", ..." if len(topics) > 8 else "")
+        linked = f" Frames: {', '.join(seen[:8])}{', ...' if len(seen) > 8 else ''}." if seen else ""
         super().__init__(
             f"{path}: nothing places the robot on the map: no tf from {frames.map} to {frames.body}, no mapped pose "
-            f"topic (mapping {mapping.name}). Topics: {listed}. Map a pose topic, or correct the mapping's frames."
+            f"topic (mapping {mapping.name}).{linked} Topics: {listed}. "
+            "Map a pose topic, or correct the mapping's frames."
         )
 
 
@@ -78,7 +82,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     roles = {topic: role for topic in bag.topics if (role := plan.mapping.role_of(topic)) is not None}
     strategy = strategy_named(plan.strategy) if plan.strategy else None
     estimator = estimator_named(plan.estimator) if plan.strategy else None
-    _check_places(bag, plan, roles)
+    mapping = _with_the_bags_frames(bag, plan, roles)
     with RunRecorder(
         output,
         info=_info(bag, plan, task, estimator.name if estimator else plan.estimator),
@@ -98,9 +102,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         },
     ) as recorder:
         thinker = AfterTheFact(strategy=strategy, estimator=estimator, task=task, costs=ROBOT, tell=recorder.record)
-        importer = ReadingAlong(
-            plan.site, plan.mapping, recorder, thinker, task, given_moves="results" in roles.values()
-        )
+        importer = ReadingAlong(plan.site, mapping, recorder, thinker, task, given_moves="results" in roles.values())
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
         ended = importer.derived.end()
@@ -114,23 +116,27 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     )
 
 
-def _check_places(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> None:
-    """Looks through tf and poses once, so that no log is begun for a bag that says nothing of the robot's place."""
+def _with_the_bags_frames(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> Mapping:
+    """The mapping with the frames as the bag calls them.
+
+    Looks through tf and poses once, so that no log is begun for a bag that says nothing of the robot's place.
+    """
     frames, names = FrameBuffer(), plan.mapping.frames
     topics = tuple(topic for topic, role in sorted(roles.items()) if role in ("tf", "tf_static", "pose"))
     for message in bag.messages(topics):
+        posed = None
         if roles[message.topic] == "pose":
             posed = decoding.body_pose(message.message)
-            known = posed is not None and (
-                plain(posed[0]) == plain(names.map) or frames.lookup(names.map, posed[0]) is not None
-            )
         else:
             for link in message.message.transforms:
                 frames.add(link.header.frame_id, link.child_frame_id, link.transform)
-            known = frames.lookup(names.map, names.body) is not None
+        found = BagFrames(map=frames.named(names.map), odom=frames.named(names.odom), body=frames.named(names.body))
+        known = frames.lookup(found.map, found.body) is not None
+        if posed is not None:
+            known = known or plain(posed[0]) == found.map or frames.lookup(found.map, posed[0]) is not None
         if known:
-            return
-    raise NowhereInTheBag(bag.path, plan.mapping, bag.topics)
+            return msgspec.structs.replace(plan.mapping, frames=found)
+    raise NowhereInTheBag(bag.path, plan.mapping, bag.topics, sorted(frames.names))
 
 
 def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str) -> RunInfo:

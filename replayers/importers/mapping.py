@@ -31,6 +31,7 @@ ROLES = (
     "pose",
     "odometry",
     "map",
+    "calibrations",
     "images",
 )
 """In this order topics are asked; docs/bags.md says what each means."""

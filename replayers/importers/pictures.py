@@ -6,6 +6,7 @@ import io
 from typing import Any
 
 import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from recorders.viewer import timestamp
@@ -48,6 +49,26 @@ def packed(message: Any, stamp_ns: int) -> CompressedImage | None:
         frame_id=message.header.frame_id.lstrip("/"),
         data=stream.getvalue(),
         format="jpeg",
+    )
+
+
+def calibration(message: Any, stamp_ns: int) -> CameraCalibration:
+    """A sensor_msgs/CameraInfo; its matrices are K in ROS 1 and k in ROS 2."""
+
+    def numbers(name: str) -> list[float]:
+        values = getattr(message, name, getattr(message, name.lower(), ()))
+        return [float(value) for value in values]
+
+    return CameraCalibration(
+        timestamp=timestamp(stamp_ns),
+        frame_id=message.header.frame_id.lstrip("/"),
+        width=int(message.width),
+        height=int(message.height),
+        distortion_model=str(message.distortion_model),
+        D=numbers("D"),
+        K=numbers("K"),
+        R=numbers("R"),
+        P=numbers("P"),
     )
 
 

@@ -24,7 +24,7 @@ from replayers.importers.after_the_fact import AfterTheFact
 from replayers.importers.bags import BagMessage
 from replayers.importers.frames import FrameBuffer, Matrix, plain, quaternion_of
 from replayers.importers.mapping import Mapping
-from replayers.importers.pictures import compressed, occupancy, packed
+from replayers.importers.pictures import calibration, compressed, occupancy, packed
 from workbench.execution.events import Event
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT
@@ -60,6 +60,7 @@ class ReadingAlong:
     _goal: _Goal | None = None
     _handled_on: tuple[LocationId, int] | None = None
     _done: set[str] = field(default_factory=set)
+    _calibrated: set[str] = field(default_factory=set)
     _began: bool = False
     _posed: bool = False
     _takes: dict[str, Callable[[BagMessage, int], None]] = field(init=False)
@@ -83,6 +84,7 @@ class ReadingAlong:
             "pose": self._pose,
             "odometry": self._odometry,
             "map": self._map,
+            "calibrations": self._calibrations,
             "images": self._images,
         }
 
@@ -194,6 +196,13 @@ class ReadingAlong:
         if picture is not None:
             self._put("/camera" + _camera(message.topic), picture, at)
 
+    def _calibrations(self, message: BagMessage, at: int) -> None:
+        """Once a camera: it does not change."""
+        topic = "/camera" + _camera(message.topic) + "/calibration"
+        if topic not in self._calibrated:
+            self._calibrated.add(topic)
+            self._put(topic, calibration(message.message, at), at, latched=True)
+
     def _on_map(self, frame: str, pose: Matrix) -> Matrix | None:
         name = self.mapping.frames.map
         if plain(frame) in (plain(name), ""):
@@ -235,7 +244,7 @@ class ReadingAlong:
 
 def _camera(topic: str) -> str:
     """ "/spot/camera/frontleft/image" -> "/spot/frontleft"."""
-    dropped = ("camera", "image", "image_raw", "compressed", "image_color")
+    dropped = ("camera", "image", "image_raw", "compressed", "image_color", "camera_info")
     return "".join(f"/{part}" for part in topic.split("/") if part and part not in dropped) or "/image"
 
 
