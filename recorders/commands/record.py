@@ -45,6 +45,7 @@ def record(
     """
     from recorders.trial import Wish, record_trial, trial_for
     from workbench.errors import OutputExists
+    from workbench.planning.strategies import resolved_name
     from workbench.terminal import emit_json, say
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
@@ -55,13 +56,14 @@ def record(
     place = load_house(house or f"{shipped_houses()}:0", assets=assets)
     trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
     end = record_trial(trial, output, force=force)
+    by = resolved_name(strategy)
     if json:
         emit_json(
             {
                 "log": str(output),
                 "place": trial.house.plan.name,
                 "scenario": trial.task.scenario,
-                "strategy": trial.strategy,
+                "strategy": by,
                 "status": end.status,
                 "cost": end.cost,
                 "searches": end.searches,
@@ -71,6 +73,6 @@ def record(
             }
         )
     else:
-        say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {trial.strategy}, seed {seed}")
+        say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {seed}")
         say(f"{end.status}: cost {end.cost:.1f}, {end.searches} containers searched, {end.travel_m:.1f} m walked")
         say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")

@@ -43,6 +43,11 @@ def test_built_in_is_as_good_as_blind_search(case: str, seed: int) -> None:
     agreed_cost(random_problem(goal, types, seed=seed, places=places), FastDownward(search="blind"))
 
 
+def test_what_is_put_down_first_is_fetched_from_there() -> None:
+    goal, types = CASES["hold one"]
+    agreed_cost(random_problem(goal, types, seed=117, places=5), FastDownward(search="blind"))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("seed", range(100, 140))

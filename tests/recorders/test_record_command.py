@@ -42,6 +42,7 @@ def test_a_shipped_house_is_recorded_and_read_back(lios: Run, tmp_path: Path) ->
     run = read(log)
     assert code == 0
     assert answer["status"] == "done"
+    assert answer["strategy"] == run.info.strategy == "model-lios", "an alias is resolved"
     assert run.outcome is not None
     assert run.outcome.cost == pytest.approx(answer["cost"], abs=1e-5)
     assert run.outcome.searches == answer["searches"] == sum(not o.known_at_start for o in run.observations)

@@ -29,7 +29,7 @@ from workbench.evaluation.task_trials import (
     trial_keys,
 )
 from workbench.planning.scenarios import SCENARIOS, is_scenario_file, scenario_name
-from workbench.planning.strategies import STRATEGIES, canonical_name
+from workbench.planning.strategies import STRATEGIES, canonical_name, resolved_name
 from workbench.worlds.house_files import house_lines
 
 PAPER_STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios", "model-lios")
@@ -116,11 +116,10 @@ def strategy_list(names: str) -> tuple[str, ...]:
         if name.lower() == "paper":
             chosen += PAPER_STRATEGIES
             continue
-        base, at, solver = name.partition("@")
-        known = canonical_name(base)
-        if known != "oracle":
+        resolved = resolved_name(name)
+        if resolved.partition("@")[0] != "oracle":
             strategy_named(name)
-        chosen.append((known + at + solver) if known else name)
+        chosen.append(resolved)
     return tuple(dict.fromkeys((*chosen, "oracle")))
 
 

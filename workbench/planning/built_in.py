@@ -16,7 +16,7 @@ import numpy as np
 from workbench.planning import recipe_search as rs
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
-from workbench.planning.recipes import Recipe, recipes_of
+from workbench.planning.recipes import Operation, Recipe, recipes_of
 from workbench.planning.strategy import Alternative
 from workbench.worlds.house import LocationId
 
@@ -75,6 +75,7 @@ class _Arrays:
     op_slot: rs.IntArray
     op_where: rs.IntArray
     op_after: rs.IntArray
+    link: rs.IntArray
     n_ops: int
 
 
@@ -235,7 +236,7 @@ def _search(
     robot = problem.locations.index(problem.robot_at)
     return rs.search(
         robot, attempt.hand, c if attempt.put_down else 0.0, first, a.d, a.fetch, a.least, a.potential, a.standing,
-        a.end, a.in_hand, a.op_slot, a.op_where, a.op_after, a.n_ops, c, staging, weight, bound, most_nodes,
+        a.end, a.in_hand, a.op_slot, a.op_where, a.op_after, a.link, a.n_ops, c, staging, weight, bound, most_nodes,
     )  # fmt: skip
 
 
@@ -276,8 +277,32 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
         op_slot=op_slot,
         op_where=op_where,
         op_after=op_after,
+        link=_links(recipe),
         n_ops=len(recipe.operations),
     )
+
+
+def _links(recipe: Recipe) -> rs.IntArray:
+    """Which operations follow one another at a slot that stands at both; see recipe_search.search."""
+    operations = recipe.operations
+    link = np.full((max(len(operations), 1), 4), -1, dtype=np.int64)
+    link[:, 3] = 0
+    for o, operation in enumerate(operations):
+        for before in operation.after:
+            if link[o, 0] < 0 and link[before, 1] < 0:
+                shared = sorted(set(_standing_slots(operation)) & set(_standing_slots(operations[before])))
+                if shared:
+                    link[o, 0], link[before, 1], link[before, 2] = before, o, shared[0]
+            free = len(_standing_slots(operation)) == len(operation.slots)
+            tools = set(operations[before].slots) - set(_standing_slots(operations[before]))
+            if free and any(recipe.slots[tool].end is None for tool in tools):
+                link[before, 3] = 1
+    return link
+
+
+def _standing_slots(operation: Operation) -> tuple[int, ...]:
+    parts = zip(operation.slots, operation.preparation.parts, strict=True)
+    return tuple(slot for slot, part in parts if part.where == "here")
 
 
 def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
@@ -352,7 +377,7 @@ class _Walk:
             if thing.missing:
                 self.step("find", b, thing, cost)
                 return
-            self.at[slot] = self.robot if thing.at is None else thing.at
+            self.at[slot] = self.problem.robot_at if thing.at is None else thing.at
         self.walk(self.at[slot])
         self.handle("pick", self.chosen[slot])
         self.walk(b)

@@ -42,14 +42,16 @@ def _compiled(function: Any) -> Any:
 
 @_compiled
 def _heuristic(
-    robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
+    robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, n_ops, c,
+    work,
 ):  # fmt: skip
     """The greatest of one lower bound for each potential."""
     best = 0.0
     for k in range(potential.shape[0]):
         bound = _bound(
-            robot, hand, pos, done, d, least[k], potential[k], standing, end, in_hand, op_slot, op_where, n_ops, c
-        )
+            robot, hand, pos, done, d, least[k], potential[k], standing, end, in_hand, op_slot, op_where, op_mask,
+            link, n_ops, c, work,
+        )  # fmt: skip
         best = max(best, bound)
     return best
 
@@ -66,73 +68,93 @@ def _leg(s, m, robot, hand, pos, d, least, potential, c):
 
 @_compiled
 def _bound(
-    robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
+    robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, n_ops, c,
+    work,
 ):  # fmt: skip
     total = 0.0
-    all_done = done == (1 << n_ops) - 1
-    for o in range(n_ops):
-        if not (done >> o) & 1:
-            total += c
     for s in range(len(pos)):
         t = end[s]
+        if op_mask[s] & ~done:
+            continue
         if t < 0:
+            # What is in hand and has served must be put down before anything that needs a free hand.
+            if hand == s and _needs_free_hand(done, op_slot, op_where, n_ops):
+                total += c
+        elif hand == s or in_hand[s] or (pos[s] != t and (pos[s] >= 0 or not standing[s, t])):
+            total += _leg(s, t, robot, hand, pos, d, least, potential, c) + (0.0 if in_hand[s] else c)
+    for o in range(n_ops - 1, -1, -1):
+        if (done >> o) & 1:
             continue
-        busy = False
-        if not all_done:
-            for o in range(n_ops):
-                if not (done >> o) & 1:
-                    for j in range(op_slot.shape[1]):
-                        if op_slot[o, j] == s:
-                            busy = True
-        if busy or (hand != s and not in_hand[s] and (pos[s] == t or (pos[s] < 0 and standing[s, t]))):
-            continue
-        total += _leg(s, t, robot, hand, pos, d, least, potential, c) + (0.0 if in_hand[s] else c)
-    if not all_done:
-        for o in range(n_ops):
-            if not (done >> o) & 1:
-                total += _meeting(
-                    o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, c
-                )
+        least_here = _meetings(
+            o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link,
+            c, work,
+        )  # fmt: skip
+        total += c
+        if link[o, 0] < 0 or (done >> link[o, 0]) & 1:
+            total += least_here
     return total - potential[robot]
 
 
 @_compiled
-def _meeting(
-    o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, c
+def _needs_free_hand(done, op_slot, op_where, n_ops):
+    for o in range(n_ops):
+        if not (done >> o) & 1:
+            free = True
+            for j in range(op_slot.shape[1]):
+                if op_slot[o, j] >= 0 and op_where[o, j] == 1:
+                    free = False
+            if free:
+                return True
+    return False
+
+
+@_compiled
+def _meetings(
+    o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, c, work
 ):  # fmt: skip
-    """The least cost of bringing an operation's slots together and onward, less those of earlier operations."""
+    """What it costs at least to do an operation at each place, and those linked to it: work[o], and its minimum.
+
+    That is bringing its slots together and onward, less those of earlier operations. A slot that stands here and
+    where the next operation of a link is done must be carried there, unless both are at one place.
+    """
+    nothing = (1 << o) - 1
+    after = link[o, 1]
     best = _INF
+    if after >= 0:
+        for m in range(d.shape[0]):
+            best = min(best, work[after, m])
+    anywhere, best = best, _INF
     for m in range(d.shape[0]):
-        here = 0.0
+        here = link[o, 3] * c
         for j in range(op_slot.shape[1]):
             s = op_slot[o, j]
-            if s < 0 or _counted_before(o, s, done, op_slot):
+            if s < 0:
+                continue
+            first = (op_mask[s] & ~done & nothing) == 0
+            linked = link[o, 0] >= 0 and link[link[o, 0], 2] == s
+            if not first and not linked:
                 continue
             put = 0.0 if in_hand[s] else c
-            t = end[s]
+            t = end[s] if after < 0 or link[o, 2] != s else -1
             if op_where[o, j] == 1:
                 here += _leg(s, m, robot, hand, pos, d, least, potential, c)
                 if t >= 0:
                     here += potential[m] + d[m, t] - potential[t] + put
                 continue
-            if hand == s or (pos[s] >= 0 and pos[s] != m) or (pos[s] < 0 and not standing[s, m]):
+            if first and (hand == s or (pos[s] >= 0 and pos[s] != m) or (pos[s] < 0 and not standing[s, m])):
                 here += _leg(s, m, robot, hand, pos, d, least, potential, c) + c
             if t >= 0 and (t != m or in_hand[s]):
                 here += potential[m] + c + d[m, t] - potential[t] + put
-            if here >= best:
-                break
+        if after >= 0:
+            onward = work[after, m]
+            if onward > anywhere + 2.0 * c:
+                for k in range(d.shape[0]):
+                    carried = 2.0 * c + potential[m] + d[m, k] - potential[k] + work[after, k]
+                    onward = min(onward, carried)
+            here += onward
+        work[o, m] = here
         best = min(best, here)
     return best
-
-
-@_compiled
-def _counted_before(o, s, done, op_slot):
-    for earlier in range(o):
-        if not (done >> earlier) & 1:
-            for j in range(op_slot.shape[1]):
-                if op_slot[earlier, j] == s:
-                    return True
-    return False
 
 
 @_compiled
@@ -211,9 +233,97 @@ def _pop(heap_f, heap_n, count):
 
 
 @_compiled
+def _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after):
+    """The place where an operation can be done with what stands there and is in hand, or -1."""
+    if (done >> o) & 1 or (op_after[o] & ~done) != 0:
+        return -1
+    where = -1
+    needs_hand = False
+    for j in range(op_slot.shape[1]):
+        s = op_slot[o, j]
+        if s < 0:
+            continue
+        if op_where[o, j] == 1:
+            needs_hand = True
+            if hand != s:
+                return -1
+        elif hand == s or pos[s] < 0 or (where >= 0 and pos[s] != where):
+            return -1
+        else:
+            where = pos[s]
+    if needs_hand:
+        return robot if where < 0 or where == robot else -1
+    return -1 if hand >= 0 else (robot if where < 0 else where)
+
+
+@_compiled
+def _put(succ, cost, n, kind, x, b, w):
+    succ[n, 0] = kind
+    succ[n, 1] = x
+    succ[n, 2] = b
+    cost[n] = w
+    return n + 1
+
+
+@_compiled
+def _moves(
+    robot, hand, pos, done, at_root, last, first, staging, d, fetch, standing, end, in_hand, op_slot, op_where,
+    op_after, op_mask, carried_only, tool, n_ops, c, succ, cost,
+):  # fmt: skip
+    """The moves from a state, written to succ and cost; how many.
+
+    What takes no walk and is part of every plan from here is done at once, and nothing else is tried: an operation
+    whose things are all here, putting down what belongs here.
+    """
+    if first < 0:
+        for o in range(n_ops):
+            if _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after) == robot:
+                return _put(succ, cost, 0, PREPARE, o, robot, c)
+        if hand >= 0 and end[hand] == robot and not in_hand[hand] and (op_mask[hand] & ~done) == 0:
+            return _put(succ, cost, 0, PLACE, hand, robot, c)
+    n = 0
+    for s in range(len(pos)):
+        pending = (op_mask[s] & ~done) != 0
+        if first < 0 and pos[s] < 0 and hand != s:
+            # Choosing an instance where it stands costs nothing.
+            for a in range(d.shape[0]):
+                here = standing[s, a] and (pending or (end[s] == a and not in_hand[s]))
+                if here and (not carried_only[s] or a == end[s]):
+                    n = _put(succ, cost, n, CHOOSE, s, a, 0.0)
+        if hand >= 0 or (first >= 0 and s != first):
+            continue
+        if not pending and (end[s] < 0 or (pos[s] == end[s] and not in_hand[s])):
+            continue
+        for b in range(d.shape[0]):
+            if not staging and b != end[s]:
+                if not pending:
+                    continue
+                if tool[s] and not _partner_stands(s, b, pos, done, op_slot, op_where, n_ops):
+                    continue
+            w = fetch[s, robot, b] if pos[s] < 0 else d[robot, pos[s]] + c + d[pos[s], b]
+            if w < _INF and (pos[s] != b or tool[s] or in_hand[s]):
+                n = _put(succ, cost, n, FETCH, s, b, w)
+    if hand >= 0 and (first < 0 or hand == first):
+        pending = (op_mask[hand] & ~done) != 0
+        useful = staging or not carried_only[hand] or robot == end[hand]
+        if useful and (staging or not in_hand[hand] or pending):
+            n = _put(succ, cost, n, PLACE, hand, robot, c)
+        if (last != FETCH and last != CARRY) or at_root:
+            for b in range(d.shape[0]):
+                if b != robot and (staging or pending or b == end[hand]):
+                    n = _put(succ, cost, n, CARRY, hand, b, d[robot, b])
+    if first < 0:
+        for o in range(n_ops):
+            where = _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after)
+            if where >= 0:
+                n = _put(succ, cost, n, PREPARE, o, where, c + d[robot, where])
+    return n
+
+
+@_compiled
 def search(
-    robot0, hand0, g0, first, d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, n_ops,
-    c, staging, weight, bound, most_nodes,
+    robot0, hand0, g0, first, d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, link,
+    n_ops, c, staging, weight, bound, most_nodes,
 ):  # fmt: skip
     """A* from one state.
 
@@ -229,7 +339,9 @@ def search(
         standing: an instance stands there already, shape (slots, places).
         end, in_hand: where each slot must be at the end, -1 for anywhere; held or standing.
         op_slot, op_where: slots of each operation, -1 for none, and 1 for those in hand; shape (operations, parts).
-        op_after: bit mask of operations that come before.
+        op_after: bit mask of operations that come before; they have smaller numbers.
+        link: of each operation the one before and the one after at which the same slot stands, -1 for none, that slot
+            (of the one after), and 1 if a tool must be put down before another operation; shape (operations, 4).
         c: cost of a manipulation.
         staging: whether things may be put down on the way, where nothing else is done with them.
         weight: of the heuristic in the order of the search; 1 gives the optimum, more a plan sooner.
@@ -273,9 +385,11 @@ def search(
     node[0, 0] = robot0
     node[0, 1] = hand0
     node_g[0] = g0
+    work = np.zeros((max(n_ops, 1), n_loc))
     h0 = _heuristic(
-        robot0, hand0, node_pos[0], 0, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
-    )
+        robot0, hand0, node_pos[0], 0, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link,
+        n_ops, c, work,
+    )  # fmt: skip
     empty = np.zeros((0, 3), dtype=np.int64)
     if g0 + h0 >= bound - _EPS:
         return NO_PLAN, _INF, g0 + h0, empty, 0
@@ -322,93 +436,10 @@ def search(
         expanded += 1
         if count > most_nodes:
             return LIMIT, _INF, f if weight == 1.0 else g0 + h0, empty, expanded
-        n = 0
-        forced = first >= 0 and i == 0
-        # Choosing an instance where it stands costs nothing.
-        if not forced:
-            for s in range(n_slots):
-                if pos[s] < 0 and hand != s:
-                    for a in range(n_loc):
-                        if standing[s, a] and ((op_mask[s] & ~done) != 0 or (end[s] == a and not in_hand[s])):
-                            if carried_only[s] and a != end[s]:
-                                continue
-                            succ[n, 0] = CHOOSE
-                            succ[n, 1] = s
-                            succ[n, 2] = a
-                            cost[n] = 0.0
-                            n += 1
-        if hand < 0:
-            for s in range(n_slots):
-                if forced and s != first:
-                    continue
-                pending = op_mask[s] & ~done
-                if pending == 0 and (end[s] < 0 or (pos[s] == end[s] and not in_hand[s])):
-                    continue
-                for b in range(n_loc):
-                    if not staging and pending == 0 and b != end[s]:
-                        continue
-                    if (
-                        not staging
-                        and tool[s]
-                        and b != end[s]
-                        and not _partner_stands(s, b, pos, done, op_slot, op_where, n_ops)
-                    ):
-                        continue
-                    w = fetch[s, robot, b] if pos[s] < 0 else d[robot, pos[s]] + c + d[pos[s], b]
-                    if w == _INF or (pos[s] >= 0 and pos[s] == b and not tool[s] and not in_hand[s]):
-                        continue
-                    succ[n, 0] = FETCH
-                    succ[n, 1] = s
-                    succ[n, 2] = b
-                    cost[n] = w
-                    n += 1
-        elif not forced or hand == first:
-            last = action[i, 0]
-            useful = staging or not carried_only[hand] or robot == end[hand]
-            if useful and (staging or not in_hand[hand] or op_mask[hand] & ~done):
-                succ[n, 0] = PLACE
-                succ[n, 1] = hand
-                succ[n, 2] = robot
-                cost[n] = c
-                n += 1
-            if (last != FETCH and last != CARRY) or i == 0:
-                for b in range(n_loc):
-                    if b != robot and (staging or (op_mask[hand] & ~done) != 0 or b == end[hand]):
-                        succ[n, 0] = CARRY
-                        succ[n, 1] = hand
-                        succ[n, 2] = b
-                        cost[n] = d[robot, b]
-                        n += 1
-        if not forced:
-            for o in range(n_ops):
-                if (done >> o) & 1 or (op_after[o] & ~done) != 0:
-                    continue
-                where = -2
-                needs_hand = False
-                able = True
-                for j in range(op_slot.shape[1]):
-                    s = op_slot[o, j]
-                    if s < 0:
-                        continue
-                    if op_where[o, j] == 1:
-                        needs_hand = True
-                        able = able and hand == s
-                    else:
-                        if hand == s or pos[s] < 0 or (where >= 0 and pos[s] != where):
-                            able = False
-                        else:
-                            where = pos[s]
-                if not able or (not needs_hand and hand >= 0):
-                    continue
-                if where < 0:
-                    where = robot
-                if needs_hand and where != robot:
-                    continue
-                succ[n, 0] = PREPARE
-                succ[n, 1] = o
-                succ[n, 2] = where
-                cost[n] = c + d[robot, where]
-                n += 1
+        n = _moves(
+            robot, hand, pos, done, i == 0, action[i, 0], first if i == 0 else -1, staging, d, fetch, standing, end,
+            in_hand, op_slot, op_where, op_after, op_mask, carried_only, tool, n_ops, c, succ, cost,
+        )  # fmt: skip
         for k in range(n):
             kind = succ[k, 0]
             x = succ[k, 1]
@@ -446,8 +477,9 @@ def search(
             if old >= 0 and node_g[old] <= g2 + _EPS:
                 continue
             h = _heuristic(
-                robot2, hand2, pos2, done2, d, least, potential, standing, end, in_hand, op_slot, op_where, n_ops, c
-            )
+                robot2, hand2, pos2, done2, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask,
+                link, n_ops, c, work,
+            )  # fmt: skip
             if g2 + h >= bound - _EPS:
                 pruned = min(pruned, g2 + h)
                 continue

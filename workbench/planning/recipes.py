@@ -85,7 +85,7 @@ def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
             for prop in want.properties
         )
         for recipe in _expand(Recipe(slots=slots), wanted, problem):
-            for filled in _filled(recipe, problem):
+            for filled in _filled(_first_things_first(recipe), problem):
                 found[filled] = None
                 if len(found) >= MOST_RECIPES:
                     return tuple(found)
@@ -119,6 +119,25 @@ def _expand(recipe: Recipe, wanted: tuple[_Open, ...], problem: Problem) -> list
             )
             grown += _expand(more, (*needs, *rest), problem)
     return grown
+
+
+def _first_things_first(recipe: Recipe) -> Recipe:
+    """The recipe with every operation behind those that it comes after."""
+    order: list[int] = []
+    while len(order) < len(recipe.operations):
+        ready = (
+            i
+            for i, op in enumerate(recipe.operations)
+            if i not in order and all(before in order for before in op.after)
+        )
+        order.append(next(ready))
+    operations = tuple(
+        replace(
+            recipe.operations[i], after=tuple(sorted(order.index(before) for before in recipe.operations[i].after))
+        )
+        for i in order
+    )
+    return replace(recipe, operations=operations)
 
 
 def _gives(operation: Operation, slot: int, prop: str) -> bool:

@@ -121,6 +121,12 @@ def canonical_name(name: str) -> str | None:
     return next((ours for ours, paper in PAPER_NAMES.items() if paper.lower() == wanted), None)
 
 
+def resolved_name(name: str) -> str:
+    """The name that logs and tables give for it: an alias or the paper's spelling is the table's, others are kept."""
+    base, at, solver_name = name.partition("@")
+    return f"{canonical_name(base) or base}{at}{solver_name}"
+
+
 def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
     """Every strategy by name: the table's order, then installed ones, sorted.
 
