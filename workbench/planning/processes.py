@@ -7,7 +7,7 @@ it gets a process group of its own, and the whole group is killed.
 from __future__ import annotations
 
 import os
-import resource
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -58,10 +58,12 @@ def run_program(
         stdin: a file to read from; nothing if not given.
         environment: variables set besides the present ones.
     """
+    if not _can_be_started(command[0], folder):
+        return Answer(exit=Exit.NOT_STARTED, output=f"{command[0]}: no such program")
     with tempfile.TemporaryFile() as output, open(stdin or os.devnull, "rb") as source:
         try:
             process = subprocess.Popen(
-                list(command),
+                [*_limits(time_s, memory_bytes), *command],
                 stdin=source,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -71,7 +73,6 @@ def run_program(
             )
         except (OSError, ValueError) as error:
             return Answer(exit=Exit.NOT_STARTED, output=str(error))
-        _limit(process.pid, time_s, memory_bytes)
         try:
             process.wait(timeout=max(time_s, 0.001))
             timed_out = False
@@ -87,17 +88,19 @@ def run_program(
     return Answer(exit=Exit.CRASHED if crashed else Exit.ENDED, code=process.returncode, output=said)
 
 
-def _limit(pid: int, time_s: float, memory_bytes: int) -> None:
-    """Limits from outside, just after the start: nothing of ours runs between fork and exec."""
-    limits = (
-        (resource.RLIMIT_AS, memory_bytes),
-        (resource.RLIMIT_CPU, int(time_s) + 1),
-        (resource.RLIMIT_FSIZE, MOST_FILE_BYTES),
-        (resource.RLIMIT_CORE, 0),
-    )
-    with suppress(ProcessLookupError, PermissionError):
-        for which, limit in limits:
-            resource.prlimit(pid, which, (limit, limit))
+def _can_be_started(program: str, folder: Path) -> bool:
+    """Looked for on the path, or from the working folder where the name has a folder."""
+    return shutil.which(program) is not None or shutil.which(str(folder / program)) is not None
+
+
+def _limits(time_s: float, memory_bytes: int) -> tuple[str, ...]:
+    """A shell that limits itself and then becomes the program: no moment is left without limits.
+
+    A limit that a system does not know is left out.
+    """
+    limits = (("c", 0), ("f", MOST_FILE_BYTES // 512), ("t", int(time_s) + 1), ("v", memory_bytes // 1024))
+    set_all = "; ".join(f"ulimit -{letter} {limit} 2>/dev/null" for letter, limit in limits)
+    return ("/bin/sh", "-c", f'{set_all}; exec "$@"', "sh")
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
