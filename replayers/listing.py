@@ -14,6 +14,7 @@ from pathlib import Path
 
 import msgspec
 
+from workbench.cache import cache_folder
 from workbench.errors import LiosError
 
 LIST_VERSION = 1
@@ -106,10 +107,12 @@ def row_of(path: Path) -> Row:
     )
 
 
-def memory_for(folder: Path) -> Path:
-    """The file that remembers a folder's rows."""
-    root = Path(os.environ.get("LIOS_CACHE") or Path.home() / ".cache" / "lios-workbench")
-    return root / "list" / f"{hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:24]}.json"
+def memory_for(folder: Path) -> Path | None:
+    """The file that remembers a folder's rows; None where nothing is to be kept."""
+    root = cache_folder()
+    if root is None:
+        return None
+    return root / "list" / f"{hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:24]}.json"
 
 
 def _state(path: Path) -> tuple[int, int]:
@@ -142,7 +145,7 @@ def _remember(memory: Path | None, rows: dict[str, _Known]) -> None:
         memory.parent.mkdir(parents=True, exist_ok=True)
         draft.write_bytes(msgspec.json.encode(_Memory(LIST_VERSION, rows)))
         draft.replace(memory)
-    except OSError:
+    except (OSError, UnicodeEncodeError):
         draft.unlink(missing_ok=True)  # a listing that cannot be remembered is still a listing
 
 

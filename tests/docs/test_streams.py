@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from console_blocks import ROOT, environment
 
+from workbench.cache import cache_folder
+
 LOG = ROOT / "logs" / "find-lios.mcap"
 pytestmark = pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
 
@@ -66,3 +68,16 @@ def test_what_is_stopped_by_ctrl_c_as_it_says_has_not_failed(command: str, tmp_p
     server.send_signal(signal.SIGINT)
     assert server.wait(timeout=60) == 0, said.read_text(encoding="utf-8")
     assert "Traceback" not in said.read_text(encoding="utf-8")
+
+
+def test_no_cache_means_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LIOS_CACHE", "off")
+    assert cache_folder() is None
+    done = subprocess.run(
+        [str(Path(sys.executable).parent / "lios"), "list", str(LOG.parent)],
+        cwd=tmp_path,
+        capture_output=True,
+        check=True,
+    )
+    assert done.stdout
+    assert list(tmp_path.iterdir()) == []

@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 import msgspec
 import numpy as np
 
+from workbench.cache import cache_folder
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, FloorPlan, LocationId
 from workbench.worlds.navigation import Navigation
@@ -24,14 +25,6 @@ from workbench.worlds.travel import TravelCosts
 
 VERSION = 1
 """Goes up with every change of how travel costs are worked out."""
-
-
-def cache_folder() -> Path | None:
-    """Where results are kept; None when nothing is to be kept."""
-    chosen = os.environ.get("LIOS_CACHE", "")
-    if chosen.lower() == "off":
-        return None
-    return Path(chosen) if chosen else Path.home() / ".cache" / "lios-workbench"
 
 
 def recall(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Navigation | None:
