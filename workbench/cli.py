@@ -39,6 +39,31 @@ GROUP_HELP = {
     "spot": "Simulate, record or run a Spot.",
 }
 
+EPILOG = """\b
+Examples:
+  lios demo                                  the main job, on what ships with the project
+  lios record --find mug -o run.mcap         one search, simulated
+  lios replay run.mcap                       what the other strategies would have cost
+  lios view run.mcap                         the run in 3D
+  lios record --find mug --strategy '?'      a name that is not known lists those that are
+
+\b
+Exit codes:
+  0  fine
+  1  failed, or stopped
+  2  bad usage or bad input: one line says what, where, and what to do
+  3  finished with loss: something had to be dropped
+
+\b
+Environment:
+  LIOS_CACHE     folder of the cache; "off" keeps none; default ~/.cache/lios-workbench
+  LIOS_CHROMIUM  the browser that lios render draws with
+  BOSDYN_CLIENT_USERNAME, BOSDYN_CLIENT_PASSWORD, LIOS_SPOT_CERTIFICATE
+                 for lios spot record and run
+  NO_COLOR       plain tables
+
+lios COMMAND --help shows examples of each. --json answers machines on standard output."""
+
 
 class Commands(click.Group):
     """A group whose commands are entry points; each is imported only when it is needed."""
@@ -169,7 +194,7 @@ def app() -> Commands:
         "lios",
         found,
         help="Record, replay, inspect and evaluate robot object search and task planning.",
-        epilog="lios COMMAND --help shows examples. Start with: lios demo",
+        epilog=EPILOG,
         no_args_is_help=True,
         context_settings={"max_content_width": 100},
         params=[

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ from workbench.evaluation.task_trials import (
 )
 from workbench.planning.scenarios import SCENARIOS, is_scenario_file, scenario_name
 from workbench.planning.strategies import STRATEGIES, canonical_name, resolved_name
+from workbench.process_pool import process_pool
 from workbench.worlds.house_files import house_lines
 
 PAPER_STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios", "model-lios")
@@ -182,17 +182,9 @@ def run_units(units: list[Unit], *, workers: int, scheduler: str = "") -> Iterat
 
 
 def _in_processes(units: list[Unit], workers: int) -> Iterator[list[TaskRow]]:
-    with (
-        _one_thread_each(),
-        ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool,
-    ):
-        futures = [pool.submit(run_unit, unit) for unit in units]
-        try:
-            for future in as_completed(futures):
-                yield future.result()
-        finally:
-            for future in futures:
-                future.cancel()
+    with _one_thread_each(), process_pool(workers) as pool:
+        for future in as_completed([pool.submit(run_unit, unit) for unit in units]):
+            yield future.result()
 
 
 def _on_dask(units: list[Unit], scheduler: str, workers: int) -> Iterator[list[TaskRow]]:
