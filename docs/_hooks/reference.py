@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import json
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Any
 
 import click
@@ -25,6 +26,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/commands.md": commands_page(),
         "reference/events.md": events_page(),
         "reference/api.md": api_page(),
+        "changelog.md": (Path(config.config_file_path).parent / "CHANGELOG.md").read_text(encoding="utf-8"),
     }
     for path, content in pages.items():
         files.append(File.generated(config, path, content=content))
