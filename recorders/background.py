@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import final
 
@@ -195,4 +196,6 @@ class Background:
                     self._dropped[order.channel.topic] = self._dropped.get(order.channel.topic, 0) + 1
             self._queue.clear()
             self._waiting_bytes = 0
+        with suppress(LiosError):
+            self._inner.close()  # so that what was written has its index, where there is room for one
         self._on_trouble(str(error))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import final
 
 from recorders.channel_spec import ChannelSpec
-from recorders.sinks import Kept, Part, Standing
+from recorders.sinks import PART_METADATA, Kept, Part, Standing
 from recorders.writer import McapWriter
 from workbench.errors import BadValue
 
@@ -88,6 +88,7 @@ class RingBuffer:
             )
         with McapWriter(path or self._path, force=force) as writer:
             part = Part(writer)
+            writer.add_metadata(PART_METADATA, {"part": "0", "before": "", "last_s": f"{self._keep_ns / 1e9:g}"})
             standing.write_to(part, kept[0].log_time if kept else self._newest_ns)
             for message in kept:
                 part.write(message)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from glob import escape
 from pathlib import Path
 from typing import Protocol, final
 
 from recorders.channel_spec import ChannelSpec
 from recorders.chunk import Compression
 from recorders.writer import CHUNK_BYTES, KEEP_FREE_BYTES, McapWriter
-from workbench.errors import BadValue
+from workbench.errors import BadValue, OutputExists
 
 PART_METADATA = "lios.part"
 """Which part of a split log a file is: part (from 0), before (the file before it)."""
@@ -66,8 +67,10 @@ class Split:
     part_s: float | None = None
 
     def __post_init__(self) -> None:
-        if (self.part_bytes is not None and self.part_bytes < 1) or (self.part_s is not None and self.part_s <= 0):
-            raise BadValue("split", (self.part_bytes, self.part_s), "of more than 0 bytes or seconds")
+        if self.part_bytes is not None and self.part_bytes < 1:
+            raise BadValue("the size of a part", self.part_bytes, "more than 0 bytes")
+        if self.part_s is not None and self.part_s <= 0:
+            raise BadValue("the length of a part", self.part_s, "more than 0 seconds")
 
     @property
     def never(self) -> bool:
@@ -134,7 +137,8 @@ class LogFiles:
     """Writes to one file, or to parts `name_0000.mcap`, `name_0001.mcap`, ...; nothing is lost between parts.
 
     Raises:
-        OutputExists, CannotCreate, DiskFull: as McapWriter.
+        OutputExists: also when parts of an earlier log of that name are there: the two would be taken for one.
+        CannotCreate, DiskFull: as McapWriter.
     """
 
     def __init__(
@@ -154,6 +158,8 @@ class LogFiles:
         self._compression: Compression = compression
         self._standing = Standing()
         self.parts: list[Path] = []
+        if not self._split.never and not force:
+            self._refuse_parts_of_another_log()
         self._part = self._open_part()
 
     @property
@@ -211,6 +217,11 @@ class LogFiles:
         before.writer.close()
         self._standing.write_to(self._part, log_time)
         self._part.writer.flush()
+
+    def _refuse_parts_of_another_log(self) -> None:
+        pattern = f"{escape(self._path.stem)}_[0-9][0-9][0-9][0-9]{escape(self._path.suffix)}"
+        for there in sorted(self._path.parent.glob(pattern)):
+            raise OutputExists(there)
 
     def _open_part(self) -> Part:
         path = self._path

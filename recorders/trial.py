@@ -12,6 +12,7 @@ import numpy as np
 
 from recorders.provenance import revision
 from recorders.recorder import RunRecorder
+from recorders.sinks import Sink
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
@@ -121,8 +122,11 @@ def trial_events(trial: Trial) -> Iterator[Event]:
     return _events(trial, _prepare(trial))
 
 
-def record_trial(trial: Trial, path: Path, *, force: bool = False) -> Ended:
+def record_trial(trial: Trial, path: Path, *, force: bool = False, sink: Sink | None = None) -> Ended:
     """Runs a trial and records it, ground truth included.
+
+    Args:
+        sink: where the log goes instead of to `path`, such as to several files.
 
     Raises:
         OutputExists: the file exists and force is not given.
@@ -138,6 +142,7 @@ def record_trial(trial: Trial, path: Path, *, force: bool = False) -> Ended:
         costs=trial.costs,
         truth=trial.house.contents,
         force=force,
+        sink=sink,
     ) as recorder:
         for event in _events(trial, ready):
             recorder.record(event)

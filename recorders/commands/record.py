@@ -32,6 +32,12 @@ def record(
     ] = None,
     assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
+    split_mb: Annotated[
+        float | None, typer.Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+    ] = None,
+    split_s: Annotated[
+        float | None, typer.Option("--split-s", help="Go on in another file after so many seconds of the run.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
 ) -> None:
@@ -43,6 +49,7 @@ def record(
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
+    from recorders.sinks import LogFiles, Split
     from recorders.trial import Wish, record_trial, trial_for
     from workbench.errors import OutputExists
     from workbench.planning.strategies import resolved_name
@@ -50,17 +57,20 @@ def record(
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
 
-    if output.exists() and not force:
+    if output.exists() and not force and split_mb is None and split_s is None:
         raise OutputExists(output)
     wish = Wish(find=find, scenario=scenario, task_file=task)
     place = load_house(house or f"{shipped_houses()}:0", assets=assets)
     trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
-    end = record_trial(trial, output, force=force)
+    split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
+    files = None if split.never else LogFiles(output, split=split, force=force)
+    end = record_trial(trial, output, force=force, sink=files)
     by = resolved_name(strategy)
     if json:
         emit_json(
             {
-                "log": str(output),
+                "log": str(output) if files is None else str(files.parts[0]),
+                "parts": [str(output)] if files is None else [str(part) for part in files.parts],
                 "place": trial.house.plan.name,
                 "scenario": trial.task.scenario,
                 "strategy": by,
@@ -75,4 +85,8 @@ def record(
     else:
         say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {seed}")
         say(f"{end.status}: cost {end.cost:.1f}, {end.searches} containers searched, {end.travel_m:.1f} m walked")
-        say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
+        if files is None:
+            say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
+        else:
+            parts = " ".join(map(str, files.parts))
+            say(f"Recorded to {parts}. Each opens alone; one log of them: lios log merge {parts} -o {output}")

@@ -50,6 +50,28 @@ def test_a_shipped_house_is_recorded_and_read_back(lios: Run, tmp_path: Path) ->
     assert run.truth is None, "the truth is hidden unless asked for"
 
 
+def test_a_run_goes_on_in_further_files_that_merge_to_itself(lios: Run, tmp_path: Path) -> None:
+    wanted = ("record", "--find", "mug", "--strategy", "lios", "-o")
+    assert lios(*wanted, tmp_path / "whole.mcap")[0] == 0
+    code, out, err = lios(*wanted, tmp_path / "run.mcap", "--split-s", "12", "--json")
+    parts = [Path(name) for name in json.loads(out)["parts"]]
+    assert code == 0
+    assert [part.name for part in parts] == [f"run_{i:04d}.mcap" for i in range(len(parts))]
+    assert len(parts) > 1
+    for part in parts:
+        assert read(part).place.plan.containers
+        assert lios("doctor", part)[0] == 0
+    assert lios("log", "merge", *parts, "-o", tmp_path / "run.mcap")[0] == 0
+    assert sorted(_repeatable(tmp_path / "run.mcap")) == sorted(_repeatable(tmp_path / "whole.mcap"))
+    code, _, err = lios(*wanted, tmp_path / "run.mcap", "--split-mb", "5")
+    assert code == 2
+    assert "run_0000.mcap exists" in err
+    code, _, err = lios(*wanted, tmp_path / "other.mcap", "--split-mb", "0")
+    assert code == 2
+    assert "more than 0 bytes" in err
+    assert not list(tmp_path.glob("other*"))
+
+
 @pytest.mark.parametrize("strategy", ["lios", "greedy", "conditioned-lios", "oracle"])
 def test_the_same_seed_gives_the_same_bytes(strategy: str, tmp_path: Path) -> None:
     house = load_house(f"{shipped_houses()}:1")

@@ -15,7 +15,8 @@ from recorders.ring_buffer import RingBuffer
 from recorders.sinks import PART_METADATA, LogFiles, Split
 from recorders.writer import DiskFull
 from replayers.reader import attachment, messages, metadata
-from workbench.errors import BadValue
+from replayers.summary import read_index
+from workbench.errors import BadValue, OutputExists
 from workbench.runs.codec import decode
 from workbench.runs.vocabulary import NANO, Dropped
 
@@ -59,6 +60,41 @@ def test_a_part_ends_by_time(tmp_path: Path):
 def test_a_split_of_nothing_is_refused():
     with pytest.raises(BadValue):
         Split(part_bytes=0)
+    with pytest.raises(BadValue):
+        Split(part_s=-1.0)
+
+
+def test_parts_of_an_earlier_log_stop_nothing_midway(tmp_path: Path):
+    """A part left over from before would end the recording when its number comes; it is refused before it begins."""
+    left_over = tmp_path / "a_0003.mcap"
+    left_over.write_bytes(b"mine")
+    with pytest.raises(OutputExists, match="a_0003"):
+        LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0))
+    assert list(tmp_path.iterdir()) == [left_over]
+    LogFiles(tmp_path / "a.mcap").close()
+    LogFiles(tmp_path / "b.mcap", split=Split(part_s=1.0)).close()
+    files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
+    for i in range(40):
+        files.write(CAMERA, b"x", log_time=i * NANO // 10)
+    files.close()
+    assert _data(left_over, "/camera") == [b"x"] * 10
+
+
+def test_a_recording_that_must_stop_is_closed_with_its_index(tmp_path: Path):
+    """The next part cannot be made: the one before is whole all the same."""
+    told: list[str] = []
+    files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0))
+    background = Background(files, on_trouble=told.append)
+    for i in range(10):
+        background.write(STATE, b"%d" % i, log_time=i)
+    assert background.wait(10)
+    (tmp_path / "a_0001.mcap").mkdir()
+    background.write(STATE, b"next", log_time=2 * NANO)
+    background.close()
+    assert len(told) == 1
+    assert _data(tmp_path / "a_0000.mcap", "/state") == [b"%d" % i for i in range(10)]
+    with open(tmp_path / "a_0000.mcap", "rb") as stream:
+        assert read_index(stream) is not None
 
 
 def test_a_ring_buffer_saves_the_last_seconds_and_what_stands(tmp_path: Path):
@@ -71,6 +107,7 @@ def test_a_ring_buffer_saves_the_last_seconds_and_what_stands(tmp_path: Path):
     assert _data(path, "/state") == [b"%d" % i for i in range(79, 100)]
     assert _data(path, "/map") == [b"the map"]
     assert attachment(path, "place.json") == b"{}"
+    assert (metadata(path, PART_METADATA) or {})["last_s"] == "2", "a part of a run, so nobody misses its beginning"
     ring.write(STATE, b"later", log_time=10 * NANO)
     assert _data(ring.save(tmp_path / "again.mcap"), "/state")[-1] == b"later"
 
