@@ -94,7 +94,7 @@ def run_data(
     return {
         "name": name,
         "colour": list(colour),
-        "duration": timeline.duration_s,
+        "duration": round(timeline.duration_s, 6),
         "wayS": _list(timeline.way_s, 4),
         "wayX": _list(timeline.way_xy[:, 0]),
         "wayY": _list(timeline.way_xy[:, 1]),
