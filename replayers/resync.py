@@ -1,4 +1,9 @@
-"""Where does a record begin again after damage? Where a length fits the file, and the next record follows it."""
+"""Where does a record begin again after damage? Where a length fits the file, and the next record follows it.
+
+Never inside a chunk that was torn: zstd stores what it cannot compress as it is, so that messages can be recognised
+in there, some with bytes of the packing in their middle, and no checksum to tell which. What belongs into a chunk is
+taken for a record of the file itself only in files that have no chunks.
+"""
 
 from __future__ import annotations
 
@@ -16,15 +21,34 @@ CHAIN = 3
 """So many records in a row must fit before a place after damage is taken for the beginning of one."""
 
 
-def next_record(stream: BinaryIO, start: int, limit: int = MAX_RECORD_BYTES) -> int:
-    """Where a record begins again at or after start; -1 if nowhere."""
+INSIDE = frozenset({int(Opcode.SCHEMA), int(Opcode.CHANNEL), int(Opcode.MESSAGE)})
+"""What a chunk holds."""
+OF_CHUNKS = frozenset({int(Opcode.CHUNK), int(Opcode.MESSAGE_INDEX)})
+
+
+def next_record(stream: BinaryIO, start: int, limit: int = MAX_RECORD_BYTES, *, chunked: bool | None = None) -> int:
+    """Where a record begins again at or after start; -1 if nowhere.
+
+    Args:
+        chunked: whether the file keeps its messages in chunks; None where nothing has told so far.
+    """
+    outside = _next(stream, start, limit, INSIDE)
+    if chunked is None:
+        stream.seek(max(outside, 0))
+        chunked = outside >= 0 and stream.read(1)[0] in OF_CHUNKS
+    return outside if chunked else _next(stream, start, limit, frozenset())
+
+
+def _next(stream: BinaryIO, start: int, limit: int, excluded: frozenset[int]) -> int:
     size = stream.seek(0, io.SEEK_END)
     at = start
     while at < size:
         stream.seek(at)
         window = stream.read(WINDOW_BYTES + HEAD.size)
         for match in _HEADS.finditer(window):
-            if match.start() < WINDOW_BYTES and _begins_here(stream, at + match.start(), size, limit):
+            if match.start() >= WINDOW_BYTES or window[match.start()] in excluded:
+                continue
+            if _begins_here(stream, at + match.start(), size, limit):
                 return at + match.start()
         at += WINDOW_BYTES
     return -1

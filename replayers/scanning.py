@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 
 from recorders.log_index import MAGIC
 from replayers.mcap_records import HEAD, MAX_RECORD_BYTES, ChunkRecord, Record, Unreadable, opcode_name, parse
-from replayers.resync import next_record
+from replayers.resync import INSIDE, OF_CHUNKS, next_record
 from workbench.errors import FileMissing, Malformed, MalformedFile
 
 CHUNK_HEAD_BYTES = 48
@@ -107,8 +107,10 @@ def scan(
     """
     size = stream.seek(0, io.SEEK_END)
     offset = resume = start
+    chunked: bool | None = None
     while True:
         found = _look(stream, offset, size, limit, skip)
+        chunked = _is_chunked(found, chunked)
         if found.damage is None:
             if found.record is not None:
                 yield offset, found.record
@@ -119,9 +121,9 @@ def scan(
             continue
         if on_damage is None:
             raise DamagedLog(path, offset, found.damage)
-        again = (
-            found.end if found.end >= 0 else next_record(stream, resume if resume <= offset else offset + 1, limit)
-        )
+        again = found.end
+        if again < 0:
+            again = next_record(stream, resume if resume <= offset else offset + 1, limit, chunked=chunked)
         cut_off = again < 0 and found.opcode != 0
         on_damage(Damage(offset, found.damage, cut_off, -1 if found.record is not None else found.opcode))
         if found.record is not None:
@@ -129,6 +131,15 @@ def scan(
         if again < 0:
             return
         offset, resume = again, max(again, resume + 1)
+
+
+def _is_chunked(found: _Found, so_far: bool | None) -> bool | None:
+    """Whether messages are in chunks, by what has been seen of the file; a whole chunk outweighs everything."""
+    if found.opcode in OF_CHUNKS and (found.damage is None or so_far is None):
+        return True
+    if found.opcode in INSIDE and found.damage is None and so_far is None:
+        return False
+    return so_far
 
 
 class _Found(NamedTuple):

@@ -154,6 +154,42 @@ def _chunk_sizes(data: bytes, folder: Path) -> list[int]:
     return [len(_of_chunk(path, chunk.chunk_start_offset)) for chunk in index.chunks]
 
 
+@pytest.mark.parametrize("flushed", [0, 1])
+def test_nothing_is_picked_out_of_a_torn_chunk(flushed: int, tmp_path: Path):
+    """zstd stores pictures as they are, with its own bytes between: messages in there look whole and are not."""
+    rng = random.Random(1)
+    path = tmp_path / "a.mcap"
+    with McapWriter(path) as writer:
+        channel = writer.add_channel("/camera", "x", 0)
+        for i in range(flushed):
+            writer.add_message(channel, b"flushed", log_time=i)
+            writer.flush()
+        for i in range(300):
+            writer.add_message(channel, rng.randbytes(3000), log_time=flushed + i)
+    torn = path.read_bytes()[:500_000]
+    assert _saved(torn, tmp_path) == [("/camera", i, b"flushed") for i in range(flushed)]
+
+
+def test_damage_in_a_file_without_chunks_costs_one_message(tmp_path: Path):
+    from mcap.writer import Writer
+
+    path = tmp_path / "a.mcap"
+    with open(path, "wb") as stream:
+        writer = Writer(stream, use_chunking=False)
+        writer.start()
+        channel = writer.register_channel("/t", "x", writer.register_schema("s", "t", b"structure"))
+        for i in range(10):
+            writer.add_message(channel, i, b"message %d" % i, i)
+        writer.finish()
+    data = path.read_bytes()
+    for damaged in (data.index(b"structure") - 30, data.index(b"message 0") - 25, data.index(b"message 4") - 25):
+        broken = bytearray(data)
+        broken[damaged] ^= 0x80
+        (tmp_path / "b.mcap").write_bytes(broken)
+        done = recover(tmp_path / "b.mcap", tmp_path / "c.mcap", force=True)
+        assert done.messages >= 9, damaged
+
+
 def test_zeros_at_the_end_as_after_a_power_cut_do_no_harm(run_log: bytes, tmp_path: Path):
     killed = killed_toy_log(tmp_path / "k.mcap").read_bytes()
     want = _saved(killed, tmp_path)
