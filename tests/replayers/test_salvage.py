@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import resource
 import tracemalloc
 from pathlib import Path
 
@@ -104,14 +105,16 @@ def test_a_run_cut_here_and_there_gives_all_that_was_flushed(run_log: bytes, tmp
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(3000)
+@pytest.mark.timeout(6000)
 def test_a_run_cut_at_every_byte_takes_no_more_than_200_mb(run_log: bytes, tmp_path: Path):
-    tracemalloc.start()
+    """A quarter of an hour. The process itself is measured: what it takes beyond what it took before."""
+    before_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for cut in range(len(run_log)):
         saved = _saved(run_log[:cut], tmp_path)
         assert (saved is None) == (cut < 8), cut
-    assert tracemalloc.get_traced_memory()[1] < 200e6
-    tracemalloc.stop()
+    took_mb = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kib) / 1024
+    print(f"{len(run_log)} cuts, {took_mb:.0f} MB")
+    assert took_mb < 200
 
 
 def test_a_flipped_byte_anywhere_in_a_small_log_is_noticed_and_costs_one_chunk_at_most(small: bytes, tmp_path: Path):
