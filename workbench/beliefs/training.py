@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,7 +16,7 @@ from workbench.beliefs.counts import counts_settings, counts_tensors
 from workbench.beliefs.encoder import TextEncoder
 from workbench.beliefs.examples import collect, house_weight
 from workbench.beliefs.weights import VERSION, Header, Tensor, Weights, write_weights
-from workbench.errors import BadValue, UnknownName
+from workbench.errors import BadValue, MissingExtra, UnknownName
 from workbench.worlds.house import House
 
 SINGLE_ROOM = 0.1
@@ -69,6 +70,7 @@ def train(name: str, lesson: Lesson, path: Path, *, watch: Watch | None = None) 
     Raises:
         UnknownName: no trainer of that name.
         BadValue: no houses, or houses that hold nothing.
+        MissingExtra: a network is to be trained, and torch is not here.
     """
     if name not in TRAINERS:
         raise UnknownName("estimator to train", name, TRAINERS)
@@ -123,6 +125,7 @@ def _train_counts(lesson: Lesson, watch: Watch | None) -> Learnt:
 
 
 def _train_fcnn(lesson: Lesson, watch: Watch | None) -> Learnt:
+    _require_torch()
     from workbench.beliefs.train_fcnn import train_fcnn
 
     examples = collect(lesson.houses, weights=lesson.weights(lesson.houses))
@@ -137,6 +140,7 @@ def _train_fcnn(lesson: Lesson, watch: Watch | None) -> Learnt:
 
 
 def _train_best(lesson: Lesson, watch: Watch | None) -> Learnt:
+    _require_torch()
     from workbench.beliefs.train_best import train_best
 
     single = lesson.single_room if any(len(h.plan.rooms) > 1 for h in lesson.houses) else 1.0
@@ -150,6 +154,11 @@ def _train_best(lesson: Lesson, watch: Watch | None) -> Learnt:
         watch=watch,
     )
     return counts_settings(examples), tensors
+
+
+def _require_torch() -> None:
+    if find_spec("torch") is None:
+        raise MissingExtra("training a network", "train")
 
 
 TRAINERS: Mapping[str, Trainer] = MappingProxyType(
