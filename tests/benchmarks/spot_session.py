@@ -15,6 +15,9 @@ import tempfile
 import time
 from pathlib import Path
 
+from recorders.spot.site_tasks import delivery_of
+from workbench.worlds.site import load_site
+
 PORT = 50444
 LIOS = [sys.executable, "-c", "import sys; from workbench.cli import run; sys.exit(run(sys.argv[1:]))"]
 ROUND = (
@@ -74,7 +77,8 @@ def main() -> int:
             )
             time.sleep(8.0)
             there = ["--robot", f"127.0.0.1:{PORT}", "--certificate", str(certificate), "--site", "paper_home"]
-            how = ["--for", str(given.seconds), "--images-hz", "10", "--json", "--force"]
+            task = ["--task", str(delivery_of(load_site("paper_home")))]
+            how = [*task, "--for", str(given.seconds), "--images-hz", "10", "--json", "--force"]
             record = [*LIOS, "spot", "record", *there, *how, "-o", str(given.output)]
             told = subprocess.run(record, env=environment, stdout=subprocess.PIPE, check=True, text=True).stdout
         finally:
