@@ -22,6 +22,7 @@ from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.geometry.marks import Mesh, cross, question, robot_body, robot_legs, tick, unknown
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
+from dashboards.one_place import here, left_out
 from dashboards.palette import OCCUPIED, run_colour
 from dashboards.panels.markup import text
 from dashboards.panels.now import title
@@ -74,8 +75,7 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     if not timelines:
         raise BadValue("runs of a capsule", (), "at least one")
     elsewhere = left_out(timelines)
-    here = tuple(t for t in timelines if t.plan == timelines[0].plan)
-    data = msgspec.json.encode(_data(here, elsewhere))
+    data = msgspec.json.encode(_data(here(timelines), elsewhere))
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
         "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),
@@ -87,11 +87,6 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     for key, content in parts.items():
         page = page.replace(key, content)
     return page
-
-
-def left_out(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
-    """The runs that a page of these leaves out: those of another place than the first's."""
-    return tuple(t for t in timelines if t.plan != timelines[0].plan)
 
 
 def _left_out_note(elsewhere: Sequence[Timeline]) -> str:

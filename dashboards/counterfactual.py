@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.errors import LiosError
+from workbench.terminal import say
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,14 +25,16 @@ class Counterfactual:
 
 
 def kept_beside(log: Path) -> Counterfactual | None:
-    """The counterfactual kept beside a replay's log, or None for another log or a file that cannot be read."""
-    if not log.name.endswith(".replay.mcap"):
+    """The counterfactual kept beside a replay's log, or None for another log; a file that cannot be read is told of."""
+    kept_at = log.with_suffix(".json")
+    if not log.name.endswith(".replay.mcap") or not kept_at.exists():
         return None
     from replayers.stored_replays import read_replay
 
     try:
-        kept = read_replay(log.with_suffix(".json"))
-    except LiosError:
+        kept = read_replay(kept_at)
+    except LiosError as error:
+        say(f"Bounds are not shown: {error}")
         return None
     return Counterfactual(
         lower=kept.bounds.lower if kept.bounds is not None else None,

@@ -201,7 +201,7 @@
     clearTimeout(remembering);
     remembering = setTimeout(() => {
       const view = [...camera.target, camera.distance, camera.turn, camera.tilt].map((v) => v.toFixed(3)).join(",");
-      try { history.replaceState(null, "", `#at=${state.at.toFixed(3)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${state.item ? "&item=" + state.item : ""}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
+      try { history.replaceState(null, "", `#at=${+state.at.toFixed(6)}&clock=${state.clock}&tab=${state.tab}&walls=${state.walls}${state.item ? "&item=" + state.item : ""}${camera.moved ? "&camera=" + view : ""}`); } catch { /* not allowed here */ }
     }, 300);
   };
   const step = (stops, direction) => {

@@ -24,16 +24,15 @@ def capsule(
 
         lios capsule lios.mcap greedy.mcap -o both.html
     """
-    from dashboards.capsule import left_out, write_capsule
+    from dashboards.capsule import write_capsule
     from dashboards.library import Library
+    from dashboards.one_place import say_left_out
     from workbench.terminal import emit_json, say
 
     library = Library(logs)
     timelines = [library.timeline(i) for i in range(len(library.paths))]
-    elsewhere = left_out(timelines)
     size = write_capsule(timelines, output, force=force)
-    for timeline in elsewhere:
-        say(f"Left out: {timeline.run.path} is of {timeline.run.info.place}, not of {timelines[0].run.info.place}.")
+    elsewhere = say_left_out(timelines)
     if as_json:
         emit_json(
             {

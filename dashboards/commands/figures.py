@@ -27,11 +27,13 @@ def figures(
     """
     from dashboards.figures.files import write_figures
     from dashboards.library import Library
+    from dashboards.one_place import here, say_left_out
     from workbench.terminal import emit_json, say
 
     library = Library(logs)
     timelines = [library.timeline(i) for i in range(len(library.paths))]
-    written = write_figures(timelines, output, formats=tuple(format_ or ("pdf", "png")), force=force)
+    say_left_out(timelines)
+    written = write_figures(here(timelines), output, formats=tuple(format_ or ("pdf", "png")), force=force)
     if as_json:
         emit_json({"files": [str(path) for path in written]})
     else:

@@ -36,6 +36,7 @@ def render(
         lios render run.mcap greedy.mcap --video --speed 8 -o both.mp4
     """
     from dashboards.library import Library
+    from dashboards.one_place import say_left_out
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
     from workbench.errors import BadValue
@@ -50,6 +51,7 @@ def render(
     )
     library = Library(logs)
     timelines = [library.timeline(i) for i in range(len(library.paths))]
+    say_left_out(timelines)
     frames = 1
     if film:
         frames = draw_video(

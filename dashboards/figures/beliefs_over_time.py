@@ -22,10 +22,18 @@ def draw_beliefs_over_time(ax: Axes, timeline: Timeline, focus: str) -> None:
     top = sorted(series, key=lambda c: (-max(p for _, p in series[c]), c))[:MOST_LINES]
     for i, container in enumerate(top):
         x, y = zip(*series[container], strict=True)
-        ax.step(x, y, where="post", color=unit(RUNS[i % len(RUNS)]), label=container, marker="o", markersize=2)
+        ax.step(
+            x, y, where="post", color=unit(RUNS[i % len(RUNS)]), label=_label(container), marker="o", markersize=2
+        )
     ax.set_xlabel("time (s)")
     ax.set_ylabel(f"belief in {readable_name(focus)} (%)")
     ax.set_xlim(left=0)
     ax.set_ylim(bottom=0)
     if top:
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _label(container: str) -> str:
+    """ "dining table 4|1" for DiningTable|4|1."""
+    kind, _, which = container.partition("|")
+    return f"{readable_name(kind)} {which}".strip()

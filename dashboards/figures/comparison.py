@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
+from dashboards.figures.style import label_of
 from dashboards.palette import PHASES
 from dashboards.timeline import PHASE_OF, Timeline
 
@@ -14,8 +15,8 @@ KINDS = ("moving", "searching", "manipulating")
 
 
 def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
-    """A bar a run: cost by kind of action, and a mark at what was charged when that differs."""
-    names = [t.run.info.strategy for t in timelines]
+    """A bar a run: cost by kind of action; a line from bound to bound where the log does not decide the cost."""
+    names = [label_of(t) for t in timelines]
     left = np.zeros(len(timelines))
     for kind in KINDS:
         parts = np.array(
@@ -28,6 +29,10 @@ def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
         outcome = timeline.run.outcome
         status = outcome.status if outcome is not None else "cut off"
         words = f"{left[i]:.1f}" if status == "done" else f"{left[i]:.1f}, {status}"
+        known = timeline.counterfactual
+        if known is not None and not known.exact and known.lower is not None and known.upper is not None:
+            ax.plot([known.lower, known.upper], [i, i], color="#23262b", linewidth=0.9, marker="|", zorder=4)
+            words, left[i] = f"{known.lower:.1f} to {known.upper:.1f}", known.upper
         ax.text(left[i], i, f" {words}", va="center", fontsize=7)
     ax.set_yticks(range(len(names)), names)
     ax.invert_yaxis()

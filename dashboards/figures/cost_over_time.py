@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
+from dashboards.figures.style import label_of
 from dashboards.palette import run_colour, unit
 from dashboards.timeline import Timeline
 
@@ -15,7 +16,7 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     """Cost so far against seconds; a dot at each search, a ring at the end."""
     for i, timeline in enumerate(timelines):
         colour = unit(run_colour(i))
-        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=timeline.run.info.strategy, zorder=3 - i / 10)
+        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=label_of(timeline), zorder=3 - i / 10)
         searched = [timeline.seconds(a.stamp.ns) for a in timeline.run.actions if a.action == "search"]
         ax.plot(
             searched,

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patheffects import withStroke
 
 from dashboards.figures.style import as_map
 from dashboards.geometry.walls import gaps_of
@@ -42,7 +43,15 @@ def draw_floor_plan(
     if room_names:
         for room in plan.rooms:
             x, y = np.mean(np.array(room.floor), axis=0)
-            ax.text(x, y, readable_name(room.kind), ha="center", va="center", fontsize=6, color="#6b7078", zorder=1.5)
+            ax.text(
+                *(x, y, readable_name(room.kind)),
+                ha="center",
+                va="center",
+                fontsize=6,
+                color="#5a6068",
+                zorder=4,
+                path_effects=[withStroke(linewidth=1.8, foreground="white", alpha=0.85)],
+            )
     ax.autoscale_view()
 
 

@@ -7,6 +7,8 @@ from matplotlib.patches import Patch
 
 from dashboards.palette import PHASES
 from dashboards.timeline import Timeline
+from workbench.runs.vocabulary import ActionFinished
+from workbench.worlds.names import readable_name
 
 MOST_NAMED = 40
 """Bars that carry their target's name; of more actions none does."""
@@ -29,11 +31,11 @@ def draw_gantt(ax: Axes, timeline: Timeline) -> None:
             linewidth=0.5,
             hatch="" if action.support != "imputed" else "////",
         )
-        if len(actions) <= MOST_NAMED:
+        if len(actions) <= MOST_NAMED and (action.action == "move" or not _came_from_a_move(action, actions)):
             ax.text(
                 (start + end) / 2,
                 rows.index(action.action) - 0.4,
-                action.target.partition("|")[0],
+                readable_name(action.target.partition("|")[0]),
                 ha="center",
                 va="bottom",
                 fontsize=4.8,
@@ -55,3 +57,9 @@ def draw_gantt(ax: Axes, timeline: Timeline) -> None:
         bbox_to_anchor=(1.0, -0.16),
         ncols=3,
     )
+
+
+def _came_from_a_move(action: ActionFinished, actions: tuple[ActionFinished, ...]) -> bool:
+    """Whether the robot moved there just before: the move's bar then names the place."""
+    before = [a for a in actions if a.index < action.index and a.action == "move"]
+    return bool(before) and before[-1].target == action.target

@@ -8,6 +8,9 @@ from contextlib import contextmanager
 import matplotlib as mpl
 from matplotlib.axes import Axes
 
+from dashboards.timeline import Timeline
+from workbench.planning.strategies import PAPER_NAMES
+
 COLUMN_IN = 3.5
 """Width of one column of a two-column paper, in inches."""
 PAGE_IN = 7.16
@@ -60,3 +63,9 @@ def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
     x, y = ax.get_xlim()[0], ax.get_ylim()[0]
     ax.plot([x, x + metres], [y, y], color="#23262b", linewidth=1.6, solid_capstyle="butt", clip_on=False)
     ax.text(x + metres / 2, y, f"{metres:g} m", ha="center", va="bottom", fontsize=6.5)
+
+
+def label_of(timeline: Timeline) -> str:
+    """A run's strategy as the paper spells it."""
+    name = timeline.run.info.strategy
+    return PAPER_NAMES.get(name, name)

@@ -9,10 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from dashboards.figures.floor_plan import draw_floor_plan
-from dashboards.figures.style import scale_bar
+from dashboards.figures.style import label_of, scale_bar
 from dashboards.palette import FOUND, run_colour, unit
 from dashboards.scene import scene_at
 from dashboards.timeline import NEVER, Timeline
+
+FIRST_WIDTH, LEAST_WIDTH = 2.6, 0.8
 
 
 def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
@@ -21,17 +23,13 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     if first.plan is not None:
         draw_floor_plan(ax, first.plan)
     for i in range(len(timelines) - 1, -1, -1):
-        way = timelines[i].way_xy
-        colour = unit(run_colour(i))
-        ax.plot(
-            *way.T, color=colour, linewidth=1.5 if i == 0 else 1.0, alpha=1.0 if i == 0 else 0.8, zorder=5 - i / 10
-        )
+        # Where ways run along each other the later ones, thinner, lie on those before them: all can be seen.
+        width = max(LEAST_WIDTH, FIRST_WIDTH - 0.7 * i)
+        ax.plot(*timelines[i].way_xy.T, color=unit(run_colour(i)), linewidth=width, zorder=5 + i / 10)
     ax.plot(*first.way_xy[0], marker="o", markersize=4.5, color="#23262b", zorder=6)
     _number_searches(ax, first)
     if len(timelines) > 1:
-        handles = [
-            Line2D([], [], color=unit(run_colour(i)), label=t.run.info.strategy) for i, t in enumerate(timelines)
-        ]
+        handles = [Line2D([], [], color=unit(run_colour(i)), label=label_of(t)) for i, t in enumerate(timelines)]
         ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=min(4, len(handles)))
     scale_bar(ax)
 

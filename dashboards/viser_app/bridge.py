@@ -35,7 +35,7 @@ def keep_address(query: str) -> str:
 
 def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
     """The query of a link that restores a view: runs, moment, clock, item, walls, camera."""
-    words: dict[str, str] = {"runs": ",".join(str(r) for r in state.runs), "at": f"{state.at:.3f}"}
+    words: dict[str, str] = {"runs": ",".join(str(r) for r in state.runs), "at": _exact(state.at)}
     if state.alignment != "time":
         words["clock"] = state.alignment
     if state.focus:
@@ -48,6 +48,11 @@ def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
         words["initialCameraPosition"] = ",".join(f"{v:.3f}" for v in camera.position)
         words["initialCameraLookAt"] = ",".join(f"{v:.3f}" for v in camera.look_at)
     return urlencode(words, safe=",")
+
+
+def _exact(reading: float) -> str:
+    """To the nanosecond: a decision's own moment must not be rounded to before it."""
+    return f"{reading:.9f}".rstrip("0").rstrip(".")
 
 
 def changes_of(query: str, *, runs: int) -> dict[str, object]:

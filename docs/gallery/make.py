@@ -1,7 +1,7 @@
 """Makes every picture of the gallery again: `python docs/gallery/make.py [NAME ...]`.
 
-Everything is made from what ships with the project: the sample logs, a demo and an evaluation that are run here, and a
-session of the simulated Spot. Needs Chromium and the extras "render" and "spot". NAMEs choose some of the pictures.
+All is made from what ships with the project: the sample logs, and a demo, an evaluation and a session of a Spot,
+the last simulated, all run here. Needs Chromium and the extras "render" and "spot". NAMEs choose some pictures.
 """
 
 from __future__ import annotations
