@@ -25,7 +25,7 @@ class Counterfactual:
 
 
 def kept_beside(log: Path) -> Counterfactual | None:
-    """The counterfactual kept beside a replay's log, or None for another log; a file that cannot be read is told of."""
+    """The counterfactual kept beside a replay's log, None for another log; a file that cannot be read is told of."""
     kept_at = log.with_suffix(".json")
     if not log.name.endswith(".replay.mcap") or not kept_at.exists():
         return None

@@ -225,3 +225,67 @@ def _again(logs: list[Path], port: int) -> Dashboard:
         except OSError:
             time.sleep(0.2)
     return open_dashboard(logs, port=port)
+
+
+LOGS = Path(__file__).resolve().parents[2] / "logs"
+
+
+def test_a_link_sets_the_controls_too(browser: Browser, dashboard: Dashboard) -> None:
+    tab = open_view(browser, dashboard.url + "/?at=3&walls=whole&clock=distance")
+    tab.get_by_role("tab", name="View", exact=True).click()
+    tab.wait_for_function(
+        "[...document.querySelectorAll('input')].some((i) => i.value === 'whole')"
+        " && [...document.querySelectorAll('input')].some((i) => i.value === 'distance')"
+    )
+    tab.close()
+
+
+def test_another_clock_keeps_the_moment(page: Page, dashboard: Dashboard) -> None:
+    page.evaluate("window.liosCommand('decision 3')")
+    page.get_by_text("Decision 3 of").wait_for()
+    session = next(s for s in dashboard.sessions.values() if s.state.at > 0)
+    for alignment in ("distance", "decision", "time"):
+        session.align(alignment)  # type: ignore[arg-type]
+        page.wait_for_timeout(700)
+        assert page.get_by_text("Decision 3 of").count() == 1
+
+
+def test_cameras_of_a_robot_are_shown_and_can_be_hidden(browser: Browser) -> None:
+    made = open_dashboard([LOGS / "spot-home-A.mcap"], port=0, at=60.0)
+    tab = open_view(browser, made.url, width=1500, height=800)
+    try:
+        picture = tab.locator(".lp.cameras img").first
+        picture.wait_for()
+        tab.wait_for_function("document.querySelector('.lp.cameras img').naturalWidth > 100")
+        tab.get_by_role("tab", name="View", exact=True).click()
+        tab.get_by_label("Pictures").click()
+        picture.wait_for(state="hidden")
+        (session,) = made.sessions.values()
+        session.change(grid=True, pictures=True)
+        picture.wait_for()
+    finally:
+        tab.close()
+        made.stop()
+
+
+def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browser: Browser, tmp_path: Path) -> None:
+    from workbench import cli
+
+    words = "evaluate tasks --scenarios any-of-3 -s model-lios,opt-greedy -n 2 --split all --estimator counts"
+    assert cli.run([*words.split(), "--paper-estimator", "counts", "--record", "-o", str(tmp_path / "out")]) == 0
+    made = open_dashboard([tmp_path / "out"], port=0)
+    tab = open_view(browser, made.url, width=1400, height=900)
+    try:
+        points = tab.locator(".lp circle")
+        points.first.wait_for()
+        assert points.count() == 2
+        points.nth(1).click()
+        tab.get_by_text("They").first.wait_for(state="attached")
+        (session,) = made.sessions.values()
+        tab.wait_for_function("document.querySelectorAll('.lp .legend .dot').length > 2")
+        strategies = [t.run.info.strategy for t in session.clock.timelines]
+        assert strategies == ["opt-greedy", "model-lios"]
+        assert len({t.run.info.place for t in session.clock.timelines}) == 1
+    finally:
+        tab.close()
+        made.stop()
