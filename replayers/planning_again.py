@@ -8,6 +8,7 @@ from typing import Any
 from replayers.moment import decision_at, moment_of
 from replayers.run import Run
 from workbench.errors import BadValue, Unsupported
+from workbench.planning.actions import prepares
 from workbench.planning.built_in import Solved, without_hypothetical
 from workbench.planning.composed import Composed, problem_at
 from workbench.planning.pddl import PddlTask, pddl_of
@@ -101,7 +102,7 @@ def plan_again(
     number = decision if decision is not None else decision_at(run, at or 0.0)
     moment = moment_of(run, number)
     name = strategy or run.info.strategy
-    base = _base(name)
+    base = _base(name, cooking=prepares(moment.view.task.goal))
     problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
     core = problem.locations
     if everywhere:
@@ -127,12 +128,12 @@ def plan_again(
     )
 
 
-def _base(name: str) -> Composed:
+def _base(name: str, *, cooking: bool) -> Composed:
     if name.partition("@")[0] == "oracle":
         raise PlansOnItsOwn(name)
     made = strategy_named(name)
     if isinstance(made, Scout):
-        made = made.base
+        made = made.cooking if cooking else made.base
     if not isinstance(made, Composed):
         raise PlansOnItsOwn(name)
     return made

@@ -269,3 +269,21 @@ def test_the_same_seed_gives_the_same_events() -> None:
     once, twice = (stripped(_run(FakeWorld(), InOrder((BED, FRIDGE, COUNTER)))) for _ in range(2))
     assert once == twice
     assert isinstance(_run(FakeWorld(), InOrder((COUNTER,)))[-1], Ended)
+
+
+def test_what_is_loaded_once_is_not_charged_to_the_planning_budget() -> None:
+    class SlowToLoad(EvenEstimator):
+        name = "slow to load"
+        clock_s = 0.0
+        calls = 0
+
+        def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+            self.calls += 1
+            self.clock_s += 1000.0 if self.calls == 1 else 0.0
+            return super().believe(knowledge, item_types)
+
+    slow = SlowToLoad()
+    world, strategy, task = FakeWorld(), InOrder((FRIDGE, COUNTER)), find_task(MUG, START)
+    events = list(run_task(world, strategy, slow, task, costs=SIMULATION, stopwatch=lambda: slow.clock_s))
+    assert outcome_of(events).status is RunStatus.DONE
+    assert slow.calls == 1 + outcome_of(events).decision

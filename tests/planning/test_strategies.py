@@ -11,6 +11,7 @@ from workbench.errors import UnknownName
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategies import (
     STRATEGIES,
+    VARIANTS,
     OracleNeedsHouse,
     canonical_name,
     strategy,
@@ -41,7 +42,7 @@ def nothing_known() -> Knowledge:
     return knowledge_at_start(toy_plan(), toy_travel(), {})
 
 
-@pytest.mark.parametrize("name", strategy_names(with_truth=True))
+@pytest.mark.parametrize("name", [*strategy_names(with_truth=True), *VARIANTS])
 def test_every_strategy_finds_in_one_step(name: str, nothing_known: Knowledge) -> None:
     made = strategy(name, house=toy_house()).decide(view_of(nothing_known, [0.1, 0.5, 0.1, 0.1, 0.4]))
     assert made.plan.status is PlanStatus.SOLVED

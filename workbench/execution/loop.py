@@ -15,10 +15,11 @@ from workbench.beliefs.belief import Estimator
 from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned, RunStatus
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import why_illegal
-from workbench.planning.actions import facts_after
+from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
+from workbench.planning.warm import warm_up
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -105,6 +106,7 @@ class _Run:
     def _start(self) -> Iterator[Event]:
         if self.begin_with is not None:
             self.knowledge = self.begin_with
+            self._warm_up()
             return
         known = self.world.known_at_start()
         self.knowledge = knowledge_at_start(self.world.plan, self.world.travel, known)
@@ -117,6 +119,12 @@ class _Run:
                 robot_at=START,
                 known_at_start=True,
             )
+        self._warm_up()
+
+    def _warm_up(self) -> None:
+        """What is compiled or loaded once is not charged to the planning budget."""
+        wanted = relevant_types(self.task.goal)
+        warm_up(self.knowledge, self.estimator, tuple(t for t in wanted if t in (self.task.available or wanted)))
 
     def _decide_and_act(self) -> Iterator[Event]:
         self.decision += 1

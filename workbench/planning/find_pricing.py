@@ -13,6 +13,7 @@ import numpy.typing as npt
 from workbench.beliefs.belief import Belief
 from workbench.search.bounds import optimistic_find_costs, pessimistic_find_costs
 from workbench.search.candidates import PAPER_LIMIT
+from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import BeliefModel, FindCosts
@@ -92,6 +93,29 @@ class Expected:
 
     def price(self, question: FindQuestion) -> FindCosts:
         return question.answered_by(partial(expected_find_costs, belief_model=self.belief_model, limit=self.limit))
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WholeSearch:
+    """Eq. 1 with what follows when none of its candidates holds the object."""
+
+    belief_model: BeliefModel = "marginal"
+    limit: int = PAPER_LIMIT
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        return corrected_find_costs(
+            question.belief,
+            question.travel,
+            origins=question.origins,
+            targets=question.targets,
+            costs=question.costs,
+            belief_model=self.belief_model,
+            limit=self.limit,
+        )
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()

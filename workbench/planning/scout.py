@@ -1,34 +1,35 @@
 """Which look is worth most for everything that is missing? Our strategy beyond one object at a time.
 
-A find looks for one type and plans as if nothing else could turn up. But every container shows all that it holds,
-and many lie on the way. So before each decision of the base strategy, scout-lios asks of each container worth it:
-what would it cost to look there now, and what would the best plan cost after each thing that the look may show?
+It plans as its base does, with find costs under the `marginal` belief that count the whole search, and goes past it:
 
-    Q(c) = d(here, c) + R_search + sum over outcomes of P(outcome) V(after the outcome)
+- Several missing things are sought at once. While one is searched for, a look into a container is also worth
+  something to the finds that come after it (look_worth.py). The order of the search is the one that costs least with
+  that worth taken off each stop.
+- Looks in passing. While the plan fetches or carries, a container that lies near the way is looked into when the look
+  is worth more than the detour.
 
-V is the base strategy's plan cost with the belief after the look: what is found is known at c, what is not found is
-conditioned on being elsewhere. This is one step of policy improvement over the base strategy.
+For goals with preparation it decides as its base for cooking.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
-from workbench.beliefs.belief import Belief
 from workbench.planning.actions import prepares
-from workbench.planning.built_in import solve
-from workbench.planning.composed import Composed, problem_at, types_to_believe
-from workbench.planning.plans import PlanStatus
-from workbench.planning.single_find import plan_single_find
+from workbench.planning.composed import Composed, types_to_believe
+from workbench.planning.look_worth import search_of, worth_of_looks
+from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, View
-from workbench.planning.tasks import Holding, Task
+from workbench.planning.tasks import Task
 from workbench.search.find_costs import SearchStop
-from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
+from workbench.search.orders import along
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+
+PASSES = 20
+"""Passes of small changes to an order."""
 
 
 @final
@@ -37,136 +38,75 @@ class Scout:
     """Looks where it is worth most over a base strategy.
 
     Attributes:
-        base: plans, and prices what may come.
-        most_containers: containers considered a decision.
-        most_types: missing types whose outcomes are told apart; the others count as not found.
-        margin: an extra look must promise to save this much; V is an estimate, and the least of several
-            estimates flatters.
+        base: plans; its policy orders the looks.
+        cooking: decides where things are to be prepared.
+        share_in_passing: which share of a look's worth counts against a detour. The finds that it serves would pass
+            by some of these containers anyway.
+        margin: what a look in passing must save beyond its detour.
     """
 
     base: Composed
+    cooking: Composed
     name: str = "scout-lios"
-    most_containers: int = 5
-    most_types: int = 3
-    margin: float = 4.0
+    share_in_passing: float = 0.5
+    margin: float = 3.0
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         return types_to_believe(task)
 
     def decide(self, view: View) -> Decision:
+        if prepares(view.task.goal):
+            return self.cooking.decide(view)
         made = self.base.decide(view)
-        if made.plan.status is not PlanStatus.SOLVED or not made.plan.steps or prepares(view.task.goal):
+        finds = [step for step in made.plan.steps if step.action == "find"]
+        if made.plan.status is not PlanStatus.SOLVED or not finds:
             return made
-        sought = _sought(made, view)
-        if not sought:
+        if made.plan.steps[0] is not finds[0]:
+            passing = self._in_passing(made, finds, view)
+            return made if passing is None else replace(made, look_on_the_way=(passing,))
+        if len(finds) == 1 or not made.search_order:
             return made
-        now = made.plan.steps[0].action == "find" and bool(made.search_order)
-        first = made.search_order[0].container if now else None
-        values = {c: self._value(c, sought, view) for c in self._candidates(first, sought, made, view)}
-        if not values:
-            return made
-        best = min(values, key=lambda c: (values[c], c))
-        stay = values[first] if first is not None else made.plan.cost
-        if best == first or values[best] >= stay - self.margin:
-            return made
-        if now:
-            return replace(made, search_order=_to_the_front(best, made, view, sought))
-        return replace(made, look_on_the_way=(LocationId(best),))
+        return replace(made, search_order=self._for_all(finds, view))
 
-    def _candidates(
-        self, first: ContainerId | None, sought: tuple[ItemType, ...], made: Decision, view: View
-    ) -> list[ContainerId]:
-        """The containers that promise most for the way there: chances of all sought types over the detour."""
-        score = _chance_of_any(sought, view) / (1.0 + _detours(made, view))
-        ranked = [view.belief.containers[int(i)] for i in np.argsort(-score, kind="stable")]
-        chosen = ranked[: self.most_containers]
-        if first is not None and first not in chosen:
-            chosen.append(first)
-        return chosen
+    def _for_all(self, finds: list[PlanStep], view: View) -> tuple[SearchStop, ...]:
+        """The first find's order, with what each look is worth to the other finds taken off its cost."""
+        from workbench.search import tours
 
-    def _value(self, container: ContainerId, sought: tuple[ItemType, ...], view: View) -> float:
-        """Q(c)."""
-        place = LocationId(container)
-        travel = view.knowledge.travel
-        way = travel.metres[travel.index(view.knowledge.robot_at), travel.index(place)] + view.costs.search
-        column = view.belief.containers.index(container)
-        chances = {t: float(conditioned(view.belief, t)[column]) for t in sought}
-        told = sorted(sought, key=lambda t: (-chances[t], t))[: self.most_types]
-        total = float(way)
-        for found in product((False, True), repeat=len(told)):
-            probability = float(
-                np.prod([chances[t] if f else 1 - chances[t] for t, f in zip(told, found, strict=True)])
-            )
-            if probability < 1e-3:
-                continue
-            items = tuple(Item(id=ItemId(f"{t}|scouted"), type=t) for t, f in zip(told, found, strict=True) if f)
-            total += probability * self._after(container, items, view)
-        return total
+        worth = worth_of_looks(finds[1:], view, self.base.policy)
+        search = search_of(finds[0], view, self.base.policy)
+        here = search.here
+        gain = np.array([worth[container] for container in here.containers])
+        arrays = tours.Search(
+            p=search.chance,
+            model=tours.MODEL_NUMBERS["marginal"],
+            from_m=here.from_m[0] - gain,
+            between_m=np.ascontiguousarray(here.between_m - gain[None, :]),
+            found=view.costs.manipulation + here.to_m[:, 0],
+            look=float(view.costs.search),
+        )
+        order, _ = tours.improve(search.order, arrays, PASSES)
+        return along(order, here, model="marginal", costs=view.costs).stops
 
-    def _after(self, container: ContainerId, items: tuple[Item, ...], view: View) -> float:
-        """V: what the base strategy's plan costs after the look."""
-        held = view.knowledge.items_at.get(LocationId(container), ())
-        knowledge = view.knowledge.moved(LocationId(container)).seen(container, (*items, *held))
-        belief = _without(view.belief, container)
-        later = replace(view, knowledge=knowledge, belief=belief)
-        problem = problem_at(later, self.base.pricing, find_known=self.base.find_known)
-        goal, find_known = view.task.goal, self.base.find_known
-        if isinstance(goal, Holding):
-            plan = plan_single_find(goal, knowledge, problem.find_costs, view.costs, find_known=find_known)
-        else:
-            plan = solve(problem, budget_s=view.budget_s, polish_nodes=0).plan
-        return plan.cost if plan.status is PlanStatus.SOLVED else view.task.failure_cost
+    def _in_passing(self, made: Decision, finds: list[PlanStep], view: View) -> LocationId | None:
+        """The container on the way to the plan's next place whose look saves most, if that is enough."""
+        leg = next((step for step in made.plan.steps if step.action in ("move", "find")), None)
+        if leg is None:
+            return None
+        onward = LocationId(made.search_order[0].container) if leg is finds[0] else leg.target
+        worth = worth_of_looks(finds, view, self.base.policy)
+        saved = {
+            container: self.share_in_passing * value - view.costs.search - _detour(view, container, onward)
+            for container, value in worth.items()
+            if view.knowledge.travel.reaches(LocationId(container))
+        }
+        best = max(saved, key=lambda container: (saved[container], container), default=None)
+        if best is None or saved[best] <= self.margin:
+            return None
+        return LocationId(best)
 
 
-def _detours(made: Decision, view: View) -> npt.NDArray[np.float64]:
-    """How much longer the next leg gets by way of each unsearched container, metres."""
-    travel, here = view.knowledge.travel, view.knowledge.robot_at
-    leg = next((step for step in made.plan.steps if step.action in ("move", "find")), None)
-    onward = here if leg is None else leg.target
-    if leg is not None and leg.action == "find" and made.search_order:
-        onward = LocationId(made.search_order[0].container)
-    a, b = travel.index(here), travel.index(onward)
-    columns = np.array([travel.index(LocationId(c)) for c in view.belief.containers], dtype=np.intp)
-    return travel.metres[a, columns] + travel.metres[columns, b] - travel.metres[a, b]
-
-
-def _chance_of_any(sought: tuple[ItemType, ...], view: View) -> npt.NDArray[np.float64]:
-    """The expected number of sought types in each unsearched container."""
-    chance = np.zeros(len(view.belief.containers))
-    for item_type in sought:
-        chance = chance + conditioned(view.belief, item_type)
-    return chance
-
-
-def conditioned(belief: Belief, item_type: ItemType) -> npt.NDArray[np.float64]:
-    """The chance of each container, given that an instance is in at least one."""
-    p = belief.of(item_type)
-    anywhere = 1.0 - float(np.prod(1.0 - p))
-    return p / anywhere if anywhere > 0 else p
-
-
-def _without(belief: Belief, container: ContainerId) -> Belief:
-    keep = [i for i, c in enumerate(belief.containers) if c != container]
-    return replace(
-        belief,
-        containers=tuple(belief.containers[i] for i in keep),
-        probability=belief.probability[:, keep],
-    )
-
-
-def _sought(made: Decision, view: View) -> tuple[ItemType, ...]:
-    """The types that the plan still has to find."""
-    types = {step.item_types[0] for step in made.plan.steps if step.action == "find"}
-    return tuple(sorted(types & set(view.belief.item_types)))
-
-
-def _to_the_front(
-    container: ContainerId, made: Decision, view: View, sought: tuple[ItemType, ...]
-) -> tuple[SearchStop, ...]:
-    column = view.belief.containers.index(container)
-    item_type = next(step.item_types[0] for step in made.plan.steps if step.action == "find")
-    leg = view.knowledge.travel.between(view.knowledge.robot_at, LocationId(container)) or 0.0
-    chance = min(float(conditioned(view.belief, item_type)[column]), 1.0)
-    stop = SearchStop(container=container, probability=chance, reached=1.0, leg_m=leg)
-    rest = tuple(other for other in made.search_order if other.container != container)
-    return (stop, *(replace(other, reached=other.reached * (1 - chance)) for other in rest))
+def _detour(view: View, container: ContainerId, onward: LocationId) -> float:
+    """How much longer the way onward gets by way of a container, metres."""
+    travel = view.knowledge.travel
+    here, via, there = (travel.index(place) for place in (view.knowledge.robot_at, LocationId(container), onward))
+    return float(travel.metres[here, via] + travel.metres[via, there] - travel.metres[here, there])
