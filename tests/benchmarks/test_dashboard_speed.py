@@ -14,20 +14,32 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 
 from dashboards.clock import Clock
+from dashboards.first_looks import first_looks
 from dashboards.geometry.house import house_shape
 from dashboards.looks import bar_heights_m, container_colours
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison
+from dashboards.panels.find_costs import find_costs
 from dashboards.panels.now import legend, now
 from dashboards.panels.plan import plan
+from dashboards.panels.plots import plots
 from dashboards.panels.strip import cursor, strip
 from dashboards.scene import Scene, scene_at
+from dashboards.sensing.senses import senses_of
 from dashboards.timeline import Timeline, timeline_of
+from dashboards.unopened import unopened
+from recorders.channel_spec import json_channel, protobuf_channel
+from recorders.recorder import RunRecorder
 from replayers.run import Run
 from workbench.planning.tasks import find_task
+from workbench.runs.codec import encode
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import (
     NANO,
@@ -185,7 +197,9 @@ def _show(clock: Clock, names: list[str], reading: float) -> list[Scene]:
     container_colours(scenes[0])
     bar_heights_m(scenes[0])
     first: Timeline = clock.timelines[0]
-    for words in (now(scenes[0]), legend(scenes[0]), beliefs(scenes[0], first), plan(scenes[0])):
+    frame = first.decisions[max(0, first.decision_at(scenes[0].stamp_ns))]
+    costs = find_costs(scenes[0], START, first_looks(first, frame))
+    for words in (now(scenes[0]), legend(scenes[0]), beliefs(scenes[0], first), plan(scenes[0]), costs):
         assert words
     comparison(clock, scenes, names)
     cursor(clock, reading)
@@ -199,6 +213,8 @@ def test_an_hour_with_four_ghosts_is_scrubbed_at_thirty_a_second(runs: list[Run]
     names = [run.info.strategy for run in runs]
     clock = Clock(timelines=timelines)
     strip(clock, names, [run_colour(i) for i in range(len(names))])
+    plots(clock, names, "Mug")
+    unopened(timelines)
     _show(clock, names, 0.0)
     first_view_s = time.process_time() - began
 
@@ -213,3 +229,60 @@ def test_an_hour_with_four_ghosts_is_scrubbed_at_thirty_a_second(runs: list[Run]
     assert first_view_s < 2.0 * 3
     assert median_ms < 1000 / 30
     assert p95_ms < 100
+
+
+@pytest.fixture(scope="module")
+def hour(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first run as a log of an hour, with two pictures a second and transforms at 10 Hz beside it."""
+    run = _run(0)
+    path = tmp_path_factory.mktemp("hour") / "hour.mcap"
+    events = sorted((*run.observations, *run.beliefs, *run.plans, *run.actions), key=lambda e: e.stamp.ns)
+    picture, tf = protobuf_channel("/camera/front", CompressedImage), protobuf_channel("/tf", FrameTransforms)
+    rng = np.random.default_rng(0)
+    link = FrameTransform(parent_frame_id="map", child_frame_id="base_link", rotation=Quaternion(w=1))
+    moved = FrameTransforms(transforms=[link]).SerializeToString()
+    start_ns = run.info.started.ns
+    with RunRecorder(path, info=run.info, place=run.place, task=run.task, costs=run.costs) as recorder:
+        ticks = iter(range(int(10 * HOUR_S)))
+        for event in events:
+            for tick in ticks:
+                at = start_ns + tick * NANO // 10
+                recorder.sink.write(tf, moved, log_time=at)
+                if tick % 5 == 0:
+                    shot = CompressedImage(
+                        frame_id="base_link", format="jpeg", data=b"\xff\xd8\xff" + rng.bytes(20_000)
+                    )
+                    recorder.sink.write(picture, shot.SerializeToString(), log_time=at)
+                if at >= event.stamp.ns:
+                    break
+            recorder.sink.write(json_channel(type(event)), encode(event), log_time=event.stamp.ns)
+    return path
+
+
+def test_the_log_of_an_hour_with_pictures_is_read_shown_and_scrubbed(hour: Path) -> None:
+    from dashboards.library import Library
+
+    began = time.process_time()
+    library = Library([hour])
+    timeline = library.timeline(0)
+    assert timeline.plan is not None
+    library.shape(timeline.plan)
+    clock = Clock(timelines=(timeline,))
+    strip(clock, ["drawn"], [run_colour(0)])
+    plots(clock, ["drawn"], "Mug")
+    scene = _show(clock, ["drawn"], 1800.0)[0]
+    senses = senses_of(hour)
+    assert senses is not None
+    assert len(senses.pictures(scene.stamp_ns)) == 1
+    first_view_s = time.process_time() - began
+
+    took: list[float] = []
+    for reading in np.random.default_rng(2).uniform(0, HOUR_S, 60):
+        began = time.process_time()
+        senses.pictures(timeline.stamp(float(reading)))
+        took.append(time.process_time() - began)
+    median_ms = 1e3 * float(np.median(took))
+    size_mb = hour.stat().st_size / 1e6
+    print(f"\n{size_mb:.0f} MB; first view {first_view_s:.2f} s; pictures of a random moment {median_ms:.1f} ms")
+    assert first_view_s < 2.0 * 3
+    assert median_ms < 100
