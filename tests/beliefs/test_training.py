@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -9,20 +10,23 @@ import pytest
 import torch
 from learnable import learnable_houses
 
+from workbench.beliefs import train_fcnn as train_fcnn_module
 from workbench.beliefs.boosting import Boosting, Rows, boost, cross_entropy
 from workbench.beliefs.encoder import text_encoder
 from workbench.beliefs.estimators import ESTIMATORS
 from workbench.beliefs.examples import Examples, collect, house_weight
 from workbench.beliefs.fcnn import FcnnEstimator, fcnn_from
 from workbench.beliefs.train_best import train_best
-from workbench.beliefs.train_fcnn import Fcnn, Recipe, train_fcnn
+from workbench.beliefs.train_fcnn import Fcnn, Recipe, chosen_device, train_fcnn
 from workbench.beliefs.training import TRAINERS, Lesson, hold_out, houses_sha256, train
 from workbench.beliefs.weights import VERSION, Header, read_weights, write_weights
+from workbench.cli import run
 from workbench.errors import BadValue, UnknownName
 from workbench.evaluation.belief_quality import judge, quality
+from workbench.worlds.shipped import shipped_houses
 
 SHORT = Recipe(hidden=(64, 16), epochs=80, patience=80, batch=8, rate=1e-2, dropout=0.0)
-FEW_TREES = Boosting(trees=40, least=5.0, rate=0.2, columns=1.0, leaves=6)
+FEW_TREES = Boosting(trees=40, rate=0.2, columns=1.0, depth=3)
 
 
 @pytest.fixture(autouse=True)
@@ -153,21 +157,21 @@ def test_boosting_fits_a_step_and_keeps_only_trees_that_help() -> None:
     rng = np.random.default_rng(0)
     x = rng.random((400, 2))
     rows = Rows(
-        features=x,
+        features=x.T,
         start=np.zeros(400),
         held=(x[:, 0] > 0.5).astype(float),
         weight=np.ones(400),
         query=np.repeat(np.arange(40), 10),
     )
-    trees = boost(rows, rows, rng=rng, how=Boosting(trees=30, rate=0.3, least=10.0, columns=1.0, ranking=0.0))
-    score = trees.total(x)
+    trees = boost(rows, rows, rng=rng, how=Boosting(trees=30, rate=0.3, columns=1.0, ranking=0.0))
+    score = trees.total(x.T)
     assert cross_entropy(score, rows) < 0.1
     assert ((score > 0) == (x[:, 0] > 0.5)).mean() > 0.98
     again = boost(
         rows,
         rows,
         rng=np.random.default_rng(0),
-        how=Boosting(trees=30, rate=0.3, least=10.0, columns=1.0, ranking=0.0),
+        how=Boosting(trees=30, rate=0.3, columns=1.0, ranking=0.0),
     )
     assert np.array_equal(again.value, trees.value)
 
@@ -195,3 +199,44 @@ def _by_numpy(estimator: FcnnEstimator, examples: Examples) -> np.ndarray:
     places = [(examples.rooms[r], examples.containers[c]) for r, c, _ in examples.triples]
     table = estimator.probabilities(places, examples.items)
     return table[examples.triples[:, 2], np.arange(len(places))]
+
+
+def test_a_gpu_is_used_when_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    assert chosen_device() == "cuda"
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert chosen_device() == "cpu"
+
+
+def test_the_network_is_trained_on_the_device_that_was_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The "meta" device holds no numbers: what stays elsewhere by mistake cannot be combined with it."""
+    examples = collect(learnable_houses(2))
+    devices: list[torch.device] = []
+
+    def watch(net: Fcnn, *rows: torch.Tensor) -> torch.Tensor:
+        tensors = (*net.parameters(), *net.blocks, *rows)
+        devices.extend(t.device for t in tensors)
+        raise Stopped
+
+    monkeypatch.setattr(train_fcnn_module, "chosen_device", lambda: "meta")
+    monkeypatch.setattr(train_fcnn_module, "_loss", watch)
+    monkeypatch.setattr(train_fcnn_module, "_tensors", lambda _: {})
+    with pytest.raises(Stopped):
+        train_fcnn(examples, examples, text_encoder(), seed=0, recipe=SHORT)
+    assert {d.type for d in devices} == {"meta"}
+
+
+class Stopped(Exception):
+    """Raised by a test to end a training."""
+
+
+@pytest.mark.parametrize("name", ["counts", "fcnn", pytest.param("best", marks=pytest.mark.slow)])
+def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) -> None:
+    few = tmp_path / "houses.jsonl"
+    with gzip.open(shipped_houses(), "rt") as lines:
+        few.write_text("".join(line for line, _ in zip(lines, range(6), strict=False)))
+    made = [tmp_path / f"{k}.safetensors" for k in range(2)]
+    for path in made:
+        assert run(["train", "--houses", str(few), "-e", name, "--seed", "7", "-o", str(path), "--json"]) == 0
+    assert made[0].read_bytes() == made[1].read_bytes()
+    assert read_weights(made[0]).header.seed == 7

@@ -108,13 +108,13 @@ def test_tensors_that_do_not_fit(tmp_path: Path) -> None:
             estimator("counts", weights=path)
 
 
-def test_trees_that_walk_in_circles(tmp_path: Path) -> None:
+def test_trees_that_ask_about_what_there_is_not(tmp_path: Path) -> None:
     shipped = read_weights(shipped_weights("best"))
-    child = shipped.tensors["trees.child"].copy()
-    child[7] = 3
+    feature = shipped.tensors["trees.feature"].copy()
+    feature[7, 1] = 1000
     path = tmp_path / "w.safetensors"
-    write_weights(path, shipped.header, {**shipped.tensors, "trees.child": child})
-    with pytest.raises(MalformedFile, match="lead nowhere"):
+    write_weights(path, shipped.header, {**shipped.tensors, "trees.feature": feature})
+    with pytest.raises(MalformedFile, match="ask about what there is not"):
         estimator("best", weights=path)
 
 

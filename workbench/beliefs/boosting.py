@@ -2,7 +2,7 @@
 
 Each tree is fitted to the gradient of two losses of the sum so far: the cross entropy of every pair of item and
 container, which makes probabilities true, and the cross entropy of the containers of one item against one another
-(a softmax), which puts a holder first. Trees grow leaf by leaf, the most useful split first, on binned features.
+(a softmax), which puts a holder first. Trees grow level by level (trees.py), on binned features.
 """
 
 from __future__ import annotations
@@ -14,35 +14,36 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.beliefs.compiled_trees import grow
-from workbench.beliefs.trees import ENDLESS, Trees, depths
+from workbench.beliefs.trees import Trees, joined
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 Bins = npt.NDArray[np.uint8]
 
 
+ENDLESS = float(np.finfo(np.float32).max)
+"""The threshold of a level that asks nothing: no feature is above it."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Boosting:
-    """How trees are grown; the defaults were chosen on validation houses.
+    """How trees are grown; the defaults were chosen by cross-validation over the training houses.
 
     Attributes:
         trees: at most.
         patience: trees without a better held-out loss before growing stops.
         rate: what share of its fit each tree adds.
-        leaves, depth: at most, of a tree.
-        least: weight of rows that a leaf needs.
+        depth: questions of a tree.
         ridge: added to the curvature of a leaf.
         columns: share of the features that each tree may ask about.
         ranking: weight of the ranking loss beside the cross entropy.
         bins: of each feature.
     """
 
-    trees: int = 240
-    patience: int = 40
+    trees: int = 300
+    patience: int = 60
     rate: float = 0.075
-    leaves: int = 14
     depth: int = 5
-    least: float = 60.0
     ridge: float = 5.0
     columns: float = 0.5
     ranking: float = 0.3
@@ -54,7 +55,7 @@ class Rows:
     """What to learn from.
 
     Attributes:
-        features: float64, shape (rows, features).
+        features: float64, shape (features, rows).
         start: log-odds before the first tree, shape (rows,).
         held: 0 or 1, shape (rows,).
         weight: shape (rows,).
@@ -77,10 +78,8 @@ def boost(
     watch: Callable[[int, float], None] | None = None,
 ) -> Trees:
     """Grow trees and keep those up to the least held-out cross entropy."""
-    edges = [_edges(column, how.bins) for column in rows.features.T]
-    binned = np.stack(
-        [np.searchsorted(e, x, side="left") for e, x in zip(edges, rows.features.T, strict=True)], axis=1
-    )
+    edges = [_edges(column, how.bins) for column in rows.features]
+    binned = np.stack([np.searchsorted(e, x, side="left") for e, x in zip(edges, rows.features, strict=True)], axis=1)
     binned = np.ascontiguousarray(binned.astype(np.uint8))
     score, tested = rows.start.copy(), held_out.start.copy()
     grown: list[Trees] = []
@@ -89,7 +88,7 @@ def boost(
     for number in range(how.trees):
         columns = np.sort(rng.permutation(binned.shape[1])[:wanted]).astype(np.int32)
         slope, curve = _gradient(score, rows, how.ranking)
-        tree = _tree(binned, slope, curve, rows.weight, columns, edges, how)
+        tree = _tree(binned, slope, curve, columns, edges, how)
         score += tree.total(rows.features)
         tested += tree.total(held_out.features)
         grown.append(tree)
@@ -100,7 +99,7 @@ def boost(
             watch(number, loss)
         if number + 1 - best >= how.patience:
             break
-    return _joined(grown[: max(best, 1)])
+    return joined(grown[: max(best, 1)])
 
 
 def cross_entropy(score: Floats, rows: Rows) -> float:
@@ -136,39 +135,11 @@ def _edges(column: Floats, bins: int) -> Floats:
     return np.unique(values.astype(np.float32).astype(np.float64))
 
 
-def _tree(
-    binned: Bins,
-    slope: Floats,
-    curve: Floats,
-    weight: Floats,
-    columns: Ints,
-    edges: list[Floats],
-    how: Boosting,
-) -> Trees:
-    feature, cut, child, value = grow(
-        binned, slope, curve, weight, columns, how.leaves, how.depth, how.least, how.ridge, how.bins
-    )
-    leaf = feature < 0
-    threshold = np.array([edges[f][c] if f >= 0 else ENDLESS for f, c in zip(feature, cut, strict=True)])
-    child = np.where(leaf, np.arange(len(leaf)), child).astype(np.int32)
-    roots = np.zeros(1, dtype=np.int32)
+def _tree(binned: Bins, slope: Floats, curve: Floats, columns: Ints, edges: list[Floats], how: Boosting) -> Trees:
+    feature, cut, value = grow(binned, slope, curve, columns, how.depth, how.ridge, how.bins)
+    threshold = [edges[f][c] if c < len(edges[f]) else ENDLESS for f, c in zip(feature, cut, strict=True)]
     return Trees(
-        roots=roots,
-        depth=depths(roots, child),
-        feature=np.where(leaf, 0, feature).astype(np.int32),
-        threshold=threshold,
-        child=child,
-        value=(value * how.rate).astype(np.float32).astype(np.float64),
-    )
-
-
-def _joined(trees: list[Trees]) -> Trees:
-    at = np.cumsum([0, *(len(t.feature) for t in trees)])[:-1].astype(np.int32)
-    return Trees(
-        roots=at,
-        depth=np.concatenate([t.depth for t in trees]),
-        feature=np.concatenate([t.feature for t in trees]),
-        threshold=np.concatenate([t.threshold for t in trees]),
-        child=np.concatenate([t.child + k for t, k in zip(trees, at, strict=True)]).astype(np.int32),
-        value=np.concatenate([t.value for t in trees]),
+        feature=feature[None],
+        threshold=np.array([threshold], dtype=np.float64),
+        value=(value * how.rate).astype(np.float32).astype(np.float64)[None],
     )

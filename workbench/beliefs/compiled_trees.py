@@ -1,4 +1,4 @@
-"""The two loops of boosted trees, compiled: walking rows through trees, and growing one tree on binned features.
+"""The two loops of boosted trees, compiled: asking trees about rows, and growing one tree on binned features.
 
 The first call on a machine compiles for a few seconds and keeps the result beside this file, or in numba's own
 cache where that cannot be written. Sums keep their order, so the same rows give the same trees and totals.
@@ -15,106 +15,88 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 Bins = npt.NDArray[np.uint8]
 
+BLOCK = 256
+"""Rows that are asked side by side: their features fit into the second level of the processor's memory."""
 
-BLOCK = 128
-"""Rows that walk together: their steps do not wait for one another."""
+LEAST_GAIN = 1e-9
+"""A split must be this much better to be preferred, so that rounding decides nothing."""
 
 
 @njit(cache=True, nogil=True)
-def walk(
-    rows: Floats, roots: Ints, depth: Ints, feature: Ints, threshold: Floats, child: Ints, value: Floats
-) -> Floats:
-    """The sum over trees of the leaf that each row comes to, shape (rows,). A step is an addition, not a branch."""
-    count = len(rows)
-    total, node = np.zeros(count), np.empty(BLOCK, np.int32)
+def walk(columns: Floats, feature: Ints, threshold: Floats, value: Floats) -> Floats:
+    """The sum over trees of the leaf that each row comes to, shape (rows,)."""
+    count = columns.shape[1]
+    trees, depth = feature.shape
+    total, leaf = np.zeros(count), np.empty(BLOCK, np.int32)
     for first in range(0, count, BLOCK):
         some = min(BLOCK, count - first)
-        for t in range(len(roots)):
-            for i in range(some):
-                node[i] = roots[t]
-            for _ in range(depth[t]):
+        for t in range(trees):
+            leaf[:some] = 0
+            for level in range(depth):
+                x = columns[feature[t, level], first : first + some]
+                above, bit = threshold[t, level], np.int32(1 << level)
                 for i in range(some):
-                    k = node[i]
-                    node[i] = child[k] + np.int32(rows[first + i, feature[k]] > threshold[k])
+                    leaf[i] += bit * np.int32(x[i] > above)
             for i in range(some):
-                total[first + i] += value[node[i]]
+                total[first + i] += value[t, leaf[i]]
     return total
 
 
-@njit(cache=True)
-def _histogram(
-    binned: Bins, slope: Floats, curve: Floats, weight: Floats, rows: npt.NDArray[np.int64], columns: Ints, bins: int
-) -> Floats:
-    sums = np.zeros((len(columns), bins + 1, 3))
-    for i in rows:
+@njit(cache=True, nogil=True)
+def grow(
+    binned: Bins, slope: Floats, curve: Floats, columns: Ints, depth: int, ridge: float, bins: int
+) -> tuple[Ints, Ints, Floats]:
+    """One tree, level by level: feature and bin of each level, value of each leaf.
+
+    Args:
+        binned: shape (rows, features); a level asks whether the bin is above a number.
+        slope, curve: of the loss at each row, shape (rows,).
+        columns: features that this tree may ask about.
+    """
+    leaf = np.zeros(len(slope), np.int32)
+    feature, cut = np.zeros(depth, np.int32), np.zeros(depth, np.int32)
+    for level in range(depth):
+        sums = _sums(binned, slope, curve, columns, leaf, 1 << level, bins)
+        column, at = _best_split(sums, ridge)
+        feature[level], cut[level] = columns[column], at
+        bit = np.int32(1 << level)
+        for i in range(len(leaf)):
+            leaf[i] += bit * np.int32(binned[i, columns[column]] > at)
+    g, h = np.zeros(1 << depth), np.zeros(1 << depth)
+    for i in range(len(leaf)):
+        g[leaf[i]] += slope[i]
+        h[leaf[i]] += curve[i]
+    return feature, cut, -g / (h + ridge)
+
+
+@njit(cache=True, nogil=True)
+def _sums(binned: Bins, slope: Floats, curve: Floats, columns: Ints, leaf: Ints, leaves: int, bins: int) -> Floats:
+    """Slope and curve by column, leaf and bin, shape (columns, leaves, bins, 2)."""
+    sums = np.zeros((len(columns), leaves, bins, 2))
+    for i in range(len(slope)):
         for k in range(len(columns)):
             b = binned[i, columns[k]]
-            sums[k, b, 0] += slope[i]
-            sums[k, b, 1] += curve[i]
-            sums[k, b, 2] += weight[i]
+            sums[k, leaf[i], b, 0] += slope[i]
+            sums[k, leaf[i], b, 1] += curve[i]
     return sums
 
 
-@njit(cache=True)
-def _best_split(sums: Floats, least: float, ridge: float) -> tuple[float, int, int]:
-    """Gain, column and bin of the best split; the gain is 0 when none is allowed."""
-    best, column, cut = 0.0, -1, -1
+@njit(cache=True, nogil=True)
+def _best_split(sums: Floats, ridge: float) -> tuple[int, int]:
+    """Column and bin whose split of all leaves at once fits best."""
+    best, column, cut = -1.0, 0, 0
+    bins = sums.shape[2]
     for k in range(sums.shape[0]):
-        g, h, w = sums[k, :, 0].sum(), sums[k, :, 1].sum(), sums[k, :, 2].sum()
-        lg, lh, lw = 0.0, 0.0, 0.0
-        whole = g * g / (h + ridge)
-        for b in range(sums.shape[1] - 1):
-            lg += sums[k, b, 0]
-            lh += sums[k, b, 1]
-            lw += sums[k, b, 2]
-            if lw < least or w - lw < least:
-                continue
-            gain = lg * lg / (lh + ridge) + (g - lg) ** 2 / (h - lh + ridge) - whole
-            if gain > best + 1e-12:
-                best, column, cut = gain, k, b
-    return best, column, cut
-
-
-@njit(cache=True)
-def grow(
-    binned: Bins,
-    slope: Floats,
-    curve: Floats,
-    weight: Floats,
-    columns: Ints,
-    leaves: int,
-    depth: int,
-    least: float,
-    ridge: float,
-    bins: int,
-) -> tuple[Ints, Ints, Ints, Floats]:
-    """One tree, leaf by leaf: feature (-1 for a leaf), bin, first child and value of its nodes."""
-    nodes = 2 * leaves - 1
-    feature, cut = np.full(nodes, -1, np.int32), np.zeros(nodes, np.int32)
-    child, value = np.zeros(nodes, np.int32), np.zeros(nodes)
-    level = np.zeros(nodes, np.int32)
-    rows = [np.arange(len(slope))]
-    sums = [_histogram(binned, slope, curve, weight, rows[0], columns, bins)]
-    splits = [_best_split(sums[0], least, ridge)]
-    value[0] = -slope.sum() / (curve.sum() + ridge)
-    count = 1
-    while count + 2 <= nodes:
-        chosen, gain = -1, 0.0
-        for k in range(count):
-            if feature[k] < 0 and level[k] < depth and splits[k][0] > gain:
-                chosen, gain = k, splits[k][0]
-        if chosen < 0:
-            break
-        column, at = splits[chosen][1], splits[chosen][2]
-        goes_left = binned[rows[chosen], columns[column]] <= at
-        for side in range(2):
-            mine = rows[chosen][goes_left] if side == 0 else rows[chosen][~goes_left]
-            rows.append(mine)
-            sums.append(_histogram(binned, slope, curve, weight, mine, columns, bins))
-            splits.append(_best_split(sums[-1], least, ridge))
-            level[count + side] = level[chosen] + 1
-            value[count + side] = -slope[mine].sum() / (curve[mine].sum() + ridge)
-        feature[chosen], cut[chosen] = columns[column], at
-        child[chosen] = count
-        count += 2
-    return feature[:count], cut[:count], child[:count], value[:count]
+        fit = np.zeros(bins)
+        for leaf in range(sums.shape[1]):
+            g, h = sums[k, leaf, :, 0].sum(), sums[k, leaf, :, 1].sum()
+            below_g, below_h = 0.0, 0.0
+            for b in range(bins):
+                below_g += sums[k, leaf, b, 0]
+                below_h += sums[k, leaf, b, 1]
+                fit[b] += below_g * below_g / (below_h + ridge)
+                fit[b] += (g - below_g) ** 2 / (max(h - below_h, 0.0) + ridge)
+        for b in range(bins):
+            if fit[b] > best + LEAST_GAIN:
+                best, column, cut = fit[b], k, b
+    return column, cut

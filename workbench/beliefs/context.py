@@ -1,8 +1,9 @@
 """What do the names not say? Features of an item in a container that a robot has while it searches.
 
-Names give two opinions: the counts' and the network's. Around them: which other containers compete for the item,
-in the room and in the house; how large the container is; how the house is made up; and what was seen so far: how
-full containers are here against what is usual, where the item was looked for in vain, what stands in the same room.
+Names give three opinions: the counts', the network's and the rates'. Around them: which other containers compete for
+the item, in the room and in the house; how large the container is, and whether the item fits; how the house is made
+up; and what was seen so far: how full containers are here against what is usual, where the item was looked for in
+vain, what stands in the same room.
 
 Every feature is a function of one container or a sum (or maximum) over containers, so that order cannot matter.
 """
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from workbench.beliefs.rates import given_that_it_is_here
 from workbench.beliefs.scene import ROOM_KINDS, Scene
 
 Floats = npt.NDArray[np.float64]
@@ -21,7 +23,7 @@ Floats = npt.NDArray[np.float64]
 LEAST = 1e-4
 """Opinions are kept within [LEAST, 1 - LEAST]."""
 
-FEATURES = 46
+FEATURES = 56
 """How many there are; weights were trained on these, in this order. The first is the opinions' mean in log-odds."""
 
 
@@ -31,6 +33,10 @@ class Opinions:
 
     Attributes:
         counts, network: P(held), shape (items, containers), over all containers of the scene.
+        rates: P(held) in any house, of the same shape.
+        seen: how many examples of this kind of container and this item there were, of the same shape.
+        in_room: P(held) of the item by any container in such a room, of the same shape.
+        size_m: usual (depth, width, height) of the items, shape (items, 3).
         rate: P(held) of an item anywhere, shape (items,).
         often: how often the item was met in training, shape (items,).
         usual: how many types a container of this kind usually holds, shape (containers,).
@@ -39,6 +45,10 @@ class Opinions:
 
     counts: Floats
     network: Floats
+    rates: Floats
+    seen: Floats
+    in_room: Floats
+    size_m: Floats
     rate: Floats
     often: Floats
     usual: Floats
@@ -51,27 +61,35 @@ def seen_types(scene: Scene) -> tuple[str, ...]:
 
 
 def features(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> Floats:
-    """Features of every item in every open container, shape (items, open containers, features)."""
-    per_pair = [*_competition(scene, opinions), *_evidence(scene, items, opinions)]
+    """Features of every item in every open container, shape (features, items, open containers)."""
+    per_pair = [*_competition(scene, opinions), *_support(scene, opinions), *_evidence(scene, items, opinions)]
     shape = per_pair[0].shape
     per_item = [np.broadcast_to(column[:, None], shape) for column in _items(opinions)]
     per_container = [np.broadcast_to(column[None, :], shape) for column in _containers(scene, opinions)]
-    return np.stack([*per_pair, *per_item, *per_container], axis=-1)
+    return np.stack([*per_pair, *per_item, *per_container])
 
 
 def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
     """Against the other containers that are still open, in the room and in the house."""
     is_open = scene.open
-    by_counts, by_network = (_clip(p[:, is_open]) for p in (opinions.counts, opinions.network))
-    logit = (_logit(by_counts) + _logit(by_network)) / 2
+    by_counts, by_network = (_logit(_clip(p[:, is_open])) for p in (opinions.counts, opinions.network))
+    rates = opinions.rates[:, is_open]
+    by_rates = _logit(_clip(given_that_it_is_here(rates)))
+    logit = (by_counts + by_network + by_rates) / 3
     p = 1 / (1 + np.exp(-logit))
     same = _same_room(scene)[np.ix_(is_open, is_open)]
-    large = p * np.sqrt(_top_m2(scene))[is_open]
+    breadth = np.sqrt(_top_m2(scene))[is_open]
+    large, rate_large, wide = p * breadth, rates * breadth, p * np.sqrt(breadth)
     in_room, in_house = p @ same, p.sum(axis=1, keepdims=True)
     somewhere = -np.expm1(np.log1p(-p).sum(axis=1, keepdims=True))
     return [
         logit,
-        _logit(by_counts) - _logit(by_network),
+        by_counts - by_network,
+        by_rates,
+        np.log(rates),
+        np.log(rates / rates.sum(axis=1, keepdims=True)),
+        np.log(rate_large / rate_large.sum(axis=1, keepdims=True)),
+        np.log(wide / wide.sum(axis=1, keepdims=True)),
         _logit(_clip(p / somewhere)),
         np.log(p / in_room),
         np.log(p / in_house),
@@ -82,6 +100,19 @@ def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
         np.log(large / (large @ same)),
         np.log(large / large.sum(axis=1, keepdims=True)),
         np.log1p((p[:, None, :] > p[:, :, None] * 1.0000001).sum(axis=2)),
+    ]
+
+
+def _support(scene: Scene, opinions: Opinions) -> list[Floats]:
+    """How much the counts rest on, and whether the item has room on the container."""
+    is_open = scene.open
+    sides = np.sort(opinions.size_m[:, :2], axis=1)
+    narrow = scene.size_m[is_open, :2].min(axis=1)
+    return [
+        np.log1p(opinions.seen[:, is_open]),
+        _logit(_clip(opinions.in_room[:, is_open])),
+        np.log((sides.prod(axis=1) + 1e-4)[:, None] / _top_m2(scene)[None, is_open]),
+        narrow[None, :] - sides[:, 1:],
     ]
 
 
@@ -122,7 +153,7 @@ def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[
 
 
 def _items(opinions: Opinions) -> list[Floats]:
-    return [_logit(_clip(opinions.rate)), np.log1p(opinions.often)]
+    return [_logit(_clip(opinions.rate)), np.log1p(opinions.often), opinions.size_m[:, 2]]
 
 
 def _containers(scene: Scene, opinions: Opinions) -> list[Floats]:

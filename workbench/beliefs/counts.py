@@ -34,6 +34,8 @@ LEAST, MOST = 1e-4, 0.98
 class CountsTable:
     """P(held | room kind, container type, item type), with one more row for a name never seen on each axis.
 
+    `best` keeps other values on the same axes in such tables too.
+
     Attributes:
         rooms, containers, items: the names of the axes, without the last row.
         probability: float64, shape (rooms + 1, containers + 1, items + 1), read-only.
@@ -58,10 +60,7 @@ class CountsTable:
 
 def smooth(examples: Examples) -> CountsTable:
     """The table of smoothed shares."""
-    shape = (len(examples.rooms) + 1, len(examples.containers) + 1, len(examples.items) + 1)
-    seen, held = np.zeros(shape), np.zeros(shape)
-    at = tuple(examples.triples.T)
-    seen[at], held[at] = examples.seen, examples.held
+    seen, held = tallies(examples)
     base = (held.sum() + 0.05) / (seen.sum() + 1.0)
     item = _share(held.sum((0, 1)), seen.sum((0, 1)), base, PSEUDO_ITEM)
     container = _share(held.sum((0, 2)), seen.sum((0, 2)), base, PSEUDO_ITEM)
@@ -70,9 +69,22 @@ def smooth(examples: Examples) -> CountsTable:
     both = _share(held.sum(0), seen.sum(0), guess, PSEUDO_CONTAINER)
     lift = pair / container[None, :]
     triple = _share(held, seen, np.clip(both[None] * lift[:, :, None], LEAST, MOST), PSEUDO_TRIPLE)
-    triple = np.clip(triple, LEAST, MOST)
-    triple.flags.writeable = False
-    return CountsTable(rooms=examples.rooms, containers=examples.containers, items=examples.items, probability=triple)
+    return table_of(np.clip(triple, LEAST, MOST), examples)
+
+
+def tallies(examples: Examples) -> tuple[Floats, Floats]:
+    """How often each triple was seen and held, shape (rooms + 1, containers + 1, items + 1) each."""
+    shape = (len(examples.rooms) + 1, len(examples.containers) + 1, len(examples.items) + 1)
+    seen, held = np.zeros(shape), np.zeros(shape)
+    at = tuple(examples.triples.T)
+    seen[at], held[at] = examples.seen, examples.held
+    return seen, held
+
+
+def table_of(values: Floats, examples: Examples) -> CountsTable:
+    """Values on the axes of examples, to be looked up by names."""
+    values.flags.writeable = False
+    return CountsTable(rooms=examples.rooms, containers=examples.containers, items=examples.items, probability=values)
 
 
 @final

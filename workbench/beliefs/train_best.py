@@ -21,6 +21,7 @@ from workbench.beliefs.counts import counts_tensors
 from workbench.beliefs.encoder import TextEncoder
 from workbench.beliefs.examples import Examples, collect, house_weight, room_kinds
 from workbench.beliefs.fcnn import FcnnEstimator
+from workbench.beliefs.rates import rates_of
 from workbench.beliefs.scene import scene_from
 from workbench.beliefs.train_fcnn import Recipe, layers_of, train_fcnn
 from workbench.beliefs.trees import trees_tensors
@@ -30,7 +31,7 @@ from workbench.worlds.house import House
 Floats = npt.NDArray[np.float64]
 
 FOLDS = 5
-NETWORK = Recipe(epochs=80)
+NETWORK = Recipe(epochs=80, memory=0.995)
 """The network of names inside: trained shorter than the paper's estimator, once for each fold and once for all."""
 
 SINGLE_ROOM = 0.3
@@ -79,12 +80,14 @@ def train_best(
     judged = [part for house in held_out for part in _looks(house, house, names, rng)]
     trees = boost(_rows(parts), _rows(judged), rng=rng, how=how or Boosting(), watch=_tell(watch, "trees"))
     tensors |= counts_tensors(examples, prefix="counts.") | trees_tensors(trees)
-    return examples, tensors | {"usual": names.usual.astype(np.float32)}
+    tensors["usual"] = names.usual.astype(np.float32)
+    tensors["rates"] = names.rates.probability.astype(np.float32)
+    return examples, tensors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Part:
-    """One look at one house: features (items, open containers, features), what held, and the weight of a row."""
+    """One look at one house: features (features, items, open containers), what held, and the weight of a row."""
 
     features: Floats
     held: npt.NDArray[np.bool_]
@@ -115,7 +118,7 @@ def _names(
     tested = collect(held_out, weights=[house_weight(h, single_room=single_room) for h in held_out])
     network = train_fcnn(examples, tested, encoder, seed=seed, recipe=recipe, watch=watch)
     estimator = FcnnEstimator(name="fcnn", encoder=encoder, layers=layers_of(network))
-    names = names_from(examples, estimator, usual_types(houses, examples), encoder)
+    names = names_from(examples, estimator, rates_of(houses, examples), usual_types(houses, examples), encoder)
     return names, {f"network.{name}": value for name, value in network.items()}
 
 
@@ -166,17 +169,17 @@ def _look(house: House, share: float, names: Names, rng: np.random.Generator, *,
 
 
 def _rows(parts: Sequence[_Part]) -> Rows:
-    flat = [part.features.reshape(-1, part.features.shape[-1]) for part in parts]
+    flat = [part.features.reshape(len(part.features), -1) for part in parts]
     queries: list[npt.NDArray[np.int64]] = []
     first = 0
     for part in parts:
         items, containers = part.held.shape
         queries.append(np.repeat(np.arange(first, first + items), containers))
         first += items
-    table = np.concatenate(flat)
+    table = np.concatenate(flat, axis=1)
     return Rows(
         features=table,
-        start=table[:, 0].copy(),
+        start=table[0].copy(),
         held=np.concatenate([part.held.ravel() for part in parts]).astype(np.float64),
         weight=np.concatenate([np.full(part.held.size, part.weight) for part in parts]),
         query=np.concatenate(queries),

@@ -1,10 +1,15 @@
 """What do boosted trees say of rows of features? The sum of one leaf a tree, walked in compiled code.
 
+The trees are oblivious (Kohavi 1994; Prokhorenkova et al. 2018): all nodes of a level ask the same question, so that
+the answers to a tree's few questions are the number of the leaf. Nothing is followed from node to node, and rows are
+asked side by side.
+
 The walk is in `compiled_trees.py` and is imported when it is first needed: numba takes most of a second.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,80 +21,58 @@ from workbench.errors import MalformedFile
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
-ENDLESS = float(np.finfo(np.float32).max)
-"""The threshold of a leaf: nothing is above it, so a leaf leads to itself."""
-
-DEEPEST = 32
+DEEPEST = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trees:
-    """Binary trees, all nodes in one list; the two children of a node stand side by side, after it.
-
-    A leaf is its own child, so that every walk of a tree takes as many steps as the tree is deep and many rows can
-    be walked at once.
+    """Oblivious trees of one depth.
 
     Attributes:
-        roots: int32, shape (trees,), the first node of each, rising.
-        depth: int32, shape (trees,), how many steps lead to the deepest leaf.
-        feature: int32, shape (nodes,), what a node asks about; 0 for a leaf.
-        threshold: float64, shape (nodes,): at most this goes to the first child, more to the second.
-        child: int32, shape (nodes,), the first child; the node itself for a leaf.
-        value: float64, shape (nodes,), what a leaf adds.
+        feature: int32, shape (trees, depth): what each level asks about.
+        threshold: float64, shape (trees, depth): more than this sets the level's bit in the leaf's number.
+        value: float64, shape (trees, 2**depth), what a leaf adds.
     """
 
-    roots: Ints
-    depth: Ints
     feature: Ints
     threshold: Floats
-    child: Ints
     value: Floats
 
-    def total(self, rows: Floats) -> Floats:
-        """The sum over trees for rows of features, shape (rows,)."""
+    def total(self, columns: Floats) -> Floats:
+        """The sum over trees, shape (rows,), of features by column: shape (features, rows)."""
         from workbench.beliefs.compiled_trees import walk
 
-        rows = np.ascontiguousarray(rows, dtype=np.float64)
-        return walk(rows, self.roots, self.depth, self.feature, self.threshold, self.child, self.value)
+        columns = np.ascontiguousarray(columns, dtype=np.float64)
+        return walk(columns, self.feature, self.threshold, self.value)
 
 
-def depths(roots: Ints, child: Ints) -> Ints:
-    """How deep each tree is, shape (trees,)."""
-    level = np.zeros(len(child), dtype=np.int32)
-    for node in np.flatnonzero(child != np.arange(len(child))):
-        level[child[node]] = level[child[node] + 1] = level[node] + 1
-    ends = np.append(roots[1:], len(child))
-    return np.array([level[a:b].max(initial=0) for a, b in zip(roots, ends, strict=True)], dtype=np.int32)
+def joined(trees: Sequence[Trees]) -> Trees:
+    """Trees of one depth as one."""
+    return Trees(
+        feature=np.concatenate([t.feature for t in trees]),
+        threshold=np.concatenate([t.threshold for t in trees]),
+        value=np.concatenate([t.value for t in trees]),
+    )
 
 
 def trees_tensors(trees: Trees) -> dict[str, Tensor]:
     """What a weights file holds of trees."""
     return {
-        "trees.roots": trees.roots,
         "trees.feature": trees.feature,
         "trees.threshold": trees.threshold.astype(np.float32),
-        "trees.child": trees.child,
         "trees.value": trees.value.astype(np.float32),
     }
 
 
 def trees_from(weights: Weights, *, features: int) -> Trees:
-    """The trees of a weights file; every walk in them ends. Raises MalformedFile."""
-    roots = weights.tensor("trees.roots", None).astype(np.int32)
-    feature = weights.tensor("trees.feature", None).astype(np.int32)
-    n = len(feature)
-    child = weights.tensor("trees.child", n).astype(np.int32)
-    own = np.arange(n)
-    forward = ((child >= own) & (child < n)).all() and (child[child != own] < n - 1).all()
+    """The trees of a weights file. Raises MalformedFile."""
+    feature = weights.tensor("trees.feature", None, None).astype(np.int32)
+    count, depth = feature.shape
     known = ((feature >= 0) & (feature < features)).all()
-    rising = len(roots) > 0 and roots[0] == 0 and (np.diff(roots) > 0).all() and roots[-1] < n
-    if not n or not forward or not known or not rising or depths(roots, child).max() > DEEPEST:
-        raise MalformedFile(weights.path, "its trees lead nowhere", "Train it again with lios train")
+    if not count or not 1 <= depth <= DEEPEST or not known:
+        raise MalformedFile(weights.path, "its trees ask about what there is not", "Train it again with lios train")
     return Trees(
-        roots=roots,
-        depth=depths(roots, child),
         feature=feature,
-        threshold=weights.tensor("trees.threshold", n).astype(np.float64),
-        child=child,
-        value=weights.tensor("trees.value", n).astype(np.float64),
+        threshold=weights.tensor("trees.threshold", count, depth).astype(np.float64),
+        value=weights.tensor("trees.value", count, 1 << depth).astype(np.float64),
     )
