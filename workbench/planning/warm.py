@@ -1,7 +1,7 @@
 """What must be loaded or compiled before the first decision? Done once a process, before any clock runs.
 
-The built-in solver and the find costs are compiled at their first use on a machine, which takes longer than a planning
-budget may be; later their machine code is loaded from disk, which takes half a second.
+The built-in solver and the find costs are compiled at their first use on a machine, which may take longer than a
+planning budget; later their machine code is loaded from disk, which takes half a second.
 """
 
 from __future__ import annotations
