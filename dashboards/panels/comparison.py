@@ -23,12 +23,11 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
             _final(timeline),
             number(scene.travel_m),
             str(scene.searches),
-            str(scene.decision),
         ]
         for i, (timeline, scene) in enumerate(zip(clock.timelines, scenes, strict=True))
     ]
-    head = ("run", "outcome", "now", "in all", "walked m", "looks", "decision")
-    kinds = ("", "", "n", "n", "n", "n", "n")
+    head = ("run", "outcome", "now", "in all", "walked m", "looks")
+    kinds = ("w", "", "n", "n", "n", "n")
     made = table(head, rows, key="comparison", classes=kinds)
     parts = [f'<div class="lp">{_warning(clock)}{made}']
     for i in range(1, len(clock.timelines)):

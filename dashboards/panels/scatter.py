@@ -92,6 +92,7 @@ def _tick(share: float, top: float) -> str:
     at = _at(share * top, top)
     label = number(share * top, 0)
     return (
-        f'<text x="{at:.1f}" y="{SIDE_PX - MARGIN_PX + 13}" text-anchor="middle">{label}</text>'
+        f'<text x="{at:.1f}" y="{SIDE_PX - MARGIN_PX + 13}" text-anchor="{"end" if share == 1 else "middle"}">{label}'
+        "</text>"
         f'<text x="{MARGIN_PX - 3}" y="{SIDE_PX - at + 4:.1f}" text-anchor="end">{label}</text>'
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from math import ceil
 from typing import Any
 
@@ -26,6 +27,8 @@ from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
 
 SLIDER_STEPS = 2000
+ARRIVING_S = 5.0
+"""How long a page may take to find its shape: its panel docks after the first picture."""
 CAMERAS_PX = 330
 """Width of the window that shows pictures."""
 
@@ -41,12 +44,13 @@ class Controls:
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
         self._arrived = False
+        self._fit_until, self._size = 0.0, (0, 0)
         self._plotted: tuple[int, str] = (0, "")
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
         session.settlers.append(self._settled)
-        session.client.camera.on_update(lambda _: session.stir())
+        session.client.camera.on_update(lambda camera: self._looked(camera))
 
     def _build(self) -> None:
         gui = self._gui
@@ -199,10 +203,21 @@ class Controls:
         words = go.value
         obey(self._session, words)
         if words.startswith("address"):
+            if not self._arrived and "initialCameraPosition" not in words:
+                self._fit_until = time.monotonic() + ARRIVING_S
+                self._session.look()
             self._arrived = True
             self._session.stir()
         if words.strip() and not words.strip()[0].isdecimal():
             go.value = ""
+
+    def _looked(self, camera: viser.CameraHandle) -> None:
+        """The camera has moved; while a page that arrived still takes its shape, the house is fitted to it anew."""
+        size = (camera.image_width, camera.image_height)
+        if size != self._size and time.monotonic() < self._fit_until:
+            self._session.look()
+        self._size = size
+        self._session.stir()
 
     def _list_runs(self) -> None:
         library = self._session.library

@@ -27,7 +27,7 @@ HERE = Path(__file__).resolve().parent
 LOGS = HERE.parents[1] / "logs"
 LIOS = Path(sys.executable).with_name("lios")
 SIZE = {"width": 1440, "height": 900}
-COLOURS = 128
+COLOURS = 256
 """Pictures are kept with so many colours: the files stay small."""
 DRAWN_MS = 3_000
 
@@ -52,7 +52,8 @@ def lios(*words: object, **more: Any) -> None:
 def keep(picture: bytes | Path, name: str) -> None:
     data = picture.read_bytes() if isinstance(picture, Path) else picture
     with Image.open(io.BytesIO(data)) as image:
-        image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(HERE / f"{name}.png", optimize=True)
+        few = image.convert("RGB").quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        few.save(HERE / f"{name}.png", optimize=True)
 
 
 @contextmanager

@@ -280,9 +280,10 @@ def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browse
         points.first.wait_for()
         assert points.count() == 2
         points.nth(1).click()
-        tab.get_by_text("They").first.wait_for(state="attached")
         (session,) = made.sessions.values()
-        tab.wait_for_function("document.querySelectorAll('.lp .legend .dot').length > 2")
+        end = time.monotonic() + 60
+        while len(session.clock.timelines) < 2 and time.monotonic() < end:
+            tab.wait_for_timeout(100)
         strategies = [t.run.info.strategy for t in session.clock.timelines]
         assert strategies == ["opt-greedy", "model-lios"]
         assert len({t.run.info.place for t in session.clock.timelines}) == 1
