@@ -98,7 +98,7 @@ def plan_again(
         PlansOnItsOwn: a strategy that is not find cost + policy + solver.
     """
     if at is not None and decision is not None:
-        raise BadValue("moment", (at, decision), "--at or --decision, not both")
+        raise BadValue("moment", f"--at {at:g} and --decision {decision}", "one of the two")
     number = decision if decision is not None else decision_at(run, at or 0.0)
     moment = moment_of(run, number)
     name = strategy or run.info.strategy

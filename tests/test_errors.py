@@ -40,3 +40,7 @@ def test_an_error_travels_whole(error: LiosError) -> None:
     assert str(arrived) == str(error)
     assert arrived.exit_code == error.exit_code
     assert vars(arrived) == vars(error)
+
+
+def test_what_was_not_given_is_said_so() -> None:
+    assert str(BadValue("-o/--output", None, "a folder")) == "-o/--output is not given; it must be a folder."

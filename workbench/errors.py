@@ -93,12 +93,13 @@ class BadValue(Malformed):
 
     Args:
         where: the field, option or argument.
-        value: what was given.
+        value: what was given; None for nothing.
         allowed: what may be given.
     """
 
     def __init__(self, where: str, value: object, allowed: str) -> None:
-        super().__init__(f"{where} is {_short(repr(value), 80)}; it must be {allowed}.")
+        shown = "not given" if value is None else _short(repr(value), 80)
+        super().__init__(f"{where} is {shown}; it must be {allowed}.")
 
 
 class UnknownName(NotFound):

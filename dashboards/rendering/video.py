@@ -47,7 +47,7 @@ def draw_video(
         raise OutputExists(path)
     end_s = max(t.duration_s for t in timelines) if until_s is None else until_s
     if not 0 <= from_s < end_s:
-        raise BadValue("part of the run", (from_s, end_s), "from a moment to a later one, in seconds")
+        raise BadValue("part of the run", f"{from_s:g} to {end_s:g} s", "from a moment to a later one")
     if not 0.01 <= speed <= 10_000:
         raise BadValue("--speed", speed, "from 0.01 to 10000")
     if not 1 <= frames_a_second <= 60:

@@ -88,7 +88,7 @@ def find_credentials() -> Credentials:
     if username and password:
         return Credentials(username=username, password=password)
     if not sys.stdin.isatty():
-        raise BadValue(f"{USERNAME} and {PASSWORD}", "not set", "set, where nobody can be asked")
+        raise BadValue("login of the robot", None, f"in {USERNAME} and {PASSWORD} where no terminal can be asked")
     username = username or input("Robot user: ")
     return Credentials(username=username, password=getpass.getpass("Password: "))
 
