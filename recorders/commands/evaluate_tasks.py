@@ -18,6 +18,10 @@ def tasks(
     strategies: Annotated[
         str, typer.Option("--strategies", "-s", help="all, paper, or names; module:Class and NAME@SOLVER too.")
     ] = "all",
+    cells: Annotated[
+        str,
+        typer.Option("-k", help='Only these cells, as pytest -k: "deliver and not greedy", "coffee or breakfast".'),
+    ] = "",
     trials: Annotated[int, typer.Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
     workers: Workers = 1,
     scheduler: Annotated[
@@ -49,12 +53,15 @@ def tasks(
 
         lios evaluate tasks --scenarios deliver-3,coffee --strategies paper,conditioned-lios --trials 20 -o out
 
+        lios evaluate tasks -k "deliver and (model or conditioned)" --dry-run
+
         lios evaluate tasks --scheduler tcp://10.0.0.1:8786 --record -o out
     """
     from recorders.task_recording import RecordTo
     from workbench.errors import BadValue
     from workbench.evaluation import task_experiment as experiment
-    from workbench.terminal import emit_json, progress, say
+    from workbench.evaluation.cell_filter import cell_filter
+    from workbench.terminal import emit_json, emit_table, progress, say
     from workbench.worlds.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
 
@@ -72,20 +79,26 @@ def tasks(
         paper_estimator=paper_estimator,
         assets=str(table.absolute()) if table else "",
     )
+    meant = cell_filter(cells)
+    chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
+    if not chosen:
+        raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
     planned = experiment.plan_trials(request)
     _say_refused(planned)
     if dry_run:
-        cells = [
-            {"scenario": s, "strategy": n, "trials": sum(k.scenario == s for k in planned.keys)}
-            for s in request.scenarios
-            for n in request.strategies
+        counted = [
+            {"scenario": s, "strategy": n, "trials": sum(k.scenario == s for k in planned.keys)} for s, n in chosen
         ]
-        emit_json({"cells": cells}) if json else say(f"{sum(c['trials'] for c in cells)} runs")
+        if json:
+            emit_json({"cells": counted})
+        else:
+            emit_table(counted)
+            say(f"{sum(int(cell['trials']) for cell in counted)} runs")
         return
     store = experiment.TrialStore(output, request, force=force) if output else None
     done = list(store.rows) if store else []
     tap = RecordTo(folder=output / "logs") if record and output else None
-    units = experiment.units_left(request, planned.keys, done, tap)
+    units = experiment.units_left(request, planned.keys, done, tap, meant)
     if done:
         say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
     results = experiment.run_units(units, workers=workers, scheduler=scheduler)
@@ -95,7 +108,7 @@ def tasks(
             store.add(rows)
     if store:
         store.close()
-    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, done))
+    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, done, meant))
     if output:
         _write(answer, output)
     emit_json(answer) if json else _show(answer, output)

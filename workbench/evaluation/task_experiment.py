@@ -17,6 +17,7 @@ from typing import Any
 import msgspec
 
 from workbench.errors import BadValue, InputError, MalformedFile, MissingExtra
+from workbench.evaluation.cell_filter import CellFilter, cell_filter
 from workbench.evaluation.splits import split_indices
 from workbench.evaluation.task_trials import (
     Tap,
@@ -149,13 +150,19 @@ def run_unit(unit: Unit) -> list[TaskRow]:
 
 
 def units_left(
-    request: TaskRequest, keys: Iterable[TrialKey], done: Iterable[TaskRow], tap: Tap | None
+    request: TaskRequest,
+    keys: Iterable[TrialKey],
+    done: Iterable[TaskRow],
+    tap: Tap | None,
+    meant: CellFilter = cell_filter(""),
 ) -> list[Unit]:
-    """What is still to be run."""
+    """What is still to be run of the cells that are meant."""
     have = {(row.scenario, row.trial, row.strategy) for row in done}
     units: list[Unit] = []
     for key in keys:
-        names = tuple(n for n in request.strategies if (key.scenario, key.trial, n) not in have)
+        names = tuple(
+            n for n in request.strategies if meant(key.scenario, n) and (key.scenario, key.trial, n) not in have
+        )
         if names:
             pairs = tuple((name, request.estimator_of(name)) for name in names)
             units.append(Unit(key=key, strategies=pairs, assets=request.assets, tap=tap))
@@ -294,9 +301,13 @@ def read_rows(path: Path, *, torn_is_fine: bool = False) -> list[TaskRow]:
     return rows
 
 
-def wanted_rows(request: TaskRequest, keys: Iterable[TrialKey], rows: Iterable[TaskRow]) -> list[TaskRow]:
-    """The rows of this request, in an order that does not depend on who ran what."""
+def wanted_rows(
+    request: TaskRequest, keys: Iterable[TrialKey], rows: Iterable[TaskRow], meant: CellFilter = cell_filter("")
+) -> list[TaskRow]:
+    """The rows of this request and of the cells that are meant, in an order that does not depend on who ran what."""
     order = {(key.scenario, key.trial): i for i, key in enumerate(keys)}
     names = {name: i for i, name in enumerate(request.strategies)}
-    chosen = [r for r in rows if (r.scenario, r.trial) in order and r.strategy in names]
+    chosen = [
+        r for r in rows if (r.scenario, r.trial) in order and r.strategy in names and meant(r.scenario, r.strategy)
+    ]
     return sorted(chosen, key=lambda r: (order[r.scenario, r.trial], names[r.strategy]))

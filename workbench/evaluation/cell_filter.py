@@ -1,0 +1,78 @@
+"""Which cells of a table are meant? An expression over words, as pytest's -k: "deliver and not greedy".
+
+A word is met by a cell whose name, "SCENARIO/STRATEGY", contains it, whatever its case. `not` binds closer than
+`and`, `and` closer than `or`; parentheses group.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+
+from workbench.errors import BadValue
+
+CellFilter = Callable[[str, str], bool]
+"""(scenario, strategy) -> whether the cell is meant."""
+
+_Test = Callable[[str], bool]
+ALLOWED = 'words with and, or, not and parentheses, as "deliver and not greedy"'
+
+
+def cell_filter(expression: str) -> CellFilter:
+    """The filter of an expression; of an empty one, every cell.
+
+    Raises:
+        BadValue: an expression that cannot be read.
+    """
+    if not expression.strip():
+        return lambda scenario, strategy: True
+    reader = _Reader(expression)
+    test = reader.either()
+    reader.end()
+    return lambda scenario, strategy: test(f"{scenario}/{strategy}".lower())
+
+
+class _Reader:
+    """Reads from left to right, one token ahead."""
+
+    def __init__(self, expression: str) -> None:
+        self.expression = expression
+        self.tokens: Iterator[str] = iter(re.findall(r"[()]|[^\s()]+", expression.lower()))
+        self.token = next(self.tokens, "")
+
+    def either(self) -> _Test:
+        tests = [self.both()]
+        while self.take("or"):
+            tests.append(self.both())
+        return lambda name: any(test(name) for test in tests)
+
+    def both(self) -> _Test:
+        tests = [self.one()]
+        while self.take("and"):
+            tests.append(self.one())
+        return lambda name: all(test(name) for test in tests)
+
+    def one(self) -> _Test:
+        if self.take("not"):
+            negated = self.one()
+            return lambda name: not negated(name)
+        if self.take("("):
+            inner = self.either()
+            if not self.take(")"):
+                raise BadValue("-k", self.expression, ALLOWED)
+            return inner
+        word = self.token
+        if word in ("", "and", "or", ")"):
+            raise BadValue("-k", self.expression, ALLOWED)
+        self.token = next(self.tokens, "")
+        return lambda name: word in name
+
+    def take(self, token: str) -> bool:
+        if self.token != token:
+            return False
+        self.token = next(self.tokens, "")
+        return True
+
+    def end(self) -> None:
+        if self.token:
+            raise BadValue("-k", self.expression, ALLOWED)
