@@ -20,7 +20,7 @@ from recorders.channel_spec import json_channel, protobuf_channel
 from recorders.narrator import LATCHED, Narrator, ViewerMessage
 from recorders.sinks import LogFiles, Sink, Split
 from recorders.writer import DiskFull
-from workbench.execution.events import Acted, Ended, Event, Planned
+from workbench.execution.events import Acted, Ended, Event, Observed, Planned
 from workbench.planning.tasks import Task
 from workbench.runs.codec import encode, ground_truth, to_wire
 from workbench.runs.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_to_json, task_to_json
@@ -33,6 +33,8 @@ from workbench.worlds.travel import Paths
 
 SYNC_S = 1.0
 """At least this often what was recorded is on disk."""
+WORLD_CLOCK, COMPUTER_CLOCK = "the world's clock", "the computer's clock"
+"""Whose time log_time is; the world's may run faster than the computer's, as in simulation."""
 
 
 @final
@@ -91,7 +93,9 @@ class RunRecorder:
         self._narrator = Narrator(place, task, paths=paths, motion=moving) if viewer else None
         start_ns = info.started.ns
         identity = info_to_metadata(info)
-        more = {**(settings or {}), "recorder": {"sync_s": sync_s, "syncs_at": "every decision"}, "run": identity}
+        clock = WORLD_CLOCK if receipt_ns is None else COMPUTER_CLOCK
+        syncs = {"sync_s": sync_s, "syncs_at": "every decision and every look", "log_time": clock}
+        more = {**(settings or {}), "recorder": syncs, "run": identity}
         self.sink.describe(INFO_METADATA, identity)
         for name, data in (
             (PLACE_ATTACHMENT, place_to_json(place)),
@@ -115,12 +119,16 @@ class RunRecorder:
         return self._files.path
 
     def record(self, event: Event) -> None:
-        """Writes an event and what a viewer draws of it; a decision and the end are synced at once."""
+        """Writes an event and what a viewer draws of it; a look, a decision and the end are synced at once.
+
+        A look, because planning follows it, which may take minutes in which nothing is recorded.
+        """
         if self._background is None:
             self._write(event)
         else:
             self._background.submit(lambda: self._write(event))
-        if isinstance(event, Planned | Ended) or time.monotonic() - self._synced >= self._sync_s:
+        looked = isinstance(event, Observed) and not event.known_at_start
+        if looked or isinstance(event, Planned | Ended) or time.monotonic() - self._synced >= self._sync_s:
             self.sync()
 
     def sync(self) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import zlib
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -23,7 +24,12 @@ from mcap.records import Attachment, AttachmentIndex, Channel, DataEnd, Header, 
 from recorders.chunk import Chunk, Compression
 from recorders.log_index import MAGIC, LogIndex, record_bytes
 from workbench import __version__
-from workbench.errors import Failed, FileMissing, OutputExists
+from workbench.errors import Failed, FileMissing, InputError, OutputExists
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None
 
 LIBRARY = f"lios-workbench/{__version__} mcap-python/{version('mcap')}"
 CHUNK_BYTES = 1 << 20
@@ -35,6 +41,7 @@ class DiskFull(Failed):
     """The disk has no room left; what was flushed is safe."""
 
     def __init__(self, path: Path | str, reason: str) -> None:
+        self.reason = reason
         super().__init__(f"{path}: recording stopped ({reason}). What was flushed is kept; free some space.")
 
 
@@ -49,7 +56,15 @@ class CannotCreate(Failed):
     """A file cannot be made there."""
 
     def __init__(self, path: Path | str, reason: str) -> None:
+        self.reason = reason
         super().__init__(f"{path}: cannot be written ({reason}). Choose another -o/--output.")
+
+
+class BeingWritten(InputError):
+    """Another process writes this file."""
+
+    def __init__(self, path: Path | str) -> None:
+        super().__init__(f"{path}: another process is writing it. Stop that one, or give another -o/--output.")
 
 
 @final
@@ -92,11 +107,14 @@ class McapWriter:
         self._offset = 0
         self._data_crc: int | None = 0
         self._closed = False
+        self._old_end: tuple[int, bytes] | None = None
         self._put(MAGIC + record_bytes(Header(profile=profile, library=library)))
 
     @classmethod
     def append_to(cls, path: Path | str, index: LogIndex, *, compression: Compression = "zstd") -> Self:
         """A writer that goes on where a closed log ends; only the summary is written anew.
+
+        When that fails, because the disk is full, the log is again what it was.
 
         Args:
             index: of that log, as read.
@@ -109,7 +127,9 @@ class McapWriter:
             raise FileMissing(path) from None
         except OSError as error:
             raise CannotCreate(path, error.strerror or str(error)) from error
-        writer._file.truncate(index.data_end)
+        _reserve(writer._file, writer.path)
+        writer._file.seek(index.data_end)
+        writer._old_end = (index.data_end, writer._file.read())
         writer._file.seek(index.data_end)
         writer._chunk_bytes, writer._compression, writer._keep_free_bytes = CHUNK_BYTES, compression, 0
         writer._index, writer._chunk, writer._repeat = index, Chunk(), []
@@ -248,6 +268,8 @@ class McapWriter:
     def _finish(self) -> None:
         end = record_bytes(DataEnd(data_section_crc=self._data_crc or 0))
         self._put(end + self._index.to_bytes(self._offset + len(end)))
+        if self._old_end is not None:
+            self._file.truncate(self._offset)
         self._sync()
         self._closed = True
         self._file.close()
@@ -300,6 +322,10 @@ class McapWriter:
     def _cut_back(self) -> None:
         self._closed = True
         try:
+            if self._old_end is not None:
+                self._offset, end = self._old_end
+                self._file.seek(self._offset)
+                self._offset += self._file.write(end) or 0
             self._file.truncate(self._offset)
         except OSError:
             pass  # a device cannot be cut; its end tells that the record is not whole
@@ -310,10 +336,32 @@ class McapWriter:
 def _create(path: Path, *, force: bool) -> BinaryIO:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return open(path, "wb" if force else "xb", buffering=0)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (0 if force else os.O_EXCL), 0o666)
+        stream = open(descriptor, "r+b", buffering=0)  # noqa: SIM115
     except FileExistsError:
         if path.exists() and path.is_file():
             raise OutputExists(path) from None
         raise CannotCreate(path, "a part of its path is a file") from None
     except OSError as error:
         raise CannotCreate(path, error.strerror or str(error)) from error
+    _reserve(stream, path)
+    if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.truncate(0)  # only now: what another process is writing stays as it is
+    return stream
+
+
+def _reserve(stream: BinaryIO, path: Path) -> None:
+    """Keeps other writers away until this one closes the file or ends, where the system and the disk can.
+
+    Raises:
+        BeingWritten: another one was first.
+    """
+    if fcntl is None:
+        return
+    try:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        stream.close()
+        raise BeingWritten(path) from None
+    except OSError:
+        pass  # a network disk without locks

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import final
+from types import TracebackType
+from typing import Self, final
 
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.chunk import Compression
-from recorders.writer import CHUNK_BYTES, LIBRARY, McapWriter
+from recorders.writer import CHUNK_BYTES, LIBRARY, CannotCreate, DiskFull, McapWriter
 from replayers.content import Content, Message
 from replayers.mcap_records import Record
 from replayers.scanning import Damage, open_log, scan
+from workbench.errors import Failed, OutputExists
 
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
 
@@ -27,24 +30,61 @@ class Style:
     force: bool = False
 
 
+class NoRoom(Failed):
+    """The disk has no room for a copy; what was there before is untouched."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(f"{path}: not written ({reason}). Free some space, or choose another -o/--output.")
+
+
 @final
 class Copier:
     """Writes messages of any logs to a new one. Equal channels of several logs become one; ids are given anew.
 
+    A context manager. The new log gets its name when it is whole; until then, and whatever happens, what has that
+    name stays as it is.
+
     Raises:
-        OutputExists, CannotCreate, DiskFull: as McapWriter.
+        OutputExists: the output exists, and the style does not say that it may be replaced.
+        CannotCreate: no file can be made there.
+        NoRoom: from the end of the context.
     """
 
     def __init__(self, path: Path | str, style: Style, *, profile: str = "") -> None:
-        self.writer = McapWriter(
-            path,
-            compression=style.compression,
-            chunk_bytes=style.chunk_bytes,
-            force=style.force,
-            profile=profile,
-            library=LIBRARY,
-        )
+        self.path = Path(path)
+        if self.path.is_dir():
+            raise CannotCreate(self.path, "it is a folder")
+        if self.path.exists() and not style.force:
+            raise OutputExists(self.path)
+        try:
+            self.writer = McapWriter(
+                self.path.with_name(f".{self.path.name}.{os.getpid()}.part"),
+                compression=style.compression,
+                chunk_bytes=style.chunk_bytes,
+                force=True,
+                profile=profile,
+                library=LIBRARY,
+            )
+        except CannotCreate as error:
+            raise CannotCreate(self.path, error.reason) from error
         self._ids: dict[ChannelKey, int] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if error is None:
+                self.finish()
+                self.keep()
+        except DiskFull as full:
+            error = full
+        finally:
+            self.discard()
+        if isinstance(error, DiskFull):
+            raise NoRoom(self.path, error.reason) from error
 
     def copy(self, message: Message) -> None:
         self.writer.add_message(
@@ -73,11 +113,16 @@ class Copier:
     def describe(self, record: Metadata) -> None:
         self.writer.add_metadata(record.name, record.metadata)
 
-    def close(self) -> None:
+    def finish(self) -> None:
+        """Completes the file, still under another name."""
         self.writer.close()
 
+    def keep(self) -> None:
+        """Gives the finished file its name."""
+        os.replace(self.writer.path, self.path)
+
     def discard(self) -> None:
-        """Takes the unfinished file away."""
+        """Takes away what has not got its name."""
         self.writer.abandon()
         self.writer.path.unlink(missing_ok=True)
 

@@ -7,14 +7,19 @@ faulty  something in it is not what it should be
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from mcap.records import Attachment, Metadata
 
 from replayers.content import Message
 from replayers.doctor_container import Walk, walk_container
 from replayers.doctor_run import RunChecks
 from replayers.findings import Finding, Findings, Verdict
 from replayers.scanning import open_log
+
+Told = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,8 +28,9 @@ class Examination:
 
     Attributes:
         loss_window_s: what a crash at the worst moment would have cost while this was recorded: in real time the
-            longest stretch of log time that one chunk held in memory; in simulation, whose log times are not the
-            computer's, the recorder's longest wait before it syncs.
+            longest stretch of log time that one chunk held in memory; where log times are a simulated world's, the
+            recorder's longest wait before it syncs.
+        loss_window_measured: the former of the two.
         longest_chunk_s: the longest stretch of log time in one chunk.
         messages: intact ones.
     """
@@ -33,13 +39,17 @@ class Examination:
     verdict: Verdict
     findings: tuple[Finding, ...]
     loss_window_s: float
+    loss_window_measured: bool
     longest_chunk_s: float
     messages: int
     holds_run: bool
 
 
-def examine(path: Path | str) -> Examination:
+def examine(path: Path | str, *, told: Told = iter) -> Examination:
     """Examines a log, streaming.
+
+    Args:
+        told: wraps what is examined, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to examine.
@@ -47,16 +57,18 @@ def examine(path: Path | str) -> Examination:
     path, findings = Path(path), Findings()
     walk, checks, count = Walk(findings), RunChecks(findings), 0
     with open_log(path) as stream:
-        for part in walk_container(path, stream, walk):
+        for part in told(walk_container(path, stream, walk)):
             count += isinstance(part, Message)
             checks.take(part)
     checks.finish(cut_off=walk.cut_off, damaged=walk.damaged)
-    longest_s = walk.chunk_span_ns / 1e9
+    longest_s, promised_s = walk.chunk_span_ns / 1e9, checks.promised_s
+    measured = checks.real_time or promised_s is None
     return Examination(
         file=path,
         verdict=findings.verdict,
         findings=tuple(findings.all()),
-        loss_window_s=longest_s if checks.real_time or checks.promised_s is None else checks.promised_s,
+        loss_window_s=longest_s if measured or promised_s is None else promised_s,
+        loss_window_measured=measured,
         longest_chunk_s=longest_s,
         messages=count,
         holds_run=checks.holds_run,

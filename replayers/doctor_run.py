@@ -8,6 +8,7 @@ from typing import Any
 
 from mcap.records import Attachment, Metadata
 
+from recorders.recorder import COMPUTER_CLOCK, WORLD_CLOCK
 from recorders.sinks import PART_METADATA
 from replayers.content import Message
 from replayers.doctor_events import EventChecks
@@ -68,7 +69,14 @@ class RunChecks:
 
     @property
     def real_time(self) -> bool:
-        """Whether log times are those of the computer that recorded: not where a simulator knew the truth."""
+        """Whether log times are those of the computer that recorded.
+
+        The recorder says so; logs in which it does not are in real time unless a simulator knew the truth.
+        """
+        recorder = self.settings.get("recorder")
+        clock = recorder.get("log_time") if isinstance(recorder, dict) else None
+        if clock in (WORLD_CLOCK, COMPUTER_CLOCK):
+            return clock == COMPUTER_CLOCK
         simulated = self.events is not None and self.events.truth is not None
         return not simulated and (self.info is None or self.info.source not in ("simulation", "replay"))
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -24,6 +24,7 @@ from replayers.frames import LogSource, Problem, Tables
 from workbench.errors import BadValue, OutputExists, UnknownName
 
 Format = Literal["parquet", "csv"]
+Told = Callable[[Iterator[str]], Iterable[str]]
 PARTITIONS = ("place", "scenario", "strategy", "source", "run_id")
 
 
@@ -62,10 +63,14 @@ def export(
     file_format: Format,
     partition_by: Sequence[str] = (),
     force: bool = False,
+    told: Told = iter,
 ) -> Exported:
     """Writes FOLDER/runs.parquet, FOLDER/actions.parquet, ...
 
     With partition_by: FOLDER/actions/strategy=model-lios/part-0.parquet, as DuckDB, pandas and polars read it.
+
+    Args:
+        told: wraps the tables on their way, for a progress bar.
 
     Raises:
         OutputExists: the folder holds something, and force is not given.
@@ -81,7 +86,7 @@ def export(
     rows: dict[str, int] = {}
     try:
         draft.mkdir(parents=True)
-        for name in tables:
+        for name in told(iter(tables)):
             rows[name] = (
                 _partitioned(source, name, draft, partition_by)
                 if partition_by

@@ -5,7 +5,6 @@ Nothing that is in the log is rewritten but its summary; every byte before that 
 
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,7 @@ from replayers.reader import messages
 from replayers.scanning import open_log
 from replayers.summary import read_index
 from replayers.times import moment
-from workbench.errors import Malformed
+from workbench.errors import BadValue, Malformed
 from workbench.runs.vocabulary import NANO
 
 NOTE_TOPIC = "/notes"
@@ -63,16 +62,20 @@ def add_note(
 
     Raises:
         NotClosed: the log has no index.
-        BadValue: a time that is none.
+        CannotCreate: it may not be written to.
+        DiskFull: no room; the log is as it was.
+        BadValue: a time that is none, or outside the log.
     """
     path = Path(path)
     index = _index_of(path)
-    start_ns = moment(at, start_ns=index.first_ns, option="--at") if at else index.last_ns
-    end_ns = moment(until, start_ns=index.first_ns, option="--until") if until else start_ns
+    start_ns = _within(index, at, "--at") if at else index.last_ns
+    end_ns = _within(index, until, "--until") if until else start_ns
+    if end_ns < start_ns:
+        raise BadValue("--until", until, "at or after --at")
     note = Note(
         text=text,
         start_ns=start_ns,
-        end_ns=max(end_ns, start_ns),
+        end_ns=end_ns,
         author=author,
         written_ns=time.time_ns() if now_ns is None else now_ns,
     )
@@ -109,9 +112,17 @@ def notes_of(path: Path | str) -> list[Note]:
 def _index_of(path: Path) -> LogIndex:
     with open_log(path) as stream:
         index = read_index(stream)
-    if index is None or not os.access(path, os.W_OK):
+    if index is None:
         raise NotClosed(path)
     return index
+
+
+def _within(index: LogIndex, text: str, option: str) -> int:
+    """A moment of the log: a note far from it would stretch the log's time to there."""
+    stamp_ns = moment(text, start_ns=index.first_ns, option=option)
+    if index.messages and not index.first_ns <= stamp_ns <= index.last_ns:
+        raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - index.first_ns) / NANO:.3f} seconds")
+    return stamp_ns
 
 
 def _encoded(note: Note) -> bytes:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
-from typing import final
+from types import TracebackType
+from typing import Self, final
 
 from mcap.records import Attachment, Channel, Metadata
 
@@ -21,7 +23,7 @@ STANDING_TOPICS = (*LATCHED, "/tf_static", "/search/truth")
 
 @final
 class Parts:
-    """Writes messages to one part after another."""
+    """Writes messages to one part after another; a context manager. All parts get their names at the end."""
 
     def __init__(
         self, source: Path, output: Path, style: Style, *, part_s: float | None, part_bytes: int | None
@@ -36,6 +38,7 @@ class Parts:
         self._standing: dict[ChannelKey, Message] = {}
         self._first_ns: int | None = None
         self.paths: list[Path] = []
+        self._finished: list[Copier] = []
         self._copier = self._open()
 
     def messages(self, loss: Loss) -> Iterator[Message]:
@@ -56,14 +59,18 @@ class Parts:
         if message.topic in STANDING_TOPICS:
             self._standing[channel_key(message.channel, message.schema)] = message
 
-    def close(self) -> None:
-        self._copier.close()
+    def __enter__(self) -> Self:
+        return self
 
-    def discard(self) -> None:
-        """Takes all parts away."""
-        self._copier.discard()
-        for path in self.paths:
-            path.unlink(missing_ok=True)
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with ExitStack() as stack:
+            for copier in reversed(self._finished):
+                stack.push(copier)
+            stack.push(self._copier)
+            if error is not None:
+                raise error
 
     def _is_full(self, log_time: int) -> bool:
         if self._first_ns is None:
@@ -74,7 +81,8 @@ class Parts:
         return writer.bytes_written + writer.bytes_in_hand >= (self._part_bytes or 0)
 
     def _next(self, log_time: int) -> None:
-        self._copier.close()
+        self._copier.finish()
+        self._finished.append(self._copier)
         self._copier = self._open()
         self._first_ns = None
         for part in self._around:

@@ -7,6 +7,7 @@ declaration before its messages; the second copies. Memory holds one record at a
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +16,14 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from replayers.content import Content
 from replayers.copying import Copier, Loss, Style, declarations, profile_of
+from replayers.mcap_records import Record
 from replayers.scanning import Damage, open_log, scan
 from replayers.summary import read_index
 from workbench.errors import BadValue
 from workbench.runs.run_info import INFO_METADATA, is_intact
 from workbench.runs.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
 
+Told = Callable[[Iterator[tuple[int, Record]]], Iterable[tuple[int, Record]]]
 RECOVERED_METADATA = "lios.recovered"
 """In every recovered log: from which file, how many damages, how many messages were saved."""
 
@@ -57,12 +60,15 @@ class Recovery:
         return missing or self.messages_lost > 0 or any(damage.costs_content for damage in self.damages)
 
 
-def recover(source: Path | str, output: Path | str, *, force: bool = False) -> Recovery:
+def recover(source: Path | str, output: Path | str, *, force: bool = False, told: Told = iter) -> Recovery:
     """Saves a log to another file.
+
+    Args:
+        told: wraps the records on their way, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
-        OutputExists, CannotCreate, DiskFull: the output cannot be written; nothing half-written is left.
+        OutputExists, CannotCreate, NoRoom: the output cannot be written; nothing half-written is left.
         BadValue: output and source are the same file.
     """
     source, output = Path(source), Path(output)
@@ -73,15 +79,10 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False) -> R
         raise BadValue("output", str(output), "another file than the log itself")
     channels, schemas = declarations(source)
     loss = Loss()
-    copier = Copier(output, Style(force=force), profile=profile_of(source))
-    try:
-        done = _copy(source, copier, loss, channels, schemas)
+    with Copier(output, Style(force=force), profile=profile_of(source)) as copier:
+        done = _copy(source, copier, loss, channels, schemas, told)
         facts = {"from": source.name, "damages": str(loss.count), "messages": str(done["messages"])}
         copier.writer.add_metadata(RECOVERED_METADATA, facts)
-        copier.close()
-    except BaseException:
-        copier.discard()
-        raise
     return Recovery(
         source=source,
         output=output,
@@ -97,7 +98,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False) -> R
 
 
 def _copy(
-    source: Path, copier: Copier, loss: Loss, channels: dict[int, Channel], schemas: dict[int, Schema]
+    source: Path, copier: Copier, loss: Loss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
 ) -> dict[str, int]:
     """Copies what is intact; counts it."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
@@ -105,7 +106,7 @@ def _copy(
     named: set[str] = set()
     content = Content(on_damage=loss.add, channels=channels, schemas=schemas)
     with open_log(source) as stream:
-        for offset, record in scan(stream, path=source, on_damage=loss.add):
+        for offset, record in told(scan(stream, path=source, on_damage=loss.add)):
             if isinstance(record, DataEnd):
                 break
             if isinstance(record, Attachment):

@@ -73,45 +73,44 @@ class Wanted:
         return self.topic(message.topic)
 
 
-def patterns(texts: Sequence[str], option: str) -> tuple[re.Pattern[str], ...]:
+def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
     """Compiled topic expressions.
 
     Raises:
         BadValue: one that is no regular expression.
     """
-    try:
-        return tuple(re.compile(text) for text in texts)
-    except re.error as error:
-        raise BadValue(option, list(texts), f"regular expressions ({error})") from None
+    found: list[re.Pattern[str]] = []
+    for text in texts:
+        try:
+            found.append(re.compile(text))
+        except re.error as error:
+            raise BadValue(option, text, f"a regular expression ({error})") from None
+    return tuple(found)
 
 
 def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Told = iter) -> Rewritten:
     """A log with the wanted messages only. Also compacts: the new file's chunks are full."""
-    loss, counts = Loss(), {"kept": 0, "dropped": 0}
-    _not_itself([source], output)
-    copier = Copier(output, style, profile=profile_of(source))
-
-    def flow() -> Iterator[Message]:
-        for part in contents(source, loss):
-            if isinstance(part, Message):
-                yield part
-            elif isinstance(part, Attachment) and wanted.attachments:
-                copier.attach(part)
-            elif isinstance(part, Metadata) and wanted.metadata:
-                copier.describe(part)
-
-    try:
-        for message in told(flow()):
+    loss, kept, dropped = Loss(), 0, 0
+    not_itself([source], output)
+    with Copier(output, style, profile=profile_of(source)) as copier:
+        for message in told(_flow(source, loss, copier, wanted)):
             if wanted.message(message):
                 copier.copy(message)
-                counts["kept"] += 1
+                kept += 1
             else:
-                counts["dropped"] += 1
-        copier.close()
-    except BaseException:
-        copier.discard()
-        raise
-    return Rewritten(outputs=(output,), messages=counts["kept"], dropped=counts["dropped"], loss=loss)
+                dropped += 1
+    return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
+
+
+def _flow(source: Path, loss: Loss, copier: Copier, wanted: Wanted) -> Iterator[Message]:
+    """The messages of a log; its wanted attachments and metadata are copied as they come by."""
+    for part in contents(source, loss):
+        if isinstance(part, Message):
+            yield part
+        elif isinstance(part, Attachment) and wanted.attachments:
+            copier.attach(part)
+        elif isinstance(part, Metadata) and wanted.metadata:
+            copier.describe(part)
 
 
 def merged(
@@ -124,21 +123,15 @@ def merged(
     Raises:
         MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
     """
-    _not_itself(sources, output)
-    loss = Loss()
-    copier = Copier(output, style, profile=_common_profile(sources))
-    around = _Around(copier, allow_duplicates)
-    count = 0
-    try:
+    not_itself(sources, output)
+    loss, count = Loss(), 0
+    with Copier(output, style, profile=_common_profile(sources)) as copier:
+        around = _Around(copier, allow_duplicates)
         flows = [_flow_of(number, source, loss, around) for number, source in enumerate(sources)]
         ordered = heapq.merge(*flows, key=lambda entry: (entry[0], entry[1]))
         for message in told(message for _, _, message in ordered):
             copier.copy(message)
             count += 1
-        copier.close()
-    except BaseException:
-        copier.discard()
-        raise
     return Rewritten(outputs=(output,), messages=count, dropped=around.repeated, loss=loss)
 
 
@@ -154,17 +147,11 @@ def split_up(
     """A log in parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ..."""
     from replayers.parts import Parts
 
-    loss = Loss()
-    parts = Parts(source, output, style, part_s=part_s, part_bytes=part_bytes)
-    count = 0
-    try:
+    loss, count = Loss(), 0
+    with Parts(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
         for message in told(parts.messages(loss)):
             parts.copy(message)
             count += 1
-        parts.close()
-    except BaseException:
-        parts.discard()
-        raise
     return Rewritten(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
 
 
@@ -206,7 +193,12 @@ def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator
             around.take(part, source)
 
 
-def _not_itself(sources: Sequence[Path], output: Path) -> None:
+def not_itself(sources: Sequence[Path], output: Path) -> None:
+    """Refuses to write to what is read.
+
+    Raises:
+        BadValue: the output is one of the sources.
+    """
     for source in sources:
         if output.exists() and source.exists() and output.samefile(source):
             raise BadValue("output", str(output), "another file than what is read")

@@ -14,7 +14,7 @@ from typing import BinaryIO, NamedTuple
 from mcap.opcode import Opcode
 
 from recorders.log_index import MAGIC
-from replayers.mcap_records import HEAD, MAX_RECORD_BYTES, ChunkRecord, Record, Unreadable, opcode_name, parse
+from replayers.mcap_records import HEAD, MAX_RECORD_BYTES, ChunkRecord, Raw, Record, Unreadable, opcode_name, parse
 from replayers.resync import INSIDE, OF_CHUNKS, next_record
 from workbench.errors import FileMissing, Malformed, MalformedFile
 
@@ -110,6 +110,8 @@ def scan(
     chunked: bool | None = None
     while True:
         found = _look(stream, offset, size, limit, skip)
+        if chunked and isinstance(found.record, Raw):
+            found = _no_index_in_disguise(found, found.record)
         chunked = _is_chunked(found, chunked)
         if found.damage is None:
             if found.record is not None:
@@ -131,6 +133,14 @@ def scan(
         if again < 0:
             return
         offset, resume = again, max(again, resume + 1)
+
+
+def _no_index_in_disguise(found: _Found, message: Raw) -> _Found:
+    """A message between chunks, unless it is the index of one whose opcode is damaged: 6 bytes and 16 an entry."""
+    entries = 22 + len(message.data) - 6
+    if message.sequence != entries or entries % 16:
+        return found
+    return _Found(int(Opcode.MESSAGE_INDEX), found.end, damage="message index: its opcode is damaged")
 
 
 def _is_chunked(found: _Found, so_far: bool | None) -> bool | None:

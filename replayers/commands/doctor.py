@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from workbench.options import Json
-from workbench.terminal import emit_json, emit_text, say
+from workbench.terminal import emit_json, emit_text, progress, say
 
 if TYPE_CHECKING:
     from replayers.doctor import Examination
@@ -30,7 +30,7 @@ def doctor(
     """
     from replayers.doctor import examine
 
-    examined = [examine(log) for log in logs]
+    examined = [examine(log, told=lambda parts: progress(parts, title="doctor")) for log in logs]
     if as_json:
         answers = [_answer(one) for one in examined]
         emit_json(answers[0] if len(answers) == 1 else {"rows": answers})
@@ -51,6 +51,7 @@ def _answer(one: Examination) -> dict[str, Any]:
         "verdict": one.verdict.value,
         "findings": [{"level": f.level.value, "where": f.where, "what": f.what, "fix": f.fix} for f in one.findings],
         "loss_window_s": round(one.loss_window_s, 6),
+        "loss_window_measured": one.loss_window_measured,
         "longest_chunk_s": round(one.longest_chunk_s, 6),
         "messages": one.messages,
         "holds_run": one.holds_run,
@@ -62,6 +63,15 @@ def _tell(one: Examination) -> None:
     for finding in one.findings:
         fix = f" {finding.fix}." if finding.fix else ""
         emit_text(f"  {finding.level.value:8}{finding.where + ': ' if finding.where else ''}{finding.what}.{fix}")
-    emit_text(f"  A crash at the worst moment would have cost {one.loss_window_s:.3f} s of this recording.")
+    emit_text(f"  {_loss_window(one)}")
     if one.verdict.exit_code:
         say(f"{one.file} is {one.verdict.value}.")
+
+
+def _loss_window(one: Examination) -> str:
+    if one.loss_window_measured:
+        return f"A crash at the worst moment would have cost {one.loss_window_s:.3f} s of this recording."
+    return (
+        f"A crash at the worst moment would have cost {one.loss_window_s:.3f} s of the computer's time at most: "
+        "by the recorder's setting, because the stamps are those of a simulated world."
+    )

@@ -9,7 +9,7 @@ import typer
 
 from workbench.errors import BadValue
 from workbench.options import Json
-from workbench.terminal import emit_json, say
+from workbench.terminal import emit_json, progress, say
 
 
 def export(
@@ -41,13 +41,15 @@ def export(
 
     if file_format not in ("parquet", "csv"):
         raise BadValue("--format", file_format, "parquet or csv")
+    names = table_names(table or ())
     done = write(
         find_logs(where),
         output,
-        tables=table_names(table or ()),
+        tables=names,
         file_format="csv" if file_format == "csv" else "parquet",
         partition_by=[name.strip() for name in partition_by.split(",") if name.strip()],
         force=force,
+        told=lambda tables: progress(tables, title="export", total=len(names)),
     )
     if as_json:
         problems = [{"file": problem.path, "reason": problem.reason} for problem in done.problems]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from workbench.options import Force, Json
-from workbench.terminal import emit_json, say
+from workbench.terminal import emit_json, progress, say
 
 if TYPE_CHECKING:
     from replayers.recover import Recovery
@@ -28,7 +28,8 @@ def recover(
     """
     from replayers.recover import recover as save
 
-    done = save(log, output or log.with_name(f"{log.stem}.recovered.mcap"), force=force)
+    saved = output or log.with_name(f"{log.stem}.recovered.mcap")
+    done = save(log, saved, force=force, told=lambda records: progress(records, title="recover"))
     if as_json:
         emit_json(_answer(done))
     say(f"Saved {done.messages:,} messages and {done.attachments} attachments to {done.output}.")

@@ -164,11 +164,11 @@ def test_every_decision_is_on_disk_when_record_returns(tmp_path: Path):
     assert seen == 3
 
 
-def test_a_killed_recording_reads_up_to_its_last_decision(tmp_path: Path):
+def test_a_killed_recording_reads_up_to_its_last_look(tmp_path: Path):
     run = read(killed_toy_log(tmp_path / "a.mcap"))
     assert not run.complete
     assert run.outcome is None
-    assert len(run.plans) == 2 - 1 + (len(run.actions) > 1)
+    assert (len(run.plans), len(run.actions), len(run.observations)) == (1, 2, 2)
     assert run.info == toy_info()
     assert run.damage[0].cut_off
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from sample_logs import T0, killed_toy_log, toy_info, write_toy_log
 
+from recorders.writer import DiskFull
 from replayers.doctor import examine
 from replayers.findings import Verdict
 from replayers.notes import add_note, notes_of
@@ -89,9 +92,88 @@ def test_filter_keeps_the_wanted_topics_and_times(log: Path, tmp_path: Path):
     assert read(out).info == toy_info()
 
 
-def test_a_topic_expression_must_match_the_whole_name(log: Path, tmp_path: Path):
-    assert _lios("log", "filter", log, "-o", tmp_path / "f.mcap", "-y", "/search") == 0
-    assert _facts(tmp_path / "f.mcap") == []
+def test_a_topic_expression_must_match_the_whole_name(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert _lios("log", "filter", log, "-o", tmp_path / "f.mcap", "-y", "/search") == 2
+    told = capsys.readouterr().err
+    assert "no topic '/search'" in told
+    assert "/search/plan" in told
+    assert not (tmp_path / "f.mcap").exists()
+
+
+def test_cat_of_topics_that_are_not_there_says_which_are(log: Path, capsys: pytest.CaptureFixture[str]):
+    for asked in (("--topics", "/nope"), ("--topics", "/map,/nope"), ("-y", "nope.*"), ("-n", ".*")):
+        assert _lios("log", "cat", log, *asked) == 2
+        told = capsys.readouterr()
+        assert told.out == ""
+        assert len(told.err.splitlines()) == 1
+        assert "/search/plan" in told.err
+    assert _lios("log", "cat", log, "-S", "1000") == 0
+    assert "no message there in that time" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["filter", "compact", "convert", "recover", "merge", "split", "lines"])
+def test_what_was_there_stays_until_the_new_log_is_whole(
+    command: str, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    """Stopped midway, out of room: the old file is as it was, and nothing half-written lies about."""
+    output = tmp_path / "out" / ("old.jsonl" if command == "lines" else "old.mcap")
+    old = output.with_name("old_0000.mcap") if command == "split" else output
+    output.parent.mkdir()
+    old.write_text("precious")
+    words = ["recover"] if command == "recover" else ["log", "convert" if command == "lines" else command]
+    words += [str(log), "-o", str(output), "--force", *(["--every", "4"] if command == "split" else [])]
+
+    def full(*_: object, **__: object) -> bytes:
+        raise DiskFull(log, "no space left") if command != "lines" else OSError(28, "no space left")
+
+    target = "replayers.showing.Shown.line" if command == "lines" else "recorders.writer.McapWriter.close"
+    with monkeypatch.context() as patch:
+        patch.setattr(target, full)
+        assert _lios(*words) == 1
+    told = capsys.readouterr().err
+    assert "not written (no space left)" in told
+    assert len(told.splitlines()) == 1
+    with monkeypatch.context() as patch:
+        patch.setattr(target, _interrupted)
+        assert _lios(*words) == 1
+    assert old.read_text() == "precious"
+    assert list(output.parent.iterdir()) == [old]
+    assert _lios(*words) == 0
+    assert old.read_bytes() != b"precious"
+
+
+def _interrupted(*_: object, **__: object) -> bytes:
+    raise KeyboardInterrupt
+
+
+def test_a_folder_is_no_output(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    for name in ("a.jsonl", "b.mcap"):
+        (tmp_path / name).mkdir()
+        assert _lios("log", "convert", log, "-o", tmp_path / name, "--force") == 1
+        assert "it is a folder" in capsys.readouterr().err
+    assert _lios("log", "convert", log, "-o", log, "--force") == 2
+    assert _lios("log", "convert", log, "-o", tmp_path / "no" / "such" / "a.jsonl") == 0
+
+
+def test_a_note_lies_within_the_log(log: Path, capsys: pytest.CaptureFixture[str]):
+    before = log.read_bytes()
+    assert _lios("log", "note", log, "typo", "--at", "99999") == 2
+    assert "within the log, 0 to 15.000 seconds" in capsys.readouterr().err
+    assert _lios("log", "note", log, "typo", "--at", "5", "--until", "4") == 2
+    assert log.read_bytes() == before
+
+
+def test_a_note_for_which_there_is_no_room_changes_nothing(log: Path, monkeypatch: pytest.MonkeyPatch):
+    """A file may grow no further, as on a full disk: the log is what it was, index and all."""
+    before = log.read_bytes()
+    script = (
+        "import resource, sys; from replayers.notes import add_note; from recorders.writer import DiskFull\n"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({len(before) + 10}, -1))\n"
+        f"try: add_note({str(log)!r}, 'x' * 5000)\n"
+        "except DiskFull: sys.exit(7)"
+    )
+    assert subprocess.run([sys.executable, "-c", script], check=False, timeout=60).returncode == 7
+    assert log.read_bytes() == before
 
 
 def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path):

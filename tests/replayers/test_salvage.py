@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import resource
 import tracemalloc
 from pathlib import Path
@@ -155,6 +156,15 @@ def _chunk_sizes(data: bytes, folder: Path) -> list[int]:
         index = read_index(stream)
     assert index is not None
     return [len(_of_chunk(path, chunk.chunk_start_offset)) for chunk in index.chunks]
+
+
+def test_an_index_whose_opcode_is_damaged_is_no_message(small: bytes, tmp_path: Path):
+    whole = _saved(small, tmp_path)
+    for match in re.finditer(rb"\x07(\x16|\x36)\x00{7}", small):
+        data = bytearray(small)
+        data[match.start()] = 5
+        assert _saved(bytes(data), tmp_path) == whole
+        assert examine(tmp_path / "broken.mcap").verdict is Verdict.FAULTY
 
 
 @pytest.mark.parametrize("flushed", [0, 1])

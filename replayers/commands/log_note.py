@@ -1,0 +1,43 @@
+"""`lios log note`: what a person wants to remember of a run, added to its log."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from replayers.commands.log_options import Json, Log
+from workbench.terminal import emit_json
+
+
+def note(
+    log: Log,
+    text: Annotated[str, typer.Argument(help="What to remember. Without it, the notes of the log are shown.")] = "",
+    at: Annotated[str, typer.Option("--at", help="Seconds from the start, RFC 3339, or nanoseconds.")] = "",
+    until: Annotated[str, typer.Option("--until", help="For a note about a stretch of time.")] = "",
+    author: Annotated[str, typer.Option("--author", help="Who says so.")] = "",
+    as_json: Json = False,
+) -> None:
+    """Add a note to a log as a Foxglove event, without rewriting the rest.
+
+    Examples:
+
+        lios log note run.mcap "door was stuck" --at 12.4
+
+        lios log note run.mcap
+    """
+    from dataclasses import asdict
+
+    from replayers.describe import describe
+    from replayers.notes import add_note, notes_of
+
+    if text:
+        add_note(log, text, at=at, until=until, author=author)
+    found, start_ns = notes_of(log), describe(log).index.first_ns
+    if as_json:
+        emit_json({"file": str(log), "notes": [asdict(one) for one in found]})
+        return
+    for one in found:
+        who = f" ({one.author})" if one.author else ""
+        sys.stdout.write(f"{(one.start_ns - start_ns) / 1e9:10.3f} s  {one.text}{who}\n")

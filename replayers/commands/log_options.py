@@ -1,0 +1,112 @@
+"""Which options do the log tools share, and what do they mean? As the mcap CLI has them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from workbench.errors import BadValue, NotFound
+from workbench.terminal import progress, say
+
+if TYPE_CHECKING:
+    from recorders.chunk import Compression
+    from replayers.content import Message
+    from replayers.copying import Style
+    from replayers.rewriting import Wanted
+    from replayers.scanning import Damage
+
+MANY_TOPICS = 60
+Log = Annotated[Path, typer.Argument(help="A log.")]
+Output = Annotated[Path, typer.Option("-o", "--output", help="The file to make.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace an output that exists.")]
+Json = Annotated[bool, typer.Option("--json", help="For machines, to standard output.")]
+Include = Annotated[
+    list[str] | None, typer.Option("-y", "--include-topic-regex", help="Only topics that match; may be repeated.")
+]
+Exclude = Annotated[
+    list[str] | None, typer.Option("-n", "--exclude-topic-regex", help="No topics that match; may be repeated.")
+]
+Start = Annotated[str, typer.Option("-S", "--start", help="Seconds from the start, RFC 3339, or nanoseconds.")]
+End = Annotated[str, typer.Option("-E", "--end", help="The same; the end itself is not included.")]
+Packing = Annotated[str, typer.Option("--compression", help="zstd, lz4 or none.")]
+ChunkSize = Annotated[int, typer.Option("--chunk-size", help="Bytes of a chunk before it is packed.", min=1)]
+
+
+class NoSuchTopic(NotFound):
+    """Topics that a log does not have; lists those that it has."""
+
+    def __init__(self, log: Path, wanted: str, there: Sequence[str]) -> None:
+        listed = ", ".join(there[:MANY_TOPICS]) + (", ..." if len(there) > MANY_TOPICS else "")
+        super().__init__(f"{log}: no topic {wanted[:200]}. It has {listed or 'none'}; expressions match whole names.")
+
+
+def wanted_of(
+    log: Path,
+    include: list[str] | None,
+    exclude: list[str] | None,
+    start: str,
+    end: str,
+    *,
+    topics: str = "",
+) -> Wanted:
+    """What the options ask for.
+
+    Args:
+        topics: names, separated by commas, beside the expressions to include.
+
+    Raises:
+        NoSuchTopic: a named topic that the log does not have, or expressions that leave none of its topics.
+        BadValue: a time or an expression that is none.
+    """
+    from replayers.describe import describe
+    from replayers.rewriting import Wanted, patterns
+    from replayers.times import moment
+
+    named = [topic.strip() for topic in topics.split(",") if topic.strip()]
+    included, excluded = include or [], exclude or []
+    found = describe(log).index if start or end or named or included or excluded else None
+    first_ns = 0 if found is None else found.first_ns
+    start_ns = moment(start, start_ns=first_ns, option="--start") if start else 0
+    end_ns = moment(end, start_ns=first_ns, option="--end") if end else None
+    if end_ns is not None and end_ns <= start_ns:
+        raise BadValue("--end", end, "after --start")
+    wanted = Wanted(
+        include=(*patterns(included, "--include-topic-regex"), *patterns(map(re.escape, named), "--topics")),
+        exclude=patterns(excluded, "--exclude-topic-regex"),
+        start_ns=start_ns,
+        end_ns=end_ns,
+    )
+    there = [] if found is None else sorted({channel.topic for channel in found.channels.values()})
+    for topic in named:
+        if topic not in there:
+            raise NoSuchTopic(log, repr(topic), there)
+    if there and not any(wanted.topic(topic) for topic in there):
+        raise NoSuchTopic(log, " or ".join(map(repr, [*included, *named])) or "that is not excluded", there)
+    return wanted
+
+
+def style_of(compression: str, chunk_size: int, force: bool) -> Style:
+    from replayers.copying import Style
+
+    known: dict[str, Compression] = {"zstd": "zstd", "lz4": "lz4", "none": ""}
+    if compression not in known:
+        raise BadValue("--compression", compression, "zstd, lz4 or none")
+    return Style(compression=known[compression], chunk_bytes=chunk_size, force=force)
+
+
+def bar(title: str) -> Any:
+    """Wraps messages on their way in a progress bar, on a terminal."""
+
+    def told(messages: Iterator[Message]) -> Iterable[Message]:
+        return progress(messages, title=title)
+
+    return told
+
+
+def warn(damage: Damage) -> None:
+    """A line about a damage."""
+    say(f"byte {damage.offset}: {damage.what}")

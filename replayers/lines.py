@@ -1,0 +1,48 @@
+"""How does a log become lines of JSON? Every message decoded, as far as the log explains itself, one a line."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import msgspec
+
+from recorders.writer import CannotCreate
+from replayers.copying import Loss, NoRoom
+from replayers.reader import messages
+from replayers.rewriting import Rewritten, Told, not_itself
+from replayers.showing import Shown
+from workbench.errors import OutputExists
+
+
+def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewritten:
+    """Writes a log's messages to a .jsonl file, which gets its name when it is whole.
+
+    Raises:
+        OutputExists, CannotCreate, NoRoom: nothing was written.
+        BadValue: output and log are the same file.
+    """
+    not_itself([log], output)
+    if output.is_dir():
+        raise CannotCreate(output, "it is a folder")
+    if output.exists() and not force:
+        raise OutputExists(output)
+    shown, loss, count = Shown(whole=True), Loss(), 0
+    found = messages(log, on_damage=loss.add)
+    draft = output.with_name(f".{output.name}.{os.getpid()}.part")
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        stream = open(draft, "wb")  # noqa: SIM115
+    except OSError as error:
+        raise CannotCreate(output, error.strerror or str(error)) from error
+    try:
+        with stream:
+            for message in told(found):
+                stream.write(msgspec.json.encode(shown.line(message)) + b"\n")
+                count += 1
+        draft.replace(output)
+    except OSError as error:
+        raise NoRoom(output, error.strerror or str(error)) from error
+    finally:
+        draft.unlink(missing_ok=True)
+    return Rewritten(outputs=(output,), messages=count, dropped=0, loss=loss)
