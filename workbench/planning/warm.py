@@ -41,6 +41,7 @@ def _warm() -> set[str]:
 
 def _plan_once(knowledge: Knowledge) -> None:
     """Bring a thing from where the robot stands to where it stands."""
+    knowledge = Knowledge(plan=knowledge.plan, travel=knowledge.travel)  # a known thing may be out of reach
     here, kind = knowledge.robot_at, ItemType("Mug")
     belief = Belief(
         item_types=(kind,),
