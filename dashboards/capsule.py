@@ -57,6 +57,7 @@ def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = Fa
     if path.exists() and not force:
         raise OutputExists(path)
     page = capsule_page(timelines).encode("utf-8")
+    path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         beside.write_bytes(page)

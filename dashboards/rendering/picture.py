@@ -65,4 +65,5 @@ def draw_picture(
         page.evaluate("(t) => window.lios.seek(t)", at_s)
         page.wait_for_timeout(150)
         picture = page.screenshot(type="png")
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(picture)

@@ -68,6 +68,7 @@ def draw_video(
         description = base64.b64decode(last["description"])
     if len(samples) != count or not description:
         raise PageFailed(f"{len(samples)} of {count} frames were encoded")
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(mp4(samples, description, width=width, height=height, frames_a_second=frames_a_second))
     return count
 

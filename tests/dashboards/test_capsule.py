@@ -97,3 +97,8 @@ def test_an_existing_file_is_kept(tmp_path: Path) -> None:
         write_capsule([OURS], path)
     assert write_capsule([OURS], path, force=True) == size
     assert [p.name for p in tmp_path.iterdir()] == ["run.html"]
+
+
+def test_the_folder_of_a_page_is_made(tmp_path: Path) -> None:
+    assert write_capsule([OURS], tmp_path / "new" / "folder" / "run.html") > 0
+    assert (tmp_path / "new" / "folder" / "run.html").exists()

@@ -290,3 +290,23 @@ def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browse
     finally:
         tab.close()
         made.stop()
+
+
+def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs: list[Path]) -> None:
+    failed: list[BaseException] = []
+    before, threading.excepthook = threading.excepthook, lambda args: failed.append(args.exc_value)  # type: ignore[arg-type]
+    made = open_dashboard(logs, port=0)
+    try:
+        for stay_ms in (0, 30, 120, 300, 700, 1500):
+            tab = browser.new_page(viewport={"width": 600, "height": 400})
+            tab.goto(made.url, wait_until="commit")
+            tab.wait_for_timeout(stay_ms)
+            tab.close()
+        deadline = time.monotonic() + 30
+        while made.sessions and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert not made.sessions
+        assert failed == []
+    finally:
+        threading.excepthook = before
+        made.stop()
