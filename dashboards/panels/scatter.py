@@ -12,7 +12,7 @@ from dashboards.panels.markup import command, name, number, text
 from dashboards.panels.runs import RunRow
 
 SIDE_PX = 300
-MARGIN_PX = 34
+MARGIN_PX = 44
 MOST_POINTS = 2000
 SAME = 1e-6
 BASELINES = ("pes-greedy", "opt-greedy", "greedy", "opt-lios", "lios")

@@ -41,6 +41,8 @@ SHADE = 0.07
 """Opacity of one layer of the shade under furniture; three lie over each other."""
 TOGETHER_M = 0.5
 """A ghost so close to the run in focus is not labelled: their names would lie over each other."""
+CROWDED_M, CROWDED_UP_M = 1.3, 0.4
+"""Numbers so close to another are raised by so much, to be read beside it."""
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 
@@ -290,6 +292,7 @@ class Stage:
             return
         index = {c.id: i for i, c in enumerate(self._plan.containers)}
         height = bar_heights_m(scene) if scene is not None else np.zeros(0)
+        taken: list[tuple[float, float]] = []
         for label, stop in zip(self._orders, [*words, *[None] * LABELLED], strict=False):
             at = index.get(stop[0]) if stop is not None else None
             label.visible = at is not None
@@ -297,7 +300,9 @@ class Stage:
                 x, y, z = self._shape.tops_m[at]
                 first = stop is words[0]
                 label.text = f"{stop[1]}. {readable_name(self._plan.containers[at].type)}" if first else stop[1]
-                label.position = (x, y, z + 0.15 + float(height[at]))
+                near = sum(hypot(x - a, y - b) < CROWDED_M for a, b in taken)
+                taken.append((x, y))
+                label.position = (x, y, z + 0.15 + float(height[at]) + CROWDED_UP_M * near)
 
     def _actor(self, index: int, colour: Colour, name: str) -> RunActor:
         root = f"/runs/{index}"

@@ -27,8 +27,7 @@ HERE = Path(__file__).resolve().parent
 LOGS = HERE.parents[1] / "logs"
 LIOS = Path(sys.executable).with_name("lios")
 SIZE = {"width": 1440, "height": 900}
-COLOURS = 256
-"""Pictures are kept with so many colours: the files stay small."""
+QUALITY = 86
 DRAWN_MS = 3_000
 
 
@@ -52,8 +51,9 @@ def lios(*words: object, **more: Any) -> None:
 def keep(picture: bytes | Path, name: str) -> None:
     data = picture.read_bytes() if isinstance(picture, Path) else picture
     with Image.open(io.BytesIO(data)) as image:
-        few = image.convert("RGB").quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-        few.save(HERE / f"{name}.png", optimize=True)
+        image.convert("RGB").save(
+            HERE / f"{name}.webp", quality=QUALITY, method=6, lossless=name.startswith("figure_")
+        )
 
 
 @contextmanager

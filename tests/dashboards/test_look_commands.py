@@ -1,4 +1,4 @@
-"""`lios capsule`, `figures`, `view` and `render` as a person types them: what is left out is said, mistakes take a line."""
+"""`lios capsule`, `figures`, `view`, `render` as typed by a person: what is left out is said, mistakes take a line."""
 
 from __future__ import annotations
 
