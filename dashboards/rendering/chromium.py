@@ -8,7 +8,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,8 +80,13 @@ def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Iterat
             yield page
         except Error as error:
             raise PageFailed(_first_line(error)) from error
+        except KeyboardInterrupt:
+            # Ctrl-C ends Chromium and its driver too, and what they leave unanswered would be told on the terminal.
+            logging.getLogger("asyncio").addHandler(logging.NullHandler())
+            raise
         finally:
-            browser.close()
+            with suppress(Error):
+                browser.close()
 
 
 def _wait_until_drawn(page: Page) -> None:

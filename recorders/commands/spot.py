@@ -74,8 +74,11 @@ def simulate(
         say(f"Certificate: {certificate}. User: {robot.username}, password: {robot.password}. Ctrl-C ends it.")
         say(f"Next: lios spot run --robot {robot.address}:{robot.port} --certificate {certificate} --site {site}")
         ends = None if for_s is None else time.monotonic() + for_s
-        while ends is None or time.monotonic() < ends:
-            time.sleep(0.1)
+        try:
+            while ends is None or time.monotonic() < ends:
+                time.sleep(0.1)
+        except KeyboardInterrupt:
+            say("Stopped.")  # as asked for: no failure
 
 
 def record(
