@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from glob import escape
+from os import fsencode
 from pathlib import Path
 from typing import Protocol, final
 
@@ -235,7 +236,7 @@ class LogFiles:
             keep_free_bytes=self._keep_free_bytes,
         )
         if not self._split.never:
-            before = self.parts[-1].name if self.parts else ""
+            before = fsencode(self.parts[-1].name).decode("utf-8", "replace") if self.parts else ""
             writer.add_metadata(PART_METADATA, {"part": str(len(self.parts)), "before": before})
         self.parts.append(path)
         return Part(writer)

@@ -51,7 +51,7 @@ class Copier:
     """
 
     def __init__(self, path: Path | str, style: Style, *, profile: str = "") -> None:
-        self.path = Path(path)
+        self.path, self._force = Path(path), style.force
         if self.path.is_dir():
             raise CannotCreate(self.path, "it is a folder")
         if self.path.exists() and not style.force:
@@ -118,7 +118,9 @@ class Copier:
         self.writer.close()
 
     def keep(self) -> None:
-        """Gives the finished file its name."""
+        """Gives the finished file its name, unless another file has taken it meanwhile."""
+        if self.path.exists() and not self._force:
+            raise OutputExists(self.path)
         os.replace(self.writer.path, self.path)
 
     def discard(self) -> None:

@@ -18,6 +18,7 @@ import pyarrow as pa
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
+from recorders.writer import CannotCreate
 from replayers.arrow import BUILDERS
 from replayers.columns import SCHEMAS
 from replayers.frames import LogSource, Problem, Tables
@@ -67,6 +68,7 @@ def export(
 ) -> Exported:
     """Writes FOLDER/runs.parquet, FOLDER/actions.parquet, ...
 
+    With force: these replace what has their names; whatever else the folder holds stays.
     With partition_by: FOLDER/actions/strategy=model-lios/part-0.parquet, as DuckDB, pandas and polars read it.
 
     Args:
@@ -74,30 +76,45 @@ def export(
 
     Raises:
         OutputExists: the folder holds something, and force is not given.
+        CannotCreate: it is a file, or cannot be made.
         BadValue: partitions of CSV, or by a column that is none of PARTITIONS.
     """
     for column in partition_by:
         if column not in PARTITIONS or file_format == "csv":
             raise BadValue("--partition-by", column, f"of Parquet, by {', '.join(PARTITIONS)}")
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())) and not force:
+    if folder.exists() and not folder.is_dir():
+        raise CannotCreate(folder, "it is a file, and a folder is needed")
+    if folder.exists() and any(folder.iterdir()) and not force:
         raise OutputExists(folder)
-    draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
+    draft = folder / f".{os.getpid()}.part"
     source = Tables([LogSource(path) for path in paths])
     rows: dict[str, int] = {}
     try:
-        draft.mkdir(parents=True)
+        _make(draft, folder)
         for name in told(iter(tables)):
             rows[name] = (
                 _partitioned(source, name, draft, partition_by)
                 if partition_by
                 else _one_file(source, name, draft, file_format)
             )
-        if folder.is_dir():
-            shutil.rmtree(folder)
-        draft.rename(folder)
+        for made in sorted(draft.iterdir()):
+            _replace(made, folder / made.name)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     return Exported(folder=folder, rows=rows, problems=tuple(source.problems))
+
+
+def _make(draft: Path, folder: Path) -> None:
+    try:
+        draft.mkdir(parents=True)
+    except OSError as error:
+        raise CannotCreate(folder, error.strerror or str(error)) from error
+
+
+def _replace(made: Path, target: Path) -> None:
+    if target.is_dir() and not target.is_symlink():
+        shutil.rmtree(target)
+    made.rename(target)
 
 
 def _one_file(source: Tables, name: str, folder: Path, file_format: Format) -> int:

@@ -23,7 +23,7 @@ import pyarrow as pa
 from replayers.arrow import BUILDERS, Source
 from replayers.columns import SCHEMAS
 from replayers.data_frames import Vocabularies, data_frame
-from replayers.log_paths import NoLogs, find_logs
+from replayers.log_paths import NoLogs, find_logs, shown
 from replayers.reader import messages, metadata
 from replayers.run import POSE_TOPIC, HoldsNoRun, Run
 from replayers.scanning import open_log
@@ -148,7 +148,7 @@ class LogSource:
 
     @property
     def log(self) -> str:
-        return str(self.path)
+        return shown(self.path)
 
     @property
     def info(self) -> RunInfo:
@@ -180,7 +180,7 @@ class RunSource:
 
     @property
     def log(self) -> str:
-        return str(self.run.path)
+        return shown(self.run.path)
 
     @property
     def info(self) -> RunInfo:

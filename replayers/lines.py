@@ -40,6 +40,8 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
             for message in told(found):
                 stream.write(msgspec.json.encode(shown.line(message)) + b"\n")
                 count += 1
+        if output.exists() and not force:
+            raise OutputExists(output)
         draft.replace(output)
     except OSError as error:
         raise NoRoom(output, error.strerror or str(error)) from error

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import msgspec
 
+from replayers.log_paths import shown
 from workbench.cache import cache_folder
 from workbench.errors import LiosError
 
@@ -67,14 +68,14 @@ def rows_of(
     with ThreadPoolExecutor(STAT_WORKERS) as pool:
         states = list(pool.map(_state, paths))
     fresh: dict[str, _Known] = {}
-    new = [p for p, state in zip(paths, states, strict=True) if not _is_current(known.get(str(p)), state)]
+    new = [p for p, state in zip(paths, states, strict=True) if not _is_current(known.get(shown(p)), state)]
     for path in told(iter(new)):
         size, changed_ns = _state(path)
-        fresh[str(path)] = _Known(size, changed_ns, row_of(path))
+        fresh[shown(path)] = _Known(size, changed_ns, row_of(path))
     if fresh:
         known.update(fresh)
-        _remember(memory, {str(p): known[str(p)] for p in paths})
-    return [known[str(path)].row for path in paths]
+        _remember(memory, {shown(p): known[shown(p)] for p in paths})
+    return [known[shown(path)].row for path in paths]
 
 
 def row_of(path: Path) -> Row:
@@ -84,10 +85,10 @@ def row_of(path: Path) -> Row:
     try:
         found = describe(path)
     except LiosError as error:
-        return Row(file=str(path), problem=str(error))
+        return Row(file=shown(path), problem=shown(str(error)))
     info, outcome = found.info, found.outcome
     return Row(
-        file=str(path),
+        file=shown(path),
         place=info.place if info else "",
         scenario=info.scenario if info else "",
         strategy=info.strategy if info else "",

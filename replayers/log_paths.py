@@ -36,3 +36,8 @@ def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
             raise NoLogs(str(one))
         found.update(dict.fromkeys(paths))
     return list(found)
+
+
+def shown(path: Path | str) -> str:
+    """A path as text that any file format can hold: bytes that are no UTF-8 become replacement characters."""
+    return str(path).encode("utf-8", "surrogateescape").decode("utf-8", "replace")

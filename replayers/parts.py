@@ -14,6 +14,7 @@ from recorders.narrator import LATCHED
 from recorders.sinks import PART_METADATA, REPEATED
 from replayers.content import Message
 from replayers.copying import ChannelKey, Copier, Loss, Style, channel_key, contents, profile_of
+from replayers.log_paths import shown
 from workbench.errors import BadValue
 from workbench.runs.vocabulary import NANO
 
@@ -28,8 +29,13 @@ class Parts:
     def __init__(
         self, source: Path, output: Path, style: Style, *, part_s: float | None, part_bytes: int | None
     ) -> None:
-        if (part_s is None) == (part_bytes is None) or not (1 if part_s is None else part_s) > 0 or part_bytes == 0:
-            raise BadValue("split", (part_s, part_bytes), "by --every seconds or by --size bytes, more than 0")
+        if (part_s is None) == (part_bytes is None):
+            given = "neither" if part_s is None else "both"
+            raise BadValue("which of --every and --size", given, "one: seconds, or bytes, a part")
+        if part_s is not None and part_s <= 0:
+            raise BadValue("--every", part_s, "more than 0 seconds")
+        if part_bytes is not None and part_bytes < 1:
+            raise BadValue("--size", part_bytes, "more than 0 bytes")
         self._source, self._output, self._style = source, output, style
         self._part_ns = None if part_s is None else round(part_s * NANO)
         self._part_bytes = part_bytes
@@ -100,7 +106,7 @@ class Parts:
     def _open(self) -> Copier:
         path = self._output.with_name(f"{self._output.stem}_{len(self.paths):04d}{self._output.suffix or '.mcap'}")
         copier = Copier(path, self._style, profile=self._profile)
-        before = self.paths[-1].name if self.paths else ""
+        before = shown(self.paths[-1].name) if self.paths else ""
         copier.writer.add_metadata(PART_METADATA, {"part": str(len(self.paths)), "before": before})
         self.paths.append(path)
         return copier

@@ -16,6 +16,7 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from replayers.content import Content
 from replayers.copying import Copier, Loss, Style, declarations, profile_of
+from replayers.log_paths import shown
 from replayers.mcap_records import Record
 from replayers.scanning import Damage, open_log, scan
 from replayers.summary import read_index
@@ -81,7 +82,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     loss = Loss()
     with Copier(output, Style(force=force), profile=profile_of(source)) as copier:
         done = _copy(source, copier, loss, channels, schemas, told)
-        facts = {"from": source.name, "damages": str(loss.count), "messages": str(done["messages"])}
+        facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
         copier.writer.add_metadata(RECOVERED_METADATA, facts)
     return Recovery(
         source=source,

@@ -122,8 +122,10 @@ def merged(
 
     Raises:
         MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
+        BadValue: a log is given twice.
     """
     not_itself(sources, output)
+    _each_once(sources)
     loss, count = Loss(), 0
     with Copier(output, style, profile=_common_profile(sources)) as copier:
         around = _Around(copier, allow_duplicates)
@@ -202,6 +204,14 @@ def not_itself(sources: Sequence[Path], output: Path) -> None:
     for source in sources:
         if output.exists() and source.exists() and output.samefile(source):
             raise BadValue("output", str(output), "another file than what is read")
+
+
+def _each_once(sources: Sequence[Path]) -> None:
+    known: set[Path] = set()
+    for source in sources:
+        if source.resolve() in known:
+            raise BadValue("a log to merge", str(source), "given once")
+        known.add(source.resolve())
 
 
 def _common_profile(sources: Sequence[Path]) -> str:

@@ -7,8 +7,10 @@ is followed by another. No length is believed before it is compared with what is
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 from typing import BinaryIO, NamedTuple
 
 from mcap.opcode import Opcode
@@ -69,6 +71,8 @@ def open_log(path: Path | str) -> BinaryIO:
         FileMissing, NoMcap, MalformedFile: there is none, it is no MCAP file, or it cannot be opened.
     """
     try:
+        if not S_ISREG(mode := os.stat(path).st_mode) and not S_ISDIR(mode):
+            raise MalformedFile(path, "it is no regular file", "Write it to one first: a log is read back and forth")
         stream = open(path, "rb")  # noqa: SIM115
     except (FileNotFoundError, NotADirectoryError):
         raise FileMissing(path) from None

@@ -17,19 +17,26 @@ T = TypeVar("T")
 
 def say(text: str) -> None:
     """A line for people, on standard error. Markup in it is shown, never interpreted."""
-    Console(stderr=True, soft_wrap=True).print(escape(text), highlight=False)
+    Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
 
 
 def emit_json(answer: Any) -> None:
-    """A machine's answer, on standard output: one JSON document, keys in the order given."""
-    sys.stdout.buffer.write(msgspec.json.format(msgspec.json.encode(answer), indent=2))
+    """A machine's answer, on standard output: one JSON document, keys in the order given.
+
+    Names of files that are no UTF-8 are shown with a replacement character, as JSON has no other way.
+    """
+    try:
+        document = msgspec.json.encode(answer)
+    except UnicodeEncodeError:
+        document = msgspec.json.encode(_as_text(msgspec.to_builtins(answer)))
+    sys.stdout.buffer.write(msgspec.json.format(document, indent=2))
     sys.stdout.buffer.write(b"\n")
     sys.stdout.buffer.flush()
 
 
 def emit_text(text: str) -> None:
     """A person's answer, on standard output."""
-    sys.stdout.write(text + "\n")
+    sys.stdout.write(_as_text(text) + "\n")
     sys.stdout.flush()
 
 
@@ -64,6 +71,16 @@ def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Ite
     yield from track(items, description=escape(title), total=total, console=console, transient=True)
 
 
+def _as_text(value: Any) -> Any:
+    if isinstance(value, str):
+        return value.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    if isinstance(value, Mapping):
+        return {_as_text(key): _as_text(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_text(part) for part in value]
+    return value
+
+
 def _shown(value: Any) -> str:
     if value is None:
         return "-"
@@ -71,4 +88,4 @@ def _shown(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.0f}" if abs(value) >= 10_000 else f"{value:.3g}" if abs(value) < 1 else f"{value:.2f}"
-    return str(value)
+    return _as_text(str(value))

@@ -22,7 +22,7 @@ def export(
     partition_by: Annotated[
         str, typer.Option("--partition-by", help="place, scenario, strategy, source, run_id; commas between.")
     ] = "",
-    force: Annotated[bool, typer.Option("--force", help="Replace a folder that exists.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace tables that are there.")] = False,
     as_json: Json = False,
 ) -> None:
     """Write the tables of logs: runs, decisions, observations, beliefs, find_costs, plans, actions, poses.

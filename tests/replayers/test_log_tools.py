@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from sample_logs import T0, killed_toy_log, toy_info, write_toy_log
 from recorders.writer import DiskFull
 from replayers.doctor import examine
 from replayers.findings import Verdict
+from replayers.frames import read_many
 from replayers.notes import add_note, notes_of
 from replayers.reader import messages
 from replayers.run import read
@@ -153,6 +155,32 @@ def test_a_folder_is_no_output(log: Path, tmp_path: Path, capsys: pytest.Capture
         assert "it is a folder" in capsys.readouterr().err
     assert _lios("log", "convert", log, "-o", log, "--force") == 2
     assert _lios("log", "convert", log, "-o", tmp_path / "no" / "such" / "a.jsonl") == 0
+
+
+def test_names_that_are_no_utf_8_do_no_harm(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    odd = Path(os.fsdecode(os.fsencode(tmp_path) + b"/odd\xff.mcap"))
+    log.rename(odd)
+    for words in (["info"], ["doctor"], ["list"], ["log", "note"]):
+        assert _lios(*words, odd, "--json") == 0, words
+        assert "odd\ufffd.mcap" in capsys.readouterr().out
+    assert _lios("recover", odd) == 0
+    assert _lios("log", "split", odd, "-o", odd, "--every", "5") == 0
+    assert _lios("export", odd, "-o", tmp_path / "tables") == 0
+    assert read_many(odd).runs["path"][0].endswith("odd\ufffd.mcap")
+
+
+def test_only_files_can_be_logs_and_no_log_is_merged_with_itself(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    os.mkfifo(tmp_path / "fifo.mcap")
+    assert _lios("info", tmp_path / "fifo.mcap") == 2
+    assert "no regular file" in capsys.readouterr().err
+    (tmp_path / "link.mcap").symlink_to(log)
+    assert _lios("log", "merge", log, tmp_path / "link.mcap", "-o", tmp_path / "m.mcap") == 2
+    assert "given once" in capsys.readouterr().err
+    (tmp_path / "mine.mcap").write_text("mine")
+    assert _lios("recover", log, "-o", tmp_path / "new" / ".." / "mine.mcap") == 2
+    assert (tmp_path / "mine.mcap").read_text() == "mine"
 
 
 def test_a_note_lies_within_the_log(log: Path, capsys: pytest.CaptureFixture[str]):
