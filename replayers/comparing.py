@@ -1,24 +1,25 @@
 """Which strategy is better on these logs, and is that certain? Pairs, log by log, in the same world.
 
-Two strategies over one log are compared world by world: with every end of both at hand, the difference of their
-costs is bounded over all worlds that agree with the log (ends whose open containers answer alike belong together).
+Two strategies over one log are compared world by world: what is known of both costs in each group of worlds bounds
+the difference over all worlds that agree with the log (groups whose open containers answer alike belong together).
 That is tighter than setting their own bounds side by side. What is drawn (estimates, chances) is kept apart.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 
-from replayers.stored_replays import StoredAnswer, StoredLeaf, StoredReplay
+from replayers.stored_replays import StoredAnswer, StoredReplay, StoredTold
 from workbench.evaluation.statistics import Estimate, paired_difference
 
 NEAR = 1e-6
-MOST_PAIRS = 250_000
-"""Of ends; beyond this, the bounds are set side by side instead."""
+MOST_PAIRS = 1_000_000
+"""Of groups of worlds; beyond this, the bounds are set side by side instead."""
 
 WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
 
@@ -29,7 +30,7 @@ class Difference:
 
     Attributes:
         least, most: over every world that agrees with the log.
-        paired: whether the ends were matched world by world; otherwise from the two bounds alone.
+        paired: whether groups of worlds were matched; otherwise from the two bounds alone.
         verdict: a wins, loses or equals b in every world, or undecided.
         chance: share of drawn worlds in which a is cheaper, and in which they are equal; None without draws.
         drawn: mean difference in the drawn worlds; true: in the recorded truth, where asked for.
@@ -93,10 +94,10 @@ def difference(a: StoredReplay, b: StoredReplay) -> Difference:
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
     least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
-    paired = bool(a.leaves and b.leaves) and len(a.leaves) * len(b.leaves) <= MOST_PAIRS
+    paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MOST_PAIRS
     if paired:
-        apart = list(_apart(a.leaves, b.leaves))
-        least, most = min(apart), max(apart)
+        lowest, highest = _apart(a.told, b.told)
+        least, most = max(least, lowest), min(most, highest)
     chance, drawn = None, None
     common = min(len(a.drawn), len(b.drawn))
     if common and a.draws == b.draws:
@@ -124,14 +125,38 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
     return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
 
 
-def _apart(a: Sequence[StoredLeaf], b: Sequence[StoredLeaf]) -> Iterator[float]:
-    """Cost differences of ends that one and the same world can bring about."""
-    told_a = [{f.container: f for f in leaf.filled} for leaf in a]
-    told_b = [{f.container: f for f in leaf.filled} for leaf in b]
-    for x, in_a in zip(a, told_a, strict=True):
-        for y, in_b in zip(b, told_b, strict=True):
-            if all(c not in in_b or agree(told, in_b[c]) for c, told in in_a.items()):
-                yield x.cost - y.cost
+def _apart(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> tuple[float, float]:
+    """The least and the most cost difference over the groups of worlds that both tell of."""
+    together = _together(a, b)
+    least = np.array([x.least for x in a])[:, None] - np.array([y.most for y in b])[None, :]
+    most = np.array([x.most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
+    return float(least[together].min()), float(most[together].max())
+
+
+def _together(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> npt.NDArray[np.bool_]:
+    """Which groups of a and of b can hold one and the same world; shape (groups of a, groups of b)."""
+    possible = np.ones((len(a), len(b)), dtype=bool)
+    told_a, told_b = _by_container(a), _by_container(b)
+    for container in told_a.keys() & told_b.keys():
+        answers_a, which_a = told_a[container]
+        answers_b, which_b = told_b[container]
+        alike = np.ones((len(answers_a) + 1, len(answers_b) + 1), dtype=bool)
+        for i, x in enumerate(answers_a):
+            alike[i, :-1] = [agree(x, y) for y in answers_b]
+        possible &= alike[which_a][:, which_b]
+    return possible
+
+
+def _by_container(
+    groups: Sequence[StoredTold],
+) -> dict[str, tuple[tuple[StoredAnswer, ...], npt.NDArray[np.int64]]]:
+    """Per container its different answers, and per group which of them it gives; -1 for a group without one."""
+    found: dict[str, tuple[dict[StoredAnswer, int], npt.NDArray[np.int64]]] = {}
+    for g, group in enumerate(groups):
+        for answer in group.filled:
+            known, which = found.setdefault(answer.container, ({}, np.full(len(groups), -1, dtype=np.int64)))
+            which[g] = known.setdefault(answer, len(known))
+    return {container: (tuple(known), which) for container, (known, which) in found.items()}
 
 
 def agree(a: StoredAnswer, b: StoredAnswer) -> bool:

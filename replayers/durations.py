@@ -12,6 +12,7 @@ from math import sqrt
 
 import numpy as np
 
+from workbench.execution.events import Acted, Event
 from workbench.runs.vocabulary import NANO, ActionFinished
 
 
@@ -46,6 +47,13 @@ class Durations:
             f"a manipulation {self.manipulation_s:.1f} s "
             f"({left.get('manipulation', 0):.1f} s over {counted.get('manipulation', 0)})"
         )
+
+    def spread_s(self, events: Iterable[Event]) -> float:
+        """Root mean square error of a predicted duration, if each action errs by its kind's residual on its own."""
+        left = dict(self.residual_s)
+        kinds = {"move": "move", "search": "look"}
+        acted = (e for e in events if isinstance(e, Acted) and e.success)
+        return sqrt(sum(left.get(kinds.get(e.step.action, "manipulation"), 0.0) ** 2 for e in acted))
 
     @property
     def look_ns(self) -> int:

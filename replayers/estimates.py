@@ -62,7 +62,7 @@ def costs_in(
 
         def choose(question: Question, world: int = world) -> Answer:
             answer = worlds.answer(world, question.container, question.live)
-            return answer if answer in question.options else question.options[0]
+            return answer if question.allows(answer) else question.options[0]
 
         leaf = tree.follow(choose)
         costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE

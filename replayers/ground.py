@@ -82,6 +82,11 @@ class Ground:
     draws: str
     notes: tuple[str, ...] = ()
 
+    @property
+    def is_fitted(self) -> bool:
+        """Whether the durations were fitted from the log: a robot's."""
+        return bool(self.durations.samples)
+
 
 def ground_of(run: Run, settings: Settings) -> Ground:
     """Prepares a log.

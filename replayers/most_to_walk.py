@@ -11,6 +11,8 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
+import numpy.typing as npt
+from scipy.optimize import linear_sum_assignment
 
 from replayers.evidence import Evidence
 from replayers.relevance import most_instances
@@ -19,6 +21,8 @@ from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import LocationId
 from workbench.worlds.knowledge import Knowledge
 
+Floats = npt.NDArray[np.float64]
+
 
 @final
 class MostToWalk:
@@ -26,7 +30,7 @@ class MostToWalk:
 
     def __init__(self, evidence: Evidence, *, max_steps: int) -> None:
         travel = evidence.place.travel
-        self._metres = np.asarray(travel.metres)
+        self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
         self._goal = evidence.task.goal
@@ -43,21 +47,44 @@ class MostToWalk:
     def going_straight(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
 
-        Each look is charged its dearest way in, from wherever such a run can come.
+        Such a run is a chain of legs: into a container to look, to an item to pick it, to a place to bring it. A leg
+        to a look or to an item starts where the leg before ended: here, at a look (each is made once), or where a
+        part was brought (once a part). So the dearest way to give each of these legs a start of its own is at least
+        what they can come to (an assignment problem); to it comes the dearest way to bring each part.
         """
-        left = [c for c in self._searchable if c not in knowledge.first_seen and c in self._index]
-        parts = [part for part in _leaves(self._goal) if not is_met(part, knowledge)]
-        targets = [part.at for part in _leaves(self._goal) if part.at in self._index]
-        wanted = {part.item_type for part in parts}
-        sources = [at for t in sorted(wanted) for at, _ in knowledge.where(t)]
-        here = [knowledge.robot_at] if knowledge.robot_at in self._index else []
-        ends = [self._index[p] for p in dict.fromkeys((*left, *targets, *sources, *here))]
-        if not ends:
+        looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
+        parts = [part for part in _leaves(self._goal) if not is_met(part, knowledge) and part.at in self._index]
+        sources = [self._sources(part, knowledge, looks) for part in parts]
+        here = [self._index[knowledge.robot_at]] if knowledge.robot_at in self._index else []
+        starts = [*here, *looks, *(self._index[part.at] for part in parts)]
+        if not starts:
             return 0.0
-        among = self._metres[np.ix_(ends, ends)]
-        looks = float(among.max(axis=0)[: len(left)].sum()) + self._costs.search * len(left)
-        count = min(self.most_picks, len(parts))
-        return looks + count * (2 * float(among.max()) + 2 * self._costs.manipulation)
+        among = self._metres[starts]
+        to_items = [among[:, at].max(axis=1) if at else np.zeros(len(starts)) for at in sources]
+        brought = [
+            float(self._metres[at, self._index[part.at]].max()) if at else 0.0
+            for part, at in zip(parts, sources, strict=True)
+        ]
+        fetches = min(self.most_picks, len(parts))
+        legs = np.array([*(among[:, look] for look in looks), *_dearest(to_items, fetches)])
+        rows, columns = linear_sum_assignment(legs, maximize=True) if legs.size else ((), ())
+        carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
+        return float(legs[rows, columns].sum() if legs.size else 0.0) + self._costs.search * len(looks) + carried
+
+    def _sources(self, part: Delivered | Holding, knowledge: Knowledge, looks: list[int]) -> list[int]:
+        """Where an instance for a part may be picked up or is in hand: known, or in a container that is left."""
+        held = knowledge.holding is not None and knowledge.holding.type == part.item_type
+        places = [at for at, _ in knowledge.where(part.item_type)]
+        places += [knowledge.robot_at] if held else []
+        known = [self._index[at] for at in dict.fromkeys(places) if at in self._index]
+        return [*known, *(look for look in looks if look not in known)]
+
+
+def _dearest(to_items: list[Floats], count: int) -> list[Floats]:
+    """For `count` fetches of whichever parts: per start, the dearest way to an item, so often."""
+    if len(to_items) <= count:
+        return to_items
+    return [np.max(to_items, axis=0)] * count
 
 
 def _plain(goal: Goal) -> bool:

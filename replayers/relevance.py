@@ -10,13 +10,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import product
+from functools import reduce
+from itertools import combinations_with_replacement, product
+from math import prod
+from operator import or_
 from types import MappingProxyType
 
 from replayers.evidence import Evidence
 from workbench.execution.goal_check import is_met
 from workbench.planning.actions import relevant_types
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Task
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -24,6 +27,10 @@ Answer = tuple[ItemType, ...]
 """What an open container holds of what matters: sorted item types, with repetitions. () is nothing."""
 
 NOTHING: Answer = ()
+
+MOST_ANSWERS = 64
+"""An open container of a kitchen can hold any of a thousand subsets of what a breakfast may use. With more answers
+than this, the ones with the fewest items are followed, and all others together are bounded from outside."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,8 +78,8 @@ class Relevance:
         found_before: frozenset[ItemType],
         open_left: int,
         seen: frozenset[ItemType],
-    ) -> tuple[Answer, ...]:
-        """All answers that an open container can give, nothing first.
+    ) -> tuple[tuple[Answer, ...], bool]:
+        """The answers that an open container can give, nothing first; and whether there are others besides.
 
         Args:
             live: the types that still matter.
@@ -81,14 +88,17 @@ class Relevance:
             seen: types of which the log shows an instance.
         """
         before = found_before
-        counts: list[range] = []
+        counts: list[tuple[int, int]] = []
         for t in live:
             most = 0 if self.unique and (t in seen or t in before) else self.most[t]
             last_chance = open_left == 0 and not self.hidden and t in self.must_exist
             least = 1 if last_chance and t not in seen and t not in before else 0
-            counts.append(range(least, max(most, least) + 1))
-        answers = (tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in product(*counts))
-        return tuple(sorted(answers, key=lambda a: (len(a), a)))
+            counts.append((least, max(most, least)))
+        if prod(high - low + 1 for low, high in counts) > MOST_ANSWERS:
+            return _fewest(live, counts), True
+        every = product(*(range(low, high + 1) for low, high in counts))
+        answers = (tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in every)
+        return tuple(sorted(answers, key=lambda a: (len(a), a))), False
 
 
 def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Assumptions) -> Relevance:
@@ -104,11 +114,11 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
     types = tuple(sorted(wanted & (listed | seen) if listed else wanted))
     if assumptions.unique:
         types = tuple(t for t in types if t not in seen)
-    most = most_instances(task.goal)
+    most = demand(task.goal)
     looked = set(evidence.contents) | set(evidence.open)
     return Relevance(
         types=types,
-        most=MappingProxyType({t: max(1, _named(task).get(t, most)) for t in types}),
+        most=MappingProxyType({t: max(1, most[t]) for t in types}),
         must_exist=frozenset(t for t in types if t in listed),
         hidden=any(c.id not in looked for c in evidence.place.plan.containers),
         finishing=MappingProxyType(_finishing(task.goal, types)),
@@ -125,6 +135,16 @@ def most_instances(goal: Goal) -> int:
     return 1
 
 
+def demand(goal: Goal) -> Counter[ItemType]:
+    """How many instances of each type one execution of a goal can use: one for each part that names it or prepares
+    with it, the most over alternatives."""
+    if isinstance(goal, AllOf):
+        return sum((demand(part) for part in goal.parts), Counter())
+    if isinstance(goal, AnyOf):
+        return reduce(or_, (demand(part) for part in goal.parts), Counter())
+    return Counter(relevant_types(goal))
+
+
 def imputed_items(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
     """The instances that an answer stands for, with ids that say so."""
     counted: Counter[ItemType] = Counter()
@@ -135,26 +155,18 @@ def imputed_items(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
     return tuple(items)
 
 
-def _named(task: Task) -> dict[ItemType, int]:
-    """For types that only the goal itself names (no preparation uses them): how many instances it can use."""
-    counts = _leaves(task.goal)
-    tools = set(relevant_types(task.goal)) - set(counts)
-    return counts if not tools else {}
-
-
-def _leaves(goal: Goal) -> dict[ItemType, int]:
-    if isinstance(goal, AllOf):
-        total: Counter[ItemType] = Counter()
-        for part in goal.parts:
-            total.update(_leaves(part))
-        return dict(total)
-    if isinstance(goal, AnyOf):
-        most: dict[ItemType, int] = {}
-        for part in goal.parts:
-            for t, n in _leaves(part).items():
-                most[t] = max(most.get(t, 0), n)
-        return most
-    return {goal.item_type: 1}
+def _fewest(live: tuple[ItemType, ...], counts: list[tuple[int, int]]) -> tuple[Answer, ...]:
+    """The answers with the fewest items, as many as are followed."""
+    at_least = tuple(t for t, (low, _) in zip(live, counts, strict=True) for _ in range(low))
+    room = {t: high - low for t, (low, high) in zip(live, counts, strict=True)}
+    found: list[Answer] = []
+    for size in range(sum(room.values()) + 1):
+        for more in combinations_with_replacement(live, size):
+            if len(found) == MOST_ANSWERS:
+                return tuple(found)
+            if all(more.count(t) <= room[t] for t in more):
+                found.append(tuple(sorted((*at_least, *more))))
+    return tuple(found)
 
 
 def _finishing(goal: Goal, types: tuple[ItemType, ...]) -> dict[ItemType, Goal]:

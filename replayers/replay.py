@@ -17,11 +17,12 @@ import numpy.typing as npt
 from replayers.bounds import NEAR, Bounds, bounds_of
 from replayers.estimates import Estimate, costs_in, estimate_of
 from replayers.ground import Ground, Settings, ground_of
+from replayers.leaning import reads_beliefs
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
-from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
+from replayers.unfolding import MAX_STEPS, Unfolding, no_time
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
@@ -44,9 +45,6 @@ __all__ = [
     "replay_strategy",
 ]
 
-MOST_LEAVES = 2000
-"""Of one replay, for comparisons world by world; a replay with more keeps its bounds only."""
-
 Floats = npt.NDArray[np.float64]
 
 
@@ -64,7 +62,8 @@ class Replay:
         true_cost, true_status: in the recorded truth, where it was asked for.
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
         events: of the run over the log alone.
-        leaves: every end over all consistent worlds, if the bounds are complete; otherwise none.
+        if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
+            task's types; None where the bounds need no such condition.
         stretches: how many stretches of the loop were run for bounds and estimate.
         asked: open containers that it looks into in some world, as far as it was followed.
     """
@@ -82,7 +81,7 @@ class Replay:
     true_status: str | None
     drawn: Floats | None
     events: tuple[Event, ...]
-    leaves: tuple[Leaf, ...] = ()
+    if_beliefs_stand: Bounds | None = None
     stretches: int = 0
     asked: tuple[ContainerId, ...] = ()
     notes: tuple[str, ...] = ()
@@ -135,8 +134,12 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         seed=evidence.info.seed,
         merge=canonical_name(planner.name) is not None and not isinstance(planner, Sandboxed),
         steady=ground.steady,
+        reads_beliefs=reads_beliefs(planner, evidence.task.goal),
     )
     bounds = bounds_of(tree, budget=settings.budget)
+    standing = None
+    if not bounds.complete and not ground.steady:
+        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False)
     drawn, estimate = None, None
     if ground.worlds is not None:
         drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
@@ -156,7 +159,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         true_status=true.status.value if true else None,
         drawn=drawn,
         events=alone,
-        leaves=tree.leaves(most=MOST_LEAVES) or () if bounds.complete else (),
+        if_beliefs_stand=standing,
         stretches=tree.stretches,
         asked=tuple(tree.asked),
         notes=(*ground.notes, *_wavers(tree, ended)),

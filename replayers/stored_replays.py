@@ -7,20 +7,21 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgspec
 
 from replayers.bounds import Bounds
+from replayers.durations import Durations
 from replayers.ground import Ground, Settings
 from replayers.replay import Replay
-from replayers.unfolding import Leaf
+from replayers.unfolding import Filled
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile
 from workbench.execution.events import Acted
 
-RECORD_VERSION = 1
+RECORD_VERSION = 2
 SUFFIX = ".replay.json"
 
 
@@ -47,12 +48,27 @@ class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
     answer: tuple[str, ...]
 
 
-class StoredLeaf(msgspec.Struct, frozen=True, kw_only=True):
-    """One end: what the open containers looked into held, and what the run was charged."""
+class StoredTold(msgspec.Struct, frozen=True, kw_only=True):
+    """What the run is charged, from least to most, in all worlds whose open containers answer so."""
 
     filled: tuple[StoredAnswer, ...]
-    cost: float
-    status: str
+    least: float
+    most: float
+
+
+class _Versioned(msgspec.Struct, frozen=True):
+    version: int = 0
+
+
+class StoredDurations(msgspec.Struct, frozen=True, kw_only=True):
+    """Seconds of actions as fitted from a robot's log: figures, root mean square residuals, samples, per kind."""
+
+    move_s: float
+    metre_s: float
+    look_s: float
+    manipulation_s: float
+    residual_s: dict[str, float]
+    samples: dict[str, int]
 
 
 class StoredBounds(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,9 +100,12 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             are two houses.
         source: simulation, spot, import: what was driven; a robot's seconds are predicted by its own speeds.
         recorded_strategy, recorded_status, recorded_cost: what was driven.
-        steady_beliefs: what else lies in an open container cannot move the beliefs; otherwise bounds that rest on
-            open containers hold as if nothing else were there (docs/replay.md, Whose beliefs).
-        leaves: every end over all consistent worlds, when the bounds are complete.
+        seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
+            own speeds, with the root mean square error that their residuals leave.
+        steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
+        told: what is known of the cost in each group of worlds; all groups together are every consistent world.
+        if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
+            bounds hold without that.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -114,9 +133,12 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     support: dict[str, int]
     searches: int
     seconds: float
+    seconds_rms: float | None
+    durations: StoredDurations | None
     true_cost: float | None
     true_status: str | None
-    leaves: tuple[StoredLeaf, ...]
+    told: tuple[StoredTold, ...]
+    if_beliefs_stand: StoredBounds | None
     drawn: tuple[float, ...]
     draws: str
     asked: tuple[str, ...]
@@ -154,11 +176,15 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         support=dict(made.support),
         searches=made.searches,
         seconds=made.seconds,
+        seconds_rms=ground.durations.spread_s(made.events) if ground.is_fitted else None,
+        durations=_durations(ground.durations) if ground.is_fitted else None,
         true_cost=made.true_cost,
         true_status=made.true_status,
-        leaves=tuple(
-            StoredLeaf(filled=_answers(leaf), cost=leaf.cost, status=leaf.status.value) for leaf in made.leaves
+        told=tuple(
+            StoredTold(filled=_answers(group.filled), least=group.least, most=group.most)
+            for group in (bounds.told if bounds else ())
         ),
+        if_beliefs_stand=_bounds(made.if_beliefs_stand) if made.if_beliefs_stand else None,
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
         draws=ground.draws,
         asked=made.asked,
@@ -196,27 +222,44 @@ def read_replay(path: Path) -> StoredReplay:
         MalformedFile: no replay, or one of another version.
     """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=StoredReplay)
+        data = path.read_bytes()
+        version = msgspec.json.decode(data, type=_Versioned).version
+        if version != RECORD_VERSION:
+            raise MalformedFile(
+                path,
+                f"a replay kept by another release (version {version}, this one writes {RECORD_VERSION})",
+                "Make it again: lios replay LOG -o DIR",
+            )
+        return msgspec.json.decode(data, type=StoredReplay)
     except FileNotFoundError:
         raise FileMissing(path) from None
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise MalformedFile(path, f"this is no kept replay ({error})", "Make it again: lios replay -o DIR") from error
 
 
-def replays_in(folder: Path) -> Iterator[StoredReplay]:
+def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | None = None) -> Iterator[StoredReplay]:
     """All replays kept in a folder, in the order of their paths.
+
+    Args:
+        on_skipped: is told of a file that is no replay or one of another version, and the others are read.
 
     Raises:
         FileMissing: no such folder.
+        MalformedFile: such a file, and nobody to tell.
     """
     if not folder.is_dir():
         raise FileMissing(folder)
     for path in sorted(folder.rglob(f"*{SUFFIX}")):
-        yield read_replay(path)
+        try:
+            yield read_replay(path)
+        except MalformedFile as error:
+            if on_skipped is None:
+                raise
+            on_skipped(error)
 
 
-def _answers(leaf: Leaf) -> tuple[StoredAnswer, ...]:
-    return tuple(StoredAnswer(container=f.container, live=f.live, answer=f.answer) for f in leaf.filled)
+def _answers(filled: tuple[Filled, ...]) -> tuple[StoredAnswer, ...]:
+    return tuple(StoredAnswer(container=f.container, live=f.live, answer=f.answer) for f in filled)
 
 
 def _bounds(bounds: Bounds) -> StoredBounds:
@@ -229,6 +272,17 @@ def _bounds(bounds: Bounds) -> StoredBounds:
         largest_found=bounds.largest_found,
         complete=bounds.complete,
         can_fail=bounds.can_fail,
+    )
+
+
+def _durations(fitted: Durations) -> StoredDurations:
+    return StoredDurations(
+        move_s=fitted.move_s,
+        metre_s=fitted.metre_s,
+        look_s=fitted.look_s,
+        manipulation_s=fitted.manipulation_s,
+        residual_s=dict(fitted.residual_s),
+        samples=dict(fitted.samples),
     )
 
 

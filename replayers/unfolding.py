@@ -17,8 +17,9 @@ from replayers.evidence import Evidence
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import Answer, Relevance, imputed_items
 from workbench.beliefs.belief import Estimator
-from workbench.execution.events import Acted, Ended, Event, RunStatus
+from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
 from workbench.execution.loop import run_task
+from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.worlds.house import ContainerId, ItemType, LocationId
@@ -35,14 +36,19 @@ class Question:
     Attributes:
         container: the one looked into.
         live: the item types that still matter.
-        options: every answer that it can give, nothing first.
+        options: the answers that it can give, nothing first.
+        others: whether it can give answers besides the options (relevance.MOST_ANSWERS).
         knowledge: what the robot knows before the look.
     """
 
     container: ContainerId
     live: tuple[ItemType, ...]
     options: tuple[Answer, ...]
+    others: bool
     knowledge: Knowledge
+
+    def allows(self, answer: Answer) -> bool:
+        return self.others or answer in self.options
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +60,7 @@ class Stretch:
         steps, picks: how many actions and picks it takes.
         question: where it stops for an answer; None at the end.
         ended: how the run ended; None at a question.
+        leans: some decision in it depended on beliefs.
     """
 
     cost: float
@@ -61,6 +68,7 @@ class Stretch:
     picks: int
     question: Question | None
     ended: Ended | None
+    leans: bool = True
 
     @property
     def done(self) -> bool:
@@ -69,9 +77,14 @@ class Stretch:
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """What the robot knows, and what comes of it. steps and picks count from the start, by the first way here."""
+    """What the robot knows, and what comes of it. steps and picks count from the start, by the first way here.
+
+    imputed: an open container was looked into on the way here; what a belief that follows all that is seen would be
+    from here on, nobody can tell.
+    """
 
     knowledge: Knowledge
+    imputed: bool = False
     steps: int = 0
     picks: int = 0
     stretch: Stretch | None = None
@@ -97,6 +110,15 @@ class Leaf:
     status: RunStatus
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """What a run is charged in all worlds that answer as `filled` says: from least to most; one number at an end."""
+
+    filled: tuple[Filled, ...]
+    least: float
+    most: float
+
+
 Choose = Callable[[Question], Answer]
 
 
@@ -108,6 +130,7 @@ class Unfolding:
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
+        reads_beliefs: the strategy's decisions depend on beliefs.
 
     Attributes:
         root: the start.
@@ -127,6 +150,7 @@ class Unfolding:
         max_steps: int = MAX_STEPS,
         merge: bool = False,
         steady: bool = True,
+        reads_beliefs: bool = True,
     ) -> None:
         self.evidence = evidence
         self.relevance = relevance
@@ -140,6 +164,7 @@ class Unfolding:
         self._seed = seed
         self._merge = merge
         self._steady = steady
+        self._reads_beliefs = reads_beliefs and not steady
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
@@ -172,14 +197,9 @@ class Unfolding:
             filled.append(Filled(container=question.container, live=question.live, answer=answer))
             node = self.child(node, answer)
 
-    def leaves(self, *, most: int) -> tuple[Leaf, ...] | None:
-        """Every end, once all are known; None while some are not, and when there are more than `most`."""
-        found: list[Leaf] = []
-        for leaf in self._ends(self.root, 0.0, ()):
-            if leaf is None or len(found) == most:
-                return None
-            found.append(leaf)
-        return tuple(found)
+    def certain(self, node: Node) -> bool:
+        """Whether the run from a node on is the same whatever else the open containers on the way held."""
+        return not (node.imputed and self.advance(node).leans)
 
     def events(self, leaf: Leaf) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the ways walked."""
@@ -196,9 +216,8 @@ class Unfolding:
         knowledge = before.seen(container, (*imputed_items(answer, container), *put))
         steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
         self.largest_picks = max(self.largest_picks, picks)
-        if not self._merge:
-            return Node(knowledge=knowledge, steps=steps, picks=picks)
-        return self._nodes.setdefault(self._key(knowledge), Node(knowledge=knowledge, steps=steps, picks=picks))
+        made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks)
+        return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
 
     def _key(self, knowledge: Knowledge) -> Hashable:
         """What a decision can depend on: where things that still matter stand, and where one may still look."""
@@ -216,22 +235,29 @@ class Unfolding:
     def _run(self, node: Node) -> Stretch:
         self.stretches += 1
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
-        steps, picks = 0, 0
+        steps, picks, leans = 0, 0, False
         ended: Ended | None = None
         for event in self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps):
             if isinstance(event, Acted):
                 steps += 1
                 picks += event.success and event.step.action == "pick"
+            elif isinstance(event, Planned):
+                leans = leans or (self._reads_beliefs and self._asks(event.made))
             elif isinstance(event, Ended):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
         self.largest_picks = max(self.largest_picks, node.picks + picks)
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
-            return Stretch(cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended)
+            return Stretch(cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended, leans=leans)
         question = self._question(ended.unseen, world.knowledge)
         self.asked[ended.unseen] = None
         cost = ended.own_cost + self.evidence.costs.search
-        return Stretch(cost=cost, steps=steps + 1, picks=picks, question=question, ended=None)
+        return Stretch(cost=cost, steps=steps + 1, picks=picks, question=question, ended=None, leans=leans)
+
+    def _asks(self, made: Decision) -> bool:
+        """Whether a decision can have depended on beliefs: built-in strategies ask them for what is missing, and
+        for where to prepare things."""
+        return made.find_costs is not None or not self._merge or prepares(self.evidence.task.goal)
 
     def _events(
         self, world: LoggedWorld, *, begin_with: Knowledge | None = None, steps_left: int = MAX_STEPS
@@ -253,31 +279,13 @@ class Unfolding:
         settled = [c for c in knowledge.first_seen if c in self._open]
         found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
         left = len(self._open) - len(settled) - 1
-        options = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
-        return Question(container=container, live=live, options=options, knowledge=knowledge)
+        options, others = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
+        return Question(container=container, live=live, options=options, others=others, knowledge=knowledge)
 
     def _leaf(self, stretch: Stretch, own_cost: float, filled: tuple[Filled, ...]) -> Leaf:
         assert stretch.ended is not None, "a leaf is an end"
         charged = own_cost if stretch.done else self.evidence.task.failure_cost
         return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=stretch.ended.status)
-
-    def _ends(self, node: Node, cost: float, filled: tuple[Filled, ...]) -> Iterator[Leaf | None]:
-        stretch = node.stretch
-        if stretch is None:
-            yield None
-            return
-        cost += stretch.cost
-        question = stretch.question
-        if question is None:
-            yield self._leaf(stretch, cost, filled)
-            return
-        for answer in question.options:
-            below = node.children.get(answer)
-            if below is None:
-                yield None
-                return
-            told = Filled(container=question.container, live=question.live, answer=answer)
-            yield from self._ends(below, cost, (*filled, told))
 
 
 @final

@@ -41,7 +41,10 @@ def compare(
     from workbench.errors import MalformedFile
     from workbench.terminal import emit_json, emit_table, say
 
-    records = list(replays_in(folder))
+    skipped: list[MalformedFile] = []
+    records = list(replays_in(folder, on_skipped=skipped.append))
+    for error in skipped:
+        say(f"skipped {error}")
     if not records:
         raise MalformedFile(folder, "no replays in this folder", "Make some: lios replay LOG... -o DIR")
     pairs = compared(records, rng=np.random.default_rng(seed))
@@ -52,7 +55,8 @@ def compare(
     changed = changed_houses(records)
     rows = [_row(pair) for pair in pairs]
     if json:
-        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "seed": seed})
+        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records),
+                   "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
     emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
     for place in changed:

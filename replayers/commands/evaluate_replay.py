@@ -42,9 +42,9 @@ def replay(
     """Measure replay: bounds and estimates against a truth that the replayer does not see.
 
     Every strategy records a log of every task; every other strategy is replayed over it and also run in the
-    simulator. inside_bounds should be 1. interval_coverage is over the replays that are not exact; costs come in
-    lumps, and a truth at an end of the interval counts by the share of its probability that lies inside
-    (interval_coverage_closed counts it whole).
+    simulator. inside_bounds should be 1. Coverage is over the replays that are not exact. Costs come in lumps:
+    interval_coverage counts a truth at an end of the interval by the share of its probability that lies within the
+    central 90 %; interval_coverage_closed counts it whole, against the interval_mass that such intervals hold.
 
     Examples:
 
@@ -109,7 +109,7 @@ def replay(
 
 def _shown(title: str, row: dict[str, Any]) -> dict[str, Any]:
     names = ("counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent", "interval_coverage",
-        "interval_coverage_closed",
+        "interval_coverage_closed", "interval_mass",
              "not_exact", "both_sides_reached", "undetermined_alone")  # fmt: skip
     return {"scenario": title, **{name: row[name] for name in names}}
 

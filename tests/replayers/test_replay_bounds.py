@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings, task_of, toy_evidence
 
 from replayers.bounds import Bounds, Budget, Proof, bounds_of
 from replayers.evidence import Evidence
+from replayers.leaning import reads_beliefs
 from replayers.logged_world import LoggedWorld
-from replayers.relevance import Assumptions, imputed_items, relevance_of
-from replayers.unfolding import Unfolding, no_time
+from replayers.relevance import Assumptions, demand, imputed_items, relevance_of
+from replayers.unfolding import Filled, Unfolding, no_time
+from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of, run_task
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategies import STRATEGIES, strategy, strategy_names
 from workbench.planning.strategy import Decision, Strategy, View
-from workbench.planning.tasks import AllOf, AnyOf, Holding, Task, find_task
-from workbench.worlds.house import START, ContainerId, ItemType
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding, Task, find_task
+from workbench.worlds.house import START, ContainerId, Item, ItemId, ItemType
+from workbench.worlds.knowledge import Knowledge
 
 PLENTY = Budget(stretches=100_000, finish=100_000)
 
@@ -64,10 +68,7 @@ def test_by_hand_a_find_that_looks_where_nobody_did(tmp_path: Path) -> None:
     assert bounds.lower_proof is bounds.upper_proof is Proof.EXACT
     assert bounds.complete
     assert not bounds.can_fail
-    leaves = tree.leaves(most=10)
-    assert leaves is not None
-    assert sorted(leaf.cost for leaf in leaves) == [17.0, 20.0, 24.0]
-    assert tree.leaves(most=2) is None
+    assert sorted((told.least, told.most) for told in bounds.told) == [(17.0, 17.0), (20.0, 20.0), (24.0, 24.0)]
 
 
 def test_by_hand_a_run_that_stays_within_the_log_is_exact(tmp_path: Path) -> None:
@@ -153,15 +154,132 @@ def test_sharing_nodes_changes_no_bound(tmp_path: Path, name: str, title: str) -
     assert merged.stretches <= apart.stretches
 
 
-def test_a_run_told_again_from_a_leaf_costs_what_the_leaf_says(tmp_path: Path) -> None:
-    tree = tree_of(toy_evidence(tmp_path, TASKS["two deliveries"]), strategy("opt-greedy"))
-    bounds_of(tree, budget=PLENTY)
-    leaves = tree.leaves(most=100)
-    assert leaves
-    for leaf in leaves:
+@pytest.mark.parametrize("title", TASKS)
+def test_the_cheapest_and_the_dearest_world_are_told_again_with_the_cost_of_the_bounds(
+    tmp_path: Path, title: str
+) -> None:
+    tree = tree_of(toy_evidence(tmp_path, TASKS[title]), strategy("opt-greedy"))
+    bounds = bounds_of(tree, budget=PLENTY)
+    for leaf, cost in ((bounds.cheapest, bounds.lower), (bounds.dearest, bounds.upper)):
+        assert leaf is not None
         ended = outcome_of(list(tree.events(leaf)))
         assert ended.cost == pytest.approx(leaf.cost)
+        assert ended.cost == pytest.approx(cost)
         assert ended.status is leaf.status
+
+
+@pytest.mark.parametrize("title", TASKS)
+@pytest.mark.parametrize("stretches", [0, 2, 5, 100_000])
+def test_what_is_told_of_groups_of_worlds_holds_in_each_of_them(tmp_path: Path, title: str, stretches: int) -> None:
+    """Every filling belongs to a group that says what it costs."""
+    evidence, planner = toy_evidence(tmp_path, TASKS[title]), strategy("opt-greedy")
+    bounds = bounded(evidence, planner, Budget(stretches=stretches, finish=0))
+    assert min(told.least for told in bounds.told) == pytest.approx(bounds.lower)
+    assert max(told.most for told in bounds.told) == pytest.approx(bounds.upper)
+    types = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions()).types
+    for world in fillings(types, OPEN):
+        cost = cost_in(evidence, planner, world)
+        mine = [t for t in bounds.told if all(_fits(f, world[f.container]) for f in t.filled)]
+        assert mine
+        assert all(t.least - 1e-6 <= cost <= t.most + 1e-6 for t in mine)
+
+
+def _fits(filled: Filled, inside: tuple[ItemType, ...]) -> bool:
+    return filled.answer == tuple(t for t in sorted(inside) if t in filled.live)
+
+
+@dataclass(frozen=True)
+class Whimsical:
+    """A belief that everything seen turns round: what else lies in a container decides where to look next."""
+
+    twist: int
+    name: str = "whimsical@0"
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        seen = sorted(i.id for items in knowledge.first_seen.values() for i in items)
+        rng = np.random.default_rng([self.twist, *"".join(seen).encode()])
+        shape = (len(item_types), len(knowledge.unsearched))
+        return Belief(item_types=item_types, containers=knowledge.unsearched, probability=rng.random(shape),
+                      estimator=self.name)  # fmt: skip
+
+
+@pytest.mark.parametrize("title", ["find", "two deliveries"])
+@pytest.mark.parametrize("name", ["opt-greedy", "model-lios", "scout-lios"])
+def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
+    tmp_path: Path, name: str, title: str
+) -> None:
+    evidence, planner = toy_evidence(tmp_path, TASKS[title]), strategy(name)
+    relevance = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions())
+    clutter = [(), (Item(id=ItemId("Vase|1"), type=ItemType("Vase")),), (item("Fork|1"), item("Fork|2"))]
+    for twist in (0,):
+        believer = Whimsical(twist)
+        tree = Unfolding(
+            evidence, planner, believer, relevance, merge=True, steady=False,
+            reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+        )  # fmt: skip
+        bounds = bounds_of(tree, budget=PLENTY)
+        if_standing = bounds_of(tree, budget=PLENTY, whatever_is_believed=False)
+        assert if_standing.complete
+        for world in fillings(relevance.types, OPEN):
+            for more in clutter:
+                filled = LoggedWorld(
+                    evidence, filling=lambda c, _, w=world, m=more: (*imputed_items(w[c], c), *m) if c == BED
+                    else imputed_items(w[c], c),
+                )  # fmt: skip
+                events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=no_time)
+                cost = outcome_of(list(events)).cost
+                assert bounds.lower - 1e-9 <= cost <= bounds.upper + 1e-9
+                if not more:
+                    assert if_standing.lower - 1e-9 <= cost <= if_standing.upper + 1e-9
+        if "greedy" in name:
+            assert bounds.complete, "distance alone decides"
+
+
+@pytest.mark.parametrize("title", TASKS)
+@pytest.mark.parametrize("name", ["opt-greedy", "pes-greedy"])
+def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: str, title: str) -> None:
+    evidence, planner = toy_evidence(tmp_path, TASKS[title]), strategy(name)
+    assert not reads_beliefs(planner, evidence.task.goal)
+    for world in fillings((MUG, BOOK), OPEN):
+        costs = set()
+        for believer in (Even(), Whimsical(0), Whimsical(1), Whimsical(2)):
+            filled = LoggedWorld(evidence, filling=lambda c, _, w=world: imputed_items(w[c], c))
+            events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=no_time)
+            costs.add(outcome_of(list(events)).cost)
+        assert len(costs) == 1
+
+
+def test_strategies_that_read_beliefs_are_not_said_to_ignore_them() -> None:
+    goal = TASKS["two deliveries"].goal
+    assert [n for n in strategy_names(with_truth=False) if not reads_beliefs(strategy(n), goal)] == [
+        "opt-greedy", "pes-greedy",
+    ]  # fmt: skip
+    boiled = Delivered(item_type=ItemType("Egg"), at=START, properties=("boiled",))
+    assert reads_beliefs(strategy("opt-greedy"), boiled)
+    assert reads_beliefs(InOrder(()), goal)
+
+
+def test_where_a_container_can_answer_too_much_the_other_answers_are_bounded_from_outside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evidence, planner = toy_evidence(tmp_path, TASKS["to an open place"]), strategy("opt-greedy")
+    exact = bounded(evidence, planner)
+    monkeypatch.setattr("replayers.relevance.MOST_ANSWERS", 2)
+    few = bounded(evidence, planner)
+    assert not few.complete
+    assert few.lower <= exact.lower + 1e-9
+    assert few.upper >= exact.upper - 1e-9
+    assert few.told
+    assert max(t.most for t in few.told) == pytest.approx(few.upper)
+
+
+def test_demand_is_one_instance_for_each_part_that_can_use_it() -> None:
+    boiled, plate = ItemType("Egg"), ItemType("Plate")
+    breakfast = AllOf(parts=(
+        Delivered(item_type=boiled, at=START, properties=("boiled",)),
+        AnyOf(parts=(Delivered(item_type=plate, at=START), AllOf(parts=(delivered("Plate", BED),) * 2))),
+    ))  # fmt: skip
+    assert demand(breakfast) == {"Egg": 1, "Kettle": 1, "Pot": 1, "Plate": 2}
 
 
 def test_a_strategy_that_does_not_go_straight_loses_the_closer_outer_bound(tmp_path: Path) -> None:
