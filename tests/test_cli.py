@@ -32,6 +32,13 @@ def test_help_groups_commands(capsys: pytest.CaptureFixture[str]) -> None:
             assert f"  {name}" in shown
 
 
+@pytest.mark.parametrize("words", [["record", "-h"], ["help", "record"], ["help", "evaluate", "search"], ["help"]])
+def test_help_is_found_where_people_look(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(words) == 0
+    named = " ".join(word for word in words if word not in ("help", "-h"))
+    assert capsys.readouterr().out.startswith(f"Usage: lios {named}".rstrip())
+
+
 def test_a_misspelt_command_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["repaly"]) == 2
     said = capsys.readouterr().err

@@ -196,7 +196,7 @@ def app() -> Commands:
         help="Record, replay, inspect and evaluate robot object search and task planning.",
         epilog=EPILOG,
         no_args_is_help=True,
-        context_settings={"max_content_width": 100},
+        context_settings={"max_content_width": 100, "help_option_names": ["-h", "--help"]},
         params=[
             click.Option(
                 ["--completion"],
@@ -223,7 +223,9 @@ def main(argv: list[str] | None = None) -> None:
 
 
 def run(args: list[str], *, debug: bool = False) -> int:
-    """Run a command line and return its exit code."""
+    """Run a command line and return its exit code. `lios help record` is `lios record --help`."""
+    if args[:1] == ["help"]:
+        args = [*args[1:], "--help"]
     try:
         code = app().main(args=args, prog_name="lios", standalone_mode=False)
     except click.exceptions.Exit as error:
