@@ -10,12 +10,14 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from killed_writer import payload
+from killed_writer import payload, said_file
 
 from replayers.doctor import examine
 from replayers.findings import Verdict
@@ -26,21 +28,56 @@ WRITER = Path(__file__).with_name("killed_writer.py")
 KINDS = ("direct", "background", "run")
 
 
-def _killed(path: Path, kind: str, seed: int) -> int:
-    """Runs a writer and kills it; returns how many messages it had said are safe."""
-    rng = random.Random(seed)
-    process = subprocess.Popen(
-        [sys.executable, str(WRITER), str(path), kind, str(seed)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
-    assert process.stdout is not None
-    assert process.stderr is not None
-    first = process.stdout.readline()
-    assert first, process.stderr.read().decode()
-    time.sleep(rng.random() * 0.15)
-    process.send_signal(signal.SIGKILL)
-    rest, _ = process.communicate()
-    lines = [first, *(line + b"\n" for line in rest.split(b"\n")[:-1])]
-    return max(int(line) for line in lines)
+class Writers:
+    """Starts writers and kills them. One process that forks, asked by one thread at a time."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, str(WRITER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+        )
+        self._lock = threading.Lock()
+
+    def killed(self, path: Path, kind: str, seed: int) -> int:
+        """Runs a writer and kills it at a random moment; returns how many messages it had said are safe."""
+        said, wait_s = said_file(path), random.Random(seed).random() * 0.15
+        with self._lock:
+            assert self._process.stdin is not None
+            assert self._process.stdout is not None
+            self._process.stdin.write(f"{path} {kind} {seed}\n")
+            pid = int(self._process.stdout.readline())
+        until = time.monotonic() + 60
+        while not (said.exists() and said.stat().st_size):
+            assert time.monotonic() < until, "the writer never began"
+            time.sleep(0.002)
+        time.sleep(wait_s)
+        os.kill(pid, signal.SIGKILL)
+        while _is_there(pid):
+            time.sleep(0.002)
+        counts = [int(line) for line in said.read_text().splitlines()]
+        said.unlink()
+        return max(counts)
+
+    def close(self) -> None:
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.close()
+        self._process.wait(30)
+        self._process.stdout.close()
+
+
+def _is_there(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.fixture(scope="module")
+def writers() -> Iterator[Writers]:
+    found = Writers()
+    yield found
+    found.close()
 
 
 def _worse(path: Path, seed: int, safe_until: int) -> None:
@@ -60,9 +97,9 @@ def _worse(path: Path, seed: int, safe_until: int) -> None:
             pass
 
 
-def _check(folder: Path, kind: str, seed: int) -> None:
+def _check(writers: Writers, folder: Path, kind: str, seed: int) -> None:
     path, clean = folder / f"{kind}{seed}.mcap", folder / f"{kind}{seed}.clean.mcap"
-    safe = _killed(path, kind, seed)
+    safe = writers.killed(path, kind, seed)
     _worse(path, seed, path.stat().st_size)
     found = list(messages(path))
     recover(path, clean)
@@ -80,11 +117,11 @@ def _check(folder: Path, kind: str, seed: int) -> None:
     clean.unlink()
 
 
-def _flipped(folder: Path, kind: str, seed: int) -> None:
+def _flipped(writers: Writers, folder: Path, kind: str, seed: int) -> None:
     """Killed, and then a byte flips anywhere behind the magic: what is lost is one chunk at most."""
     rng = random.Random(seed)
     path, clean = folder / f"flip{seed}.mcap", folder / f"flip{seed}.clean.mcap"
-    _killed(path, kind, seed)
+    writers.killed(path, kind, seed)
     before = [(m.topic, m.log_time, m.data) for m in messages(path)]
     largest = max(_chunk_sizes(path), default=0)
     data = bytearray(path.read_bytes())
@@ -112,26 +149,26 @@ def _chunk_sizes(path: Path) -> list[int]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_few_kills_lose_nothing_that_was_flushed(kind: str, tmp_path: Path):
+def test_a_few_kills_lose_nothing_that_was_flushed(writers: Writers, kind: str, tmp_path: Path):
     for seed in range(2):
-        _check(tmp_path, kind, seed)
+        _check(writers, tmp_path, kind, seed)
 
 
-def test_a_kill_and_a_flipped_byte_cost_one_chunk_at_most(tmp_path: Path):
+def test_a_kill_and_a_flipped_byte_cost_one_chunk_at_most(writers: Writers, tmp_path: Path):
     for seed in range(2):
-        _flipped(tmp_path, "direct", seed)
+        _flipped(writers, tmp_path, "direct", seed)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
-def test_a_thousand_kills_lose_nothing_that_was_flushed(tmp_path: Path):
+def test_a_thousand_kills_lose_nothing_that_was_flushed(writers: Writers, tmp_path: Path):
     kills = int(os.environ.get("LIOS_KILLS", "1000"))
 
     def one(seed: int) -> None:
         if seed % 5 == 4:
-            _flipped(tmp_path, "direct", 1000 + seed)
+            _flipped(writers, tmp_path, "direct", 1000 + seed)
         else:
-            _check(tmp_path, KINDS[0 if seed % 5 < 2 else seed % 3], 1000 + seed)
+            _check(writers, tmp_path, KINDS[0 if seed % 5 < 2 else seed % 3], 1000 + seed)
 
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(one, range(kills)))
