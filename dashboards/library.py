@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +17,8 @@ from dashboards.timeline import Timeline, timeline_of
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.worlds.house import FloorPlan
 
+SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
+"""How long the sensors of a growing log are not looked for anew: that many seconds, or times as long as it took."""
 MOST_OPEN = 24
 """Runs that are kept in memory; the longest unused is dropped first."""
 
@@ -46,6 +49,7 @@ class Library:
         self.paths = tuple({path.resolve(): path for path in named}.values())
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
         self._senses: OrderedDict[int, Senses | None] = OrderedDict()
+        self._senses_fresh_until: dict[int, float] = {}
         self._shapes: dict[FloorPlan, HouseShape] = {}
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
@@ -74,10 +78,13 @@ class Library:
         """What the robot of the index-th log sensed; None for a log without sensors, or one that cannot be read."""
         with self._lock:
             if index not in self._senses:
+                began = time.monotonic()
                 try:
                     self._senses[index] = senses_of(self.paths[index])
                 except LiosError:
                     self._senses[index] = None
+                ended = time.monotonic()
+                self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
             self._senses.move_to_end(index)
             while len(self._senses) > MOST_OPEN:
                 self._senses.popitem(last=False)
@@ -95,7 +102,8 @@ class Library:
         """The run again, as its log now stands."""
         with self._lock:
             self._timelines.pop(index, None)
-            self._senses.pop(index, None)
+            if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
+                self._senses.pop(index, None)
         return self.timeline(index)
 
     def shape(self, plan: FloorPlan) -> HouseShape:

@@ -44,6 +44,11 @@ class Senses:
         self._cells = lru_cache(maxsize=KEPT_GRIDS)(self._read_grid)
 
     @property
+    def path(self) -> Path:
+        """The log."""
+        return self._tracks.path
+
+    @property
     def cameras(self) -> tuple[str, ...]:
         """Topics of pictures."""
         return tuple(t.topic for t in self._tracks.of_kind(PICTURE))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, sin
-from threading import Thread
+from threading import Lock, Thread
 from typing import Any
 
 import numpy as np
@@ -36,10 +36,12 @@ class SensorLayers:
 
     def __init__(self, client: viser.ClientHandle, ready: Callable[[], None]) -> None:
         """ready: called from another thread when a site's points have been gathered."""
-        self._scene = client.scene
+        self._client, self._scene = client, client.scene
         self._ready = ready
         self._senses: Senses | None = None
         self._gathered: Senses | None = None
+        self._gathering = False
+        self._lock = Lock()
         self._frustums: dict[str, tuple[viser.CameraFrustumHandle, int]] = {}
         self._site: viser.PointCloudHandle | None = None
         self._site_shown = -1
@@ -47,21 +49,31 @@ class SensorLayers:
         self._grid_shown: Cells | None = None
 
     def open(self, senses: Senses | None) -> None:
-        """Other sensors, or none."""
+        """Other sensors, or none; of a log that has grown what is shown stays until there is something newer."""
         if senses is self._senses:
             return
-        self.clear()
-        self._senses = senses
-        if senses is not None and senses.has_clouds:
-            Thread(target=self._gather, args=(senses,), name="site points", daemon=True).start()
+        if senses is None or self._senses is None or senses.path != self._senses.path:
+            self.clear()
+        with self._lock:
+            self._senses = senses
+            begin = self._wanted() is not None and not self._gathering
+            self._gathering = self._gathering or begin
+        if begin:
+            Thread(target=self._gather, name="site points", daemon=True).start()
 
     def show(self, stamp_ns: int, robot: RobotLook, *, pictures: bool, points: bool, grid: bool) -> None:
         """A moment."""
         if self._senses is None:
             return
         self._show_pictures(self._senses.pictures(stamp_ns) if pictures else (), robot)
-        self._show_points(self._senses.site(stamp_ns) if points and self._gathered is self._senses else None)
+        self._show_points(self._site_at(stamp_ns) if points else None)
         self._show_grid(self._senses.grid(stamp_ns) if grid else None)
+
+    def _site_at(self, stamp_ns: int) -> Points | None:
+        """From the newest gathering of this log."""
+        gathered = self._gathered
+        same = gathered is not None and self._senses is not None and gathered.path == self._senses.path
+        return gathered.site(stamp_ns) if gathered is not None and same else None
 
     def clear(self) -> None:
         """Removes everything."""
@@ -71,9 +83,20 @@ class SensorLayers:
             handle.remove()
         self._frustums, self._site, self._grid, self._grid_shown, self._site_shown = {}, None, [], None, -1
 
-    def _gather(self, senses: Senses) -> None:
-        senses.gather_site()
-        if senses is self._senses:
+    def _wanted(self) -> Senses | None:
+        """The sensors whose clouds have not been gathered yet."""
+        senses = self._senses
+        return senses if senses is not None and senses.has_clouds and senses is not self._gathered else None
+
+    def _gather(self) -> None:
+        """Gathers until nothing is left to gather: another log may have been opened meanwhile."""
+        while True:
+            with self._lock:
+                senses = self._wanted()
+                self._gathering = senses is not None
+            if senses is None:
+                return
+            senses.gather_site()
             self._gathered = senses
             self._ready()
 
@@ -118,7 +141,8 @@ class SensorLayers:
                 "/sensors/site", points, _by_height(points), point_size=POINT_M, point_shape="rounded"
             )
         else:
-            self._site.points, self._site.colors = points.astype(np.float16), _by_height(points)
+            with self._client.atomic():
+                self._site.points, self._site.colors = points.astype(np.float16), _by_height(points)
         self._site.visible = True
 
     def _show_grid(self, cells: Cells | None) -> None:

@@ -1,4 +1,4 @@
-"""`lios capsule`, `figures`, `view`, `render` as typed by a person: what is left out is said, mistakes take a line."""
+"""`lios capsule`, `figures`, `view`, `render`, typed: what is left out is said, mistakes told in a line."""
 
 from __future__ import annotations
 

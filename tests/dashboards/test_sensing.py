@@ -288,3 +288,17 @@ def test_a_spot_depth_camera_shows_the_walls_that_it_was_drawn_from() -> None:
     assert np.quantile(away, 0.9) < 0.15
     answer.shot.image.rows = 7
     assert len(depth_points(answer, Here(), 0)) == 0, "rows that do not fit the bytes"
+
+
+def test_a_growing_log_is_not_searched_for_sensors_at_every_look(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from dashboards.library import Library
+
+    now = [100.0]
+    monkeypatch.setattr("dashboards.library.time.monotonic", lambda: now[0])
+    library = Library([SPOT])
+    first = library.senses(0)
+    library.reread(0)
+    assert library.senses(0) is first
+    now[0] += 3.0
+    library.reread(0)
+    assert library.senses(0) is not first
