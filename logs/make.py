@@ -28,7 +28,16 @@ SIMULATED: Mapping[str, tuple[int, Wish, str]] = {
 CUT_FROM, CUT_AT = "deliver-3", 0.6
 """The log that is cut off, and what share of its bytes is left."""
 
-SPOT_HOMES, SPOT_STRATEGY = ("A", "B", "C", "D"), "model-lios"
+SPOT_HOMES = ("A", "B", "C", "D")
+SPOT_STRATEGIES: Mapping[str, str] = {
+    "model-lios": "",
+    "pes-greedy": "-pes-greedy",
+    "pes-lios": "-pes-lios",
+    "conditioned-lios": "-conditioned-lios",
+}
+"""Strategy of a Spot log, and how its name goes on after that of the configuration."""
+SPOT_ESTIMATOR, RAW_HOME = "best", "A"
+"""Configuration A, which the paper tells most of, also holds bosdyn's messages as they came and a depth camera."""
 
 
 def make_simulated(folder: Path) -> list[Path]:
@@ -47,19 +56,21 @@ def make_spot(folder: Path) -> list[Path]:
     """Runs the paper's four configurations on a simulated Spot; needs the extra "spot"."""
     from replayers.commands.evaluate_spot import spot
 
-    spot(
-        strategies=SPOT_STRATEGY,
-        configurations=",".join(SPOT_HOMES),
-        estimator=ESTIMATOR,
-        output=folder,
-        cross=False,
-        force=True,
-    )
     made = []
     for home in SPOT_HOMES:
-        log = folder / f"spot-home-{home}.mcap"
-        (folder / f"spot_{home}_{SPOT_STRATEGY}.mcap").replace(log)
-        made.append(log)
+        spot(
+            strategies=",".join(SPOT_STRATEGIES),
+            configurations=home,
+            estimator=SPOT_ESTIMATOR,
+            output=folder,
+            raw=home == RAW_HOME,
+            cross=False,
+            force=True,
+        )
+        for strategy, end in SPOT_STRATEGIES.items():
+            log = folder / f"spot-home-{home}{end}.mcap"
+            (folder / f"spot_{home}_{strategy}.mcap").replace(log)
+            made.append(log)
     return made
 
 

@@ -36,6 +36,7 @@ class SpotExperiment:
     Attributes:
         folder: where the logs go, "spot_A_model-lios.mcap" and so on.
         images_hz: pictures per second; the shipped logs have few.
+        raw: also bosdyn's messages as they came, and a depth camera, which viewers show from those.
     """
 
     site: Site
@@ -46,6 +47,7 @@ class SpotExperiment:
     estimator: str = "best"
     seed: int = 0
     images_hz: float = 0.03
+    raw: bool = True
     force: bool = False
 
 
@@ -172,7 +174,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         estimator=experiment.estimator,
         seed=experiment.seed,
         costs=ROBOT,
-        rates=thin_rates(experiment.images_hz),
+        rates=thin_rates(experiment.images_hz, raw=experiment.raw),
         truth=house.contents,
         own_estop=True,
         title=f"configuration {configuration.name}: {experiment.task.title}",
@@ -196,7 +198,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
     )
 
 
-def thin_rates(images_hz: float) -> Rates:
+def thin_rates(images_hz: float, *, raw: bool = True) -> Rates:
     """Rates for small logs: a pose twice a second, few pictures, small ones."""
     from recorders.spot.session import Rates
 
@@ -207,6 +209,7 @@ def thin_rates(images_hz: float) -> Rates:
         images_hz=images_hz,
         grid_hz=0.02,
         clock_hz=0.05,
-        cameras=("frontleft_fisheye_image",),
+        cameras=("frontleft_fisheye_image", "frontleft_depth") if raw else ("frontleft_fisheye_image",),
         image_ratio=0.5,
+        raw=raw,
     )

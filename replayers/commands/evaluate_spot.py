@@ -25,6 +25,9 @@ def spot(
         bool, typer.Option("--cross/--no-cross", help="Replay each log for the other strategies.")
     ] = True,
     images_hz: Annotated[float, typer.Option("--images-hz", help="Pictures per second in the logs.")] = 0.03,
+    raw: Annotated[
+        bool, typer.Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")
+    ] = True,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace logs.")] = False,
     json: Json = False,
@@ -69,6 +72,7 @@ def spot(
             estimator=estimator,
             seed=seed,
             images_hz=images_hz,
+            raw=raw,
             force=force,
         )
         total = len(chosen) * len(names)

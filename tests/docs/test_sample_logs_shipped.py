@@ -26,7 +26,7 @@ def _repeatable(log: Path) -> list[tuple[str, int, bytes]]:
 
 
 def test_all_are_there_and_small() -> None:
-    spot = [f"spot-home-{home}" for home in MAKE["SPOT_HOMES"]]
+    spot = [f"spot-home-{home}{end}" for home in MAKE["SPOT_HOMES"] for end in MAKE["SPOT_STRATEGIES"].values()]
     assert sorted([*MAKE["SIMULATED"], "cut-off", *spot]) == NAMES
     assert all((LOGS / f"{name}.mcap").stat().st_size < 1_000_000 for name in NAMES)
 
@@ -56,6 +56,13 @@ def test_reads_as_a_whole_run(name: str) -> None:
     assert run.complete
     assert run.outcome is not None
     assert run.outcome.status == "done"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("spot-home")])
+def test_a_robots_log_replays_to_the_same_decisions(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["replay", str(LOGS / f"{name}.mcap"), "--verify"]) == 0
+    assert "the same" in "".join(capsys.readouterr())
 
 
 def test_the_cut_one_is_salvaged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
