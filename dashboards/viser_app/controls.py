@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from math import ceil
 from typing import Any
 
@@ -27,8 +26,6 @@ from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
 
 SLIDER_STEPS = 2000
-ARRIVING_S = 5.0
-"""How long a page may take to find its shape: its panel docks after the first picture."""
 CAMERAS_PX = 330
 """Width of the window that shows pictures."""
 
@@ -44,7 +41,7 @@ class Controls:
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
         self._arrived = False
-        self._fit_until, self._size = 0.0, (0, 0)
+        self._size = (0, 0)
         self._plotted: tuple[int, str] = (0, "")
         self._build()
         session.openers.append(self._opened)
@@ -204,7 +201,6 @@ class Controls:
         obey(self._session, words)
         if words.startswith("address"):
             if not self._arrived and "initialCameraPosition" not in words:
-                self._fit_until = time.monotonic() + ARRIVING_S
                 self._session.look()
             self._arrived = True
             self._session.stir()
@@ -212,11 +208,11 @@ class Controls:
             go.value = ""
 
     def _looked(self, camera: viser.CameraHandle) -> None:
-        """The camera has moved; while a page that arrived still takes its shape, the house is fitted to it anew."""
+        """The camera has moved, or its picture has another shape: a house that was fitted is fitted anew."""
         size = (camera.image_width, camera.image_height)
-        if size != self._size and time.monotonic() < self._fit_until:
-            self._session.look()
-        self._size = size
+        if size != self._size:
+            self._size = size
+            self._session.fit_again()
         self._session.stir()
 
     def _list_runs(self) -> None:

@@ -32,6 +32,7 @@ STRIP_PX, STRIP_ROW_PX = 170, 16
 """Height of the strip under the view with one run, and of each further run."""
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
+UNMOVED_M = 0.02
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 
@@ -87,6 +88,7 @@ class Session:
         self._opened: tuple[tuple[int, ...], int] | None = None
         self._revision = 0
         self._walls = ""
+        self._fitted: tuple[bool, CameraPose] | None = None
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
@@ -178,7 +180,16 @@ class Session:
         """Fits the camera to the house."""
         pose = self.fit(from_above=from_above)
         if pose is not None:
+            self._fitted = (from_above, pose)
             look(self.client, pose)
+
+    def fit_again(self) -> None:
+        """Fits the camera to a picture of another shape, if nobody has moved it since it was fitted."""
+        if self._fitted is None:
+            return
+        from_above, pose = self._fitted
+        if np.allclose(self.client.camera.position, pose.position, atol=UNMOVED_M):
+            self.look(from_above=from_above)
 
     def fit(self, *, from_above: bool = False) -> CameraPose | None:
         plan = self.clock.timelines[0].plan if self.clock.timelines else None

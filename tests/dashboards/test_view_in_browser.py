@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 from chromium import chromium, colours_in, open_view, wait_for_second
@@ -310,3 +311,36 @@ def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs:
     finally:
         threading.excepthook = before
         made.stop()
+
+
+def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_the_camera(
+    browser: Browser, dashboard: Dashboard
+) -> None:
+    before = set(dashboard.sessions)
+    tab = open_view(browser, dashboard.url, width=1300, height=800)
+    (session,) = [s for i, s in dashboard.sessions.items() if i not in before]
+    camera = session.client.camera
+
+    def is_fitted() -> bool:
+        pose = session.fit()
+        return pose is not None and np.allclose(camera.position, pose.position, atol=0.05)
+
+    def wait(wide: int) -> None:
+        end = time.monotonic() + 30
+        while (camera.image_width != wide or not is_fitted()) and time.monotonic() < end:
+            tab.wait_for_timeout(100)
+
+    wait(1300 - 444)
+    assert is_fitted()
+    narrow = tuple(camera.position)
+    tab.set_viewport_size({"width": 1100, "height": 800})
+    wait(1100 - 444)
+    assert is_fitted()
+    assert tuple(camera.position) != narrow
+    session.look_at_container(0)
+    tab.wait_for_timeout(500)
+    moved = tuple(camera.position)
+    tab.set_viewport_size({"width": 1300, "height": 800})
+    tab.wait_for_timeout(1500)
+    assert np.allclose(camera.position, moved, atol=0.05), "what somebody looks at stays"
+    tab.close()
