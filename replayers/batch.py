@@ -16,7 +16,7 @@ from replayers.ground import Ground, Settings, ground_of
 from replayers.replay import replay_on
 from replayers.run import Run, read
 from replayers.sandbox import is_foreign
-from replayers.stored_replays import StoredReplay, key_of, path_of, read_replay, stored, write_replay
+from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
 from workbench.process_pool import process_pool
@@ -30,12 +30,14 @@ class Wanted:
         strategies: by name; "all" has been spelt out.
         output: the folder that keeps replays; None keeps nothing.
         write_logs: also record each replay as MCAP in the folder.
+        worlds: of replay.WORLDS, those in which the run is recorded besides.
     """
 
     strategies: tuple[str, ...]
     settings: Settings
     output: Path | None = None
     write_logs: bool = False
+    worlds: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +139,7 @@ def _ground(run: Run, settings: Settings) -> Ground | LiosError:
 
 def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted) -> Outcome:
     try:
-        made = replay_on(ground, name)
+        made = replay_on(ground, name, worlds=wanted.worlds)
     except LiosError as error:
         return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
     record = stored(ground, made, key=key)
@@ -146,6 +148,8 @@ def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted)
             from replayers.origin import write_replay_log
 
             write_replay_log(log_path(path), ground, made, force=True)
+            for world in made.worlds:
+                write_replay_log(log_path(path, world), ground, made, world=world, force=True)
         write_replay(path, record)
     return record
 
@@ -158,12 +162,15 @@ def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
         record = read_replay(path)
     except (FileMissing, MalformedFile):
         return None
+    if record.bounds is not None and not all(log_path(path, world).exists() for world in wanted.worlds):
+        return None
     return record if record.key == key else None
 
 
-def log_path(path: Path) -> Path:
-    """Where the recording of a kept replay stands: beside it."""
-    return path.with_suffix(".mcap")
+def log_path(path: Path, world: str = "") -> Path:
+    """Where the recording of a kept replay stands: beside it; in a world, with the world before its suffix."""
+    stem = path.name.removesuffix(SUFFIX)
+    return path.with_name(f"{stem}.{world}.replay.mcap" if world else f"{stem}.replay.mcap")
 
 
 def _all_of(task: tuple[Path, Wanted]) -> list[Outcome]:

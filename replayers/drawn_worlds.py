@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from replayers.evidence import Evidence
 from replayers.relevance import Answer, Relevance
+from replayers.unfolding import Choose, Question
 from workbench.beliefs.belief import Belief
 from workbench.worlds.house import ContainerId, ItemType
 
@@ -44,6 +45,15 @@ class DrawnWorlds:
         """What a container holds in a world, of the types that still matter."""
         column = self.inside[world, :, self.containers.index(container)]
         return tuple(t for t, there in zip(self.item_types, column, strict=True) if there and t in live)
+
+    def chooser(self, world: int) -> Choose:
+        """Answers the questions of a run as a world does."""
+
+        def choose(question: Question) -> Answer:
+            answer = self.answer(world, question.container, question.live)
+            return answer if question.allows(answer) else question.options[0]
+
+        return choose
 
 
 def draw_worlds(

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replayers.drawn_worlds import DrawnWorlds
-from replayers.relevance import Answer
-from replayers.unfolding import Question, Unfolding
+from replayers.unfolding import Unfolding
 from workbench.execution.events import RunStatus
 
 Floats = npt.NDArray[np.float64]
@@ -60,11 +59,7 @@ def costs_in(
         if most_stretches is not None and world >= FEWEST_WORLDS and spent >= most_stretches:
             return costs[:world], done[:world]
 
-        def choose(question: Question, world: int = world) -> Answer:
-            answer = worlds.answer(world, question.container, question.live)
-            return answer if question.allows(answer) else question.options[0]
-
-        leaf = tree.follow(choose)
+        leaf = tree.follow(worlds.chooser(world))
         costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
     return costs, done
 

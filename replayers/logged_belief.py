@@ -107,8 +107,9 @@ class Believer:
 
 
 LEARNS = (
-    "beliefs follow what is seen: in worlds where an unopened container is looked into, they are taken as if nothing "
-    "but the task's types were in it; --estimator first holds the log's first belief fixed instead"
+    "beliefs follow all that is seen, so that what else lies in an unopened container moves them: beyond the first "
+    "such look bounds are outer ones; 'if beliefs stand' and the estimate take it as if nothing but the task's types "
+    "were there, and --estimator first holds the log's first belief fixed instead"
 )
 
 

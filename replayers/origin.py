@@ -1,7 +1,8 @@
 """How is a replay recorded? As a run like any other, that says from which log it was made.
 
 The recording holds the run over the log alone; it ends as "undetermined" where the robot would have looked into a
-container that nobody opened. Every action carries its support: logged, implied or imputed.
+container that nobody opened. On request there is one more of the run in a world that agrees with the log: the
+cheapest or the dearest that was found, or a drawn one. Every action carries its support: logged, implied or imputed.
 """
 
 from __future__ import annotations
@@ -18,9 +19,19 @@ from replayers.replay import Replay
 from workbench import __version__
 from workbench.runs.vocabulary import RunInfo
 
+IN_WORDS = {
+    "": "over the log alone",
+    "best": "in the cheapest world found",
+    "worst": "in the dearest world found",
+    "drawn": "in a drawn world",
+}
 
-def write_replay_log(path: Path, ground: Ground, made: Replay, *, force: bool = False) -> None:
+
+def write_replay_log(path: Path, ground: Ground, made: Replay, *, world: str = "", force: bool = False) -> None:
     """Records a replay as MCAP.
+
+    Args:
+        world: over the log alone, or of made.worlds.
 
     Raises:
         OutputExists: the file exists and force is not given.
@@ -29,29 +40,30 @@ def write_replay_log(path: Path, ground: Ground, made: Replay, *, force: bool = 
     path.parent.mkdir(parents=True, exist_ok=True)
     with RunRecorder(
         path,
-        info=replay_info(ground, made),
+        info=replay_info(ground, made, world),
         place=evidence.place,
         task=evidence.task,
         costs=evidence.costs,
         force=force,
     ) as recorder:
-        for event in made.events:
+        for event in made.worlds[world] if world else made.events:
             recorder.record(event)
 
 
-def replay_info(ground: Ground, made: Replay) -> RunInfo:
+def replay_info(ground: Ground, made: Replay, world: str = "") -> RunInfo:
     """The identity of a replay: the run's, with another strategy and with where it came from."""
     info = ground.evidence.info
     code = revision()
+    identity = (ground.evidence.sha256, made.strategy, ground.draws, *([world] if world else []))
     return msgspec.structs.replace(
         info,
-        run_id=hashlib.sha256(f"{ground.evidence.sha256} {made.strategy} {ground.draws}".encode()).hexdigest()[:12],
+        run_id=hashlib.sha256(" ".join(identity).encode()).hexdigest()[:12],
         strategy=made.strategy,
         estimator=ground.estimator.name,
         source="replay",
         origin_run=info.run_id,
         origin_sha256=ground.evidence.sha256,
-        title=f"{made.strategy} over {info.run_id}: {info.title}".strip(": "),
+        title=f"{made.strategy} {IN_WORDS[world]} of {info.run_id}: {info.title}".strip(": "),
         code_version=__version__,
         code_revision=code.commit,
         code_dirty=code.dirty,

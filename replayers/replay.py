@@ -7,8 +7,8 @@ agrees with it (bounds), over worlds drawn from the belief (estimate), and, on r
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -22,7 +22,7 @@ from replayers.logged_world import LoggedWorld
 from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
-from replayers.unfolding import MAX_STEPS, Unfolding, no_time
+from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
@@ -45,6 +45,9 @@ __all__ = [
     "replay_strategy",
 ]
 
+WORLDS = ("best", "worst", "drawn")
+"""Worlds in which a run can be told: the cheapest and the dearest that were found, and a drawn one."""
+
 Floats = npt.NDArray[np.float64]
 
 
@@ -65,6 +68,7 @@ class Replay:
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
             task's types; None where the bounds need no such condition.
         stretches: how many stretches of the loop were run for bounds and estimate.
+        worlds: per kind of world that one can look at ("best", "worst", "drawn"), the events of the run in it.
         asked: open containers that it looks into in some world, as far as it was followed.
     """
 
@@ -84,6 +88,7 @@ class Replay:
     if_beliefs_stand: Bounds | None = None
     stretches: int = 0
     asked: tuple[ContainerId, ...] = ()
+    worlds: Mapping[str, tuple[Event, ...]] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
     @property
@@ -104,8 +109,11 @@ def replay(run: Run, strategy_name: str, settings: Settings | None = None) -> Re
     return replay_on(ground_of(run, settings or Settings()), strategy_name)
 
 
-def replay_on(ground: Ground, strategy_name: str) -> Replay:
+def replay_on(ground: Ground, strategy_name: str, *, worlds: Sequence[str] = ()) -> Replay:
     """Replays one strategy over a prepared log.
+
+    Args:
+        worlds: of WORLDS, those in which the run is told from start to end.
 
     Raises:
         UnknownName: no such strategy.
@@ -115,11 +123,11 @@ def replay_on(ground: Ground, strategy_name: str) -> Replay:
         return _in_truth_only(ground, strategy_name)
     if is_foreign(strategy_name):
         with Sandboxed(strategy_name, timeout_s=ground.settings.timeout_s) as planner:
-            return replay_strategy(ground, planner)
-    return replay_strategy(ground, strategy(strategy_name))
+            return replay_strategy(ground, planner, worlds=worlds)
+    return replay_strategy(ground, strategy(strategy_name), worlds=worlds)
 
 
-def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
+def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
     """Replays a strategy over a prepared log."""
     evidence, settings = ground.evidence, ground.settings
     alone = over_log_alone(ground, planner)
@@ -135,6 +143,7 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         merge=canonical_name(planner.name) is not None and not isinstance(planner, Sandboxed),
         steady=ground.steady,
         reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+        durations=ground.durations,
     )
     bounds = bounds_of(tree, budget=settings.budget)
     standing = None
@@ -162,8 +171,23 @@ def replay_strategy(ground: Ground, planner: Strategy) -> Replay:
         if_beliefs_stand=standing,
         stretches=tree.stretches,
         asked=tuple(tree.asked),
+        worlds=MappingProxyType(dict(_told_in(worlds, ground, tree, bounds, drawn))),
         notes=(*ground.notes, *_wavers(tree, ended)),
     )
+
+
+def _told_in(
+    worlds: Sequence[str], ground: Ground, tree: Unfolding, bounds: Bounds, drawn: Floats | None
+) -> Iterator[tuple[str, tuple[Event, ...]]]:
+    """The run in the cheapest and the dearest world found, and in the drawn world of median cost."""
+    found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
+    if "drawn" in worlds and drawn is not None and ground.worlds is not None:
+        middle = int(np.argsort(drawn, kind="stable")[len(drawn) // 2])
+        found["drawn"] = tree.follow(ground.worlds.chooser(middle))
+    for name in worlds:
+        leaf = found.get(name)
+        if leaf is not None:
+            yield name, tree.events(leaf)
 
 
 def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:

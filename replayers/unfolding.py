@@ -13,6 +13,7 @@ from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from typing import final
 
+from replayers.durations import SIMULATED, Durations
 from replayers.evidence import Evidence
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import Answer, Relevance, imputed_items
@@ -131,6 +132,7 @@ class Unfolding:
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
         reads_beliefs: the strategy's decisions depend on beliefs.
+        durations: how long actions take where a run is told.
 
     Attributes:
         root: the start.
@@ -151,6 +153,7 @@ class Unfolding:
         merge: bool = False,
         steady: bool = True,
         reads_beliefs: bool = True,
+        durations: Durations = SIMULATED,
     ) -> None:
         self.evidence = evidence
         self.relevance = relevance
@@ -164,6 +167,7 @@ class Unfolding:
         self._seed = seed
         self._merge = merge
         self._steady = steady
+        self._durations = durations
         self._reads_beliefs = reads_beliefs and not steady
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
@@ -204,7 +208,9 @@ class Unfolding:
     def events(self, leaf: Leaf) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the ways walked."""
         answers = {f.container: f.answer for f in leaf.filled}
-        world = LoggedWorld(self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c))
+        world = LoggedWorld(
+            self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c), durations=self._durations
+        )
         return tuple(self._events(world))
 
     def _after(self, node: Node, answer: Answer) -> Node:

@@ -49,6 +49,13 @@ def replay(
     look_next: Annotated[
         bool, typer.Option("--look-next", help="Which unopened container would settle most?")
     ] = False,
+    write: Annotated[
+        str,
+        typer.Option(
+            "--write",
+            help="With -o, also record the run in worlds that agree with the log: best, worst, drawn (by comma).",
+        ),
+    ] = "",
     workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; default: one a core.")] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
@@ -90,10 +97,15 @@ def replay(
         timeout_s=timeout,
         seed=seed,
     )
-    wanted = Wanted(strategies=names, settings=settings, output=output, write_logs=output is not None)
-    outcomes = list(
-        progress(replay_all(files, wanted, workers=workers), title="replaying", total=len(files) * len(names))
+    wanted = Wanted(
+        strategies=names,
+        settings=settings,
+        output=output,
+        write_logs=output is not None,
+        worlds=_worlds_named(write, output),
     )
+    replays = replay_all(files, wanted, workers=workers)
+    outcomes = list(progress(replays, title="replaying", total=len(files) * len(names)))
     failed = [o for o in outcomes if isinstance(o, LogFailed)]
     if len(failed) == len(outcomes):
         _refuse(failed)
@@ -110,7 +122,21 @@ def replay(
         say(f"{failure.log} {failure.strategy}: {failure.reason}")
 
 
+def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
+    from replayers.replay import WORLDS
+    from workbench.errors import BadValue
+
+    names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not set(names) <= set(WORLDS):
+        raise BadValue("--write", text, f"names with commas between them of {', '.join(WORLDS)}")
+    if names and output is None:
+        raise BadValue("--write", text, "given together with -o DIR, the folder to write to")
+    return names
+
+
 def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
+    import msgspec
+
     from replayers.stored_replays import StoredReplay
 
     if not isinstance(outcome, StoredReplay):
@@ -124,7 +150,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
             "exact": False,
             "reason": outcome.reason,
         }
-    bounds, estimate = outcome.bounds, outcome.estimate
+    bounds, estimate, standing = outcome.bounds, outcome.estimate, outcome.if_beliefs_stand
     return {
         "log": outcome.log,
         "strategy": outcome.strategy,
@@ -138,6 +164,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "upper_proof": bounds.upper_proof if bounds else None,
         "complete": bounds.complete if bounds else None,
         "steady_beliefs": outcome.steady_beliefs,
+        "if_beliefs_stand": {"lower": standing.lower, "upper": standing.upper} if standing else None,
         "estimate_ci95": estimate.ci95 if estimate else None,
         "interval90": estimate.interval90 if estimate else None,
         "success": estimate.success if estimate else None,
@@ -146,6 +173,8 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "support": outcome.support,
         "searches": outcome.searches,
         "seconds": outcome.seconds,
+        "seconds_rms": outcome.seconds_rms,
+        "durations": msgspec.to_builtins(outcome.durations),
         "source": outcome.source,
         "recorded_strategy": outcome.recorded_strategy,
         "recorded_cost": outcome.recorded_cost,
@@ -188,14 +217,15 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
                 "lower": row["lower"],
                 "upper": row["upper"],
                 "bounds": _proof(row),
+                "if beliefs stand": _between(row.get("if_beliefs_stand")),
                 "estimate": row["estimate"],
                 "90 % of drawn worlds": f"{interval[0]:.1f} to {interval[1]:.1f}" if interval else None,
                 "in truth": row.get("true_cost"),
                 "not opened": row.get("unseen"),
-                "seconds": row.get("seconds") if row.get("source") not in (None, "simulation", "replay") else None,
+                "seconds": _seconds(row),
             }
         )
-    for column in ("in truth", "seconds"):
+    for column in ("if beliefs stand", "in truth", "seconds"):
         if all(line[column] is None for line in shown):
             shown = [{k: v for k, v in line.items() if k != column} for line in shown]
     emit_table(shown)
@@ -206,14 +236,25 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
             emit_text(f"{Path(look['log']).name}: look into {look['container']}: {look['words']}")
 
 
+def _between(bounds: dict[str, float] | None) -> str | None:
+    return f"{bounds['lower']:.1f} to {bounds['upper']:.1f}" if bounds else None
+
+
+def _seconds(row: dict[str, Any]) -> str | None:
+    """Predicted by a robot's own speeds, with the error that their residuals leave."""
+    if row.get("durations") is None:
+        return None
+    until = " until it stops" if row["status"] == "undetermined" else ""
+    return f"{row['seconds']:.0f} ± {row['seconds_rms']:.0f}{until}"
+
+
 def _proof(row: dict[str, Any]) -> str | None:
     if row["lower"] is None:
         return None
     if row["exact"]:
         return "exact"
     sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] != "exact"]
-    words = "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
-    return words if row["steady_beliefs"] else f"{words}, if beliefs stand"
+    return "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
 
 
 def _refuse(failed: list[LogFailed]) -> None:
