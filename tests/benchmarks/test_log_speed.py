@@ -65,6 +65,18 @@ def test_read_to_all_data_frames(benchmark, long_log: Path):
     benchmark(frames, long_log)
 
 
+SMALL = Path(__file__).resolve().parents[2] / "logs" / "breakfast.mcap"
+"""A run of 4 decisions."""
+
+
+def test_iterate_a_small_log_with_the_mcap_reader_and_decoders(benchmark):
+    benchmark(iterate, SMALL)
+
+
+def test_read_a_small_log_to_all_data_frames(benchmark):
+    benchmark(frames, SMALL)
+
+
 def frames(path: Path) -> int:
     """Every table of the log."""
     tables = read(path).tables
