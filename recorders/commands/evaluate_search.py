@@ -116,8 +116,8 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
         if pair["a"] == "lios" and pair["b"] != "oracle":
             low, high = pair["ci95"]
             say(
-                f"{pair['b']} costs {-pair['b_minus_a']:z.2f} less than lios "
-                f"({-high:z.2f} to {-low:z.2f}; {-100 * pair['share_of_greedy']:z.1f} points of Greedy's cost)"
+                f"{pair['b']} saves {-pair['b_minus_a']:z.2f} against lios "
+                f"(95 %: {-high:z.2f} to {-low:z.2f}; {-100 * pair['share_of_greedy']:z.1f} points of Greedy's cost)"
             )
     for skipped in answer["skipped"]:
         say(f"left out: {skipped['house']}: {skipped['reason']}")

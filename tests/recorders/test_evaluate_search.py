@@ -103,7 +103,7 @@ def test_people_get_a_table_and_the_gain_over_the_paper(two_houses: Path, capsys
     assert run(["evaluate", "search", *args]) == 0
     shown = capsys.readouterr()
     assert "oracle gap closed" in shown.out
-    assert "less than lios" in shown.err
+    assert "against lios" in shown.err
 
 
 @pytest.mark.parametrize(
