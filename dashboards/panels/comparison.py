@@ -17,8 +17,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     """A row per run; below, where each other run parts from the first, with both beliefs."""
     rows = [
         [
-            dot(run_colour(i)) + name(names[i]),
-            name(_end(timeline)),
+            f"{dot(run_colour(i))}{name(names[i])}<br><small>{name(_end(timeline))}</small>",
             number(scene.cost),
             _final(timeline),
             number(scene.travel_m),
@@ -26,8 +25,8 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
         ]
         for i, (timeline, scene) in enumerate(zip(clock.timelines, scenes, strict=True))
     ]
-    head = ("run", "outcome", "now", "in all", "walked m", "looks")
-    kinds = ("w", "", "n", "n", "n", "n")
+    head = ("run", "cost now", "in all", "walked m", "looks")
+    kinds = ("w", "n", "n", "n", "n")
     made = table(head, rows, key="comparison", classes=kinds)
     parts = [f'<div class="lp">{_warning(clock)}{made}']
     for i in range(1, len(clock.timelines)):

@@ -123,11 +123,9 @@ def evaluation(browser: Browser, folder: Path) -> None:
         *("--split", "all", "--estimator", "counts", "--paper-estimator", "counts", "--record", "-o", out),
     )
     with shown(browser, [out]) as page:
+        keep(page.screenshot(), "runs")
         page.locator(".lp circle").nth(3).click()
         page.wait_for_timeout(4_000)
-        keep(page.screenshot(), "runs")
-        page.locator(".lp circle").first.scroll_into_view_if_needed()
-        page.wait_for_timeout(800)
         keep(page.screenshot(), "evaluation")
 
 
