@@ -120,6 +120,7 @@ def _answer(request: Any, planned: Any, rows: Any) -> dict[str, Any]:
     return {
         "houses": request.houses,
         "split": request.split,
+        "assets": request.assets or None,
         "seed": request.seed,
         "rows": table(rows, seed=request.seed),
         "pairs": pairs(rows, seed=request.seed),

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from workbench.options import AssetsOrBeside
+
 
 def record(
     house: Annotated[
@@ -30,7 +32,7 @@ def record(
             "--known", help="At most this share of containers is known at the start; default 0 for --find, 0.2 else."
         ),
     ] = None,
-    assets: Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")] = None,
+    assets: AssetsOrBeside = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
         float | None, typer.Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
@@ -54,13 +56,15 @@ def record(
     from workbench.errors import OutputExists
     from workbench.planning.strategies import resolved_name
     from workbench.terminal import emit_json, say
+    from workbench.worlds.assets import assets_for
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
 
     if output.exists() and not force and split_mb is None and split_s is None:
         raise OutputExists(output)
     wish = Wish(find=find, scenario=scenario, task_file=task)
-    place = load_house(house or f"{shipped_houses()}:0", assets=assets)
+    address = house or f"{shipped_houses()}:0"
+    place = load_house(address, assets=assets_for(address, assets))
     trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
     split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
     files = None if split.never else LogFiles(output, split=split, force=force)

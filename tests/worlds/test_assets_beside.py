@@ -41,3 +41,22 @@ def test_an_evaluation_says_which_table_it_used(
     beside = write_table(tmp_path / "asset_sizes.csv")
     assert run(["evaluate", command, "--houses", str(houses), *more, "--json"]) == 0
     assert json.loads(capfd.readouterr().out)["assets"] == str(beside)
+
+
+def test_a_recorded_house_has_the_sizes_of_the_table_beside_it(tmp_path: Path) -> None:
+    from replayers.run import read
+    from workbench.worlds.procthor import load_house
+
+    record = two_rooms()
+    fridge = next(thing for thing in record["objects"] if thing["objectType"] == "Fridge")
+    fridge["assetId"] = "Fridge_1"
+    houses = tmp_path / "houses.jsonl"
+    houses.write_text(json.dumps(record) + "\n")
+    write_table(tmp_path / "asset_sizes.csv")
+    log = tmp_path / "run.mcap"
+    assert run(["record", "--house", f"{houses}:0", "--find", "Egg", "--estimator", "counts", "-o", str(log)]) == 0
+    exact = load_house(f"{houses}:0", assets=tmp_path / "asset_sizes.csv")
+    usual = load_house(f"{houses}:0")
+    (mine,) = (tuple(c.size_m) for c in read(log).place.plan.containers if c.type == "Fridge")
+    assert mine == next(c.size_m for c in exact.plan.containers if c.type == "Fridge")
+    assert mine != next(c.size_m for c in usual.plan.containers if c.type == "Fridge")
