@@ -176,7 +176,7 @@ class Stage:
                 self._show_run(actor, scene)
                 if actor is not self._actors[0]:
                     apart = hypot(scene.robot.x_m - scenes[0].robot.x_m, scene.robot.y_m - scenes[0].robot.y_m)
-                    actor.label.visible = apart > TOGETHER_M
+                    actor.label.visible = actor.frame.visible and apart > TOGETHER_M
 
     def clear(self) -> None:
         """Removes everything of the house and its runs."""
