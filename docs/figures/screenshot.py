@@ -16,7 +16,7 @@ from dashboards.viser_app.serving import open_dashboard
 ROOT = Path(__file__).resolve().parents[2]
 LOGS = tuple(ROOT / "logs" / f"find-{name}.mcap" for name in ("lios", "greedy", "conditioned-lios"))
 FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
-SIZES = {"dashboard": (1440, 900), "dashboard-narrow": (420, 860)}
+SIZES = {"dashboard": (1440, 900)}
 AT_S = 21.0
 DRAWN_AFTER_MS = 25_000
 
