@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.beliefs.belief import Belief
 from workbench.planning.actions import relevant_types
+from workbench.planning.built_in import without_hypothetical
 from workbench.planning.find_pricing import FindPricing, FindQuestion
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus
@@ -17,9 +18,12 @@ from workbench.planning.single_find import plan_single_find
 from workbench.planning.solver import BuiltIn, Solver
 from workbench.planning.strategy import Alternative, Decision, View
 from workbench.planning.tasks import Holding, Task
+from workbench.planning.widening import solve_widening
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery
 from workbench.worlds.house import ItemType, LocationId
+
+EVERYWHERE_S = 5.0
 
 
 @final
@@ -32,6 +36,8 @@ class Composed:
         policy: where a find looks first.
         find_known: whether a find is offered though an instance is known.
         solver: what makes the plan; a single find needs none.
+        everywhere: plans over all reachable places, the plan over those that can matter being the bound, and says
+            how far from the best it may be (widening.py); at most EVERYWHERE_S a decision.
     """
 
     name: str
@@ -39,6 +45,7 @@ class Composed:
     policy: SearchPolicy
     find_known: bool = False
     solver: Solver = field(default_factory=BuiltIn)
+    everywhere: bool = False
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         return types_to_believe(task)
@@ -46,8 +53,10 @@ class Composed:
     def decide(self, view: View) -> Decision:
         if view.budget_s <= 0:
             return Decision(plan=Plan(status=PlanStatus.TIMED_OUT, note="no planning time is left"))
-        problem = self.problem(view)
         goal = view.task.goal
+        if self.everywhere and not isinstance(goal, Holding):
+            return self._everywhere(view)
+        problem = self.problem(view)
         if isinstance(goal, Holding):
             plan = plan_single_find(goal, view.knowledge, problem.find_costs, view.costs, find_known=self.find_known)
             return with_search_order(plan, problem.find_costs, self.policy, view)
@@ -58,6 +67,14 @@ class Composed:
     def problem(self, view: View) -> Problem:
         """What this strategy has to solve at this moment."""
         return problem_at(view, self.pricing, find_known=self.find_known)
+
+    def _everywhere(self, view: View) -> Decision:
+        core = self.problem(view).locations
+        places = view.knowledge.travel.locations
+        problem = problem_at(view, self.pricing, find_known=self.find_known, places=places)
+        made = solve_widening(problem, core, budget_s=min(view.budget_s, EVERYWHERE_S))
+        plan = without_hypothetical(made.plan)
+        return with_search_order(plan, problem.find_costs, self.policy, view, made.alternatives)
 
 
 def over_these_places(plan: Plan, problem: Problem) -> Plan:

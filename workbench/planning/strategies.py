@@ -70,6 +70,9 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
 )
 """Known by name, and left out of "all": parts of ours by themselves."""
 
+EVERYWHERE = "everywhere"
+"""STRATEGY@everywhere plans over all places, and says with each plan what is proven."""
+
 NEEDS_TRUTH = ("oracle",)
 
 ALIASES: Mapping[str, str] = MappingProxyType({"greedy": "opt-greedy", "lios": "model-lios"})
@@ -117,10 +120,17 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
 
 
 def _with_solver(made: Strategy, solver_name: str) -> Strategy:
-    """The strategy with another solver: "model-lios@pddl-ff-astar2" plans as the paper does."""
+    """The strategy with another solver: "model-lios@pddl-ff-astar2" plans as the paper does.
+
+    Raises:
+        UnknownName: no such solver.
+        BadValue: a strategy that takes none.
+    """
     from workbench.planning.solvers import solver
 
     name = f"{made.name}@{solver_name}"
+    if solver_name == EVERYWHERE and isinstance(made, Composed):
+        return replace(made, name=name, everywhere=True)
     if isinstance(made, Composed | Oracle):
         return replace(made, name=name, solver=solver(solver_name))
     if isinstance(made, Scout):

@@ -11,7 +11,7 @@ import time
 from dataclasses import replace
 
 from workbench.planning.built_in import Clock, Solved, solve
-from workbench.planning.plans import PlanStatus
+from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.worlds.house import LocationId
 
@@ -49,8 +49,19 @@ def solve_widening(
         )
         made = replace(wider, alternatives=wider.alternatives or made.alternatives)
         if more >= len(others):
-            return made
+            return replace(made, plan=_with_gap(made.plan, len(problem.locations)))
+    if not others:
+        return replace(made, plan=_with_gap(made.plan, len(problem.locations)))
     return replace(made, plan=replace(made.plan, optimal=False, lower_bound=None, note="not all places were tried"))
+
+
+def _with_gap(plan: Plan, places: int) -> Plan:
+    """The plan with its proven gap in words."""
+    if plan.status is not PlanStatus.SOLVED or plan.lower_bound is None:
+        return plan
+    gap = 0.0 if plan.optimal else 1.0 - plan.lower_bound / max(plan.cost, 1e-9)
+    proven = "optimal" if plan.optimal else f"at most {100 * gap:.1f} % above the best"
+    return replace(plan, note=f"{proven} over all {places} places")
 
 
 def _aside(problem: Problem, core: tuple[LocationId, ...], place: LocationId) -> float:
