@@ -111,13 +111,19 @@ class McapWriter:
         self._put(MAGIC + record_bytes(Header(profile=profile, library=library)))
 
     @classmethod
-    def append_to(cls, path: Path | str, index: LogIndex, *, compression: Compression = "zstd") -> Self:
+    def append_to(
+        cls, path: Path | str, index: LogIndex, *, size: int | None = None, compression: Compression = "zstd"
+    ) -> Self:
         """A writer that goes on where a closed log ends; only the summary is written anew.
 
         When that fails, because the disk is full, the log is again what it was.
 
         Args:
             index: of that log, as read.
+            size: of that log when its index was read, in bytes.
+
+        Raises:
+            BeingWritten: by somebody else, now or since its index was read.
         """
         writer = object.__new__(cls)
         writer.path = Path(path)
@@ -128,6 +134,9 @@ class McapWriter:
         except OSError as error:
             raise CannotCreate(path, error.strerror or str(error)) from error
         _reserve(writer._file, writer.path)
+        if size is not None and os.fstat(writer._file.fileno()).st_size != size:
+            writer._file.close()
+            raise BeingWritten(path)
         writer._file.seek(index.data_end)
         writer._old_end = (index.data_end, writer._file.read())
         writer._file.seek(index.data_end)

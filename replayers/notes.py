@@ -5,6 +5,7 @@ Nothing that is in the log is rewritten but its summary; every byte before that 
 
 from __future__ import annotations
 
+import io
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.channel_spec import protobuf_channel
 from recorders.log_index import LogIndex
-from recorders.writer import McapWriter
+from recorders.writer import BeingWritten, McapWriter
 from replayers.reader import messages
 from replayers.scanning import open_log
 from replayers.summary import read_index
@@ -24,6 +25,7 @@ from workbench.errors import BadValue, Malformed
 from workbench.runs.vocabulary import NANO
 
 NOTE_TOPIC = "/notes"
+TRIES, WAIT_S = 20, 0.05
 
 
 class NotClosed(Malformed):
@@ -62,12 +64,22 @@ def add_note(
 
     Raises:
         NotClosed: the log has no index.
+        BeingWritten: by somebody else, for longer than a note takes.
         CannotCreate: it may not be written to.
         DiskFull: no room; the log is as it was.
         BadValue: a time that is none, or outside the log.
     """
     path = Path(path)
-    index = _index_of(path)
+    for _ in range(TRIES):
+        try:
+            return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+        except (BeingWritten, NotClosed):
+            time.sleep(WAIT_S)  # somebody else's note takes milliseconds
+    return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+
+
+def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: int | None) -> Note:
+    index, size = _index_of(path)
     start_ns = _within(index, at, "--at") if at else index.last_ns
     end_ns = _within(index, until, "--until") if until else start_ns
     if end_ns < start_ns:
@@ -80,7 +92,7 @@ def add_note(
         written_ns=time.time_ns() if now_ns is None else now_ns,
     )
     spec = protobuf_channel(NOTE_TOPIC, Event)
-    with McapWriter.append_to(path, index) as writer:
+    with McapWriter.append_to(path, index, size=size) as writer:
         known = [c.id for c in index.channels.values() if c.topic == NOTE_TOPIC and c.message_encoding == "protobuf"]
         if known:
             channel = known[0]
@@ -109,12 +121,14 @@ def notes_of(path: Path | str) -> list[Note]:
     return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
 
 
-def _index_of(path: Path) -> LogIndex:
+def _index_of(path: Path) -> tuple[LogIndex, int]:
+    """A closed log's index, and the size of the file that it stands in."""
     with open_log(path) as stream:
+        size = stream.seek(0, io.SEEK_END)
         index = read_index(stream)
     if index is None:
         raise NotClosed(path)
-    return index
+    return index, size
 
 
 def _within(index: LogIndex, text: str, option: str) -> int:

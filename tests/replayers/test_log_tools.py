@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -181,6 +182,29 @@ def test_only_files_can_be_logs_and_no_log_is_merged_with_itself(
     (tmp_path / "mine.mcap").write_text("mine")
     assert _lios("recover", log, "-o", tmp_path / "new" / ".." / "mine.mcap") == 2
     assert (tmp_path / "mine.mcap").read_text() == "mine"
+
+
+def test_notes_of_two_people_at_once_are_both_kept(log: Path):
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda i: add_note(log, f"note {i}", at=str(i % 10)), range(24)))
+    assert {note.text for note in notes_of(log)} == {f"note {i}" for i in range(24)}
+    assert examine(log).verdict is Verdict.FINE
+
+
+@pytest.mark.parametrize("command", ["doctor", "recover", "export", "merge"])
+def test_long_work_shows_how_far_it_is_on_a_terminal_only(
+    command: str, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    words = [*(["log", command] if command == "merge" else [command]), str(log)]
+    words += ["-o", str(tmp_path / "out")] if command != "doctor" else []
+    assert _lios(*words) == 0
+    assert "\x1b[" not in capsys.readouterr().err
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    assert _lios(*words, *(["--force"] if command != "doctor" else [])) == 0
+    told = capsys.readouterr()
+    assert command in told.err
+    assert "\x1b[" in told.err
 
 
 def test_a_note_lies_within_the_log(log: Path, capsys: pytest.CaptureFixture[str]):
