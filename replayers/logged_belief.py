@@ -17,7 +17,7 @@ from replayers.evidence import Evidence
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.errors import LiosError, Unsupported
 from workbench.runs.vocabulary import BeliefUpdate
-from workbench.worlds.house import ItemType
+from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 NAMES_ALONE = ("counts", "fcnn")
@@ -86,7 +86,7 @@ class LoggedBelief:
 def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
     """Whether the log's first beliefs name every container that a run may search, for these types."""
     places = [c for c in (*evidence.contents, *evidence.open, *evidence.shut) if c not in evidence.known]
-    reachable = [c for c in places if evidence.place.travel.reaches(c)]
+    reachable = [c for c in places if evidence.place.travel.reaches(LocationId(c))]
     return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
 
 

@@ -13,12 +13,14 @@ from itertools import zip_longest
 
 import msgspec
 
+from recorders.provenance import revision
 from replayers.evidence import Evidence, evidence_of
 from replayers.logged_belief import RecordedBeliefs
 from replayers.logged_world import LoggedWorld
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
 from replayers.unfolding import no_time
+from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
@@ -40,8 +42,8 @@ from workbench.runs.vocabulary import (
 TOLERANCE = 2e-6
 """Numbers closer than this are the same: the log rounds to six decimals."""
 
-NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator"})
-"""Fields that are the world's or the machine's, not the strategy's."""
+NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note"})
+"""Fields that are the world's or the machine's, or words for people, not the strategy's."""
 
 MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
 """The same for a robot's log: what it walked is measured there, and read off the map in a replay."""
@@ -143,7 +145,7 @@ def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Veri
     for index, (was, now) in enumerate(zip_longest(logged, replayed)):
         if was is None and run.outcome is None:
             break
-        divergence = _difference(was, now, index, ignored)
+        divergence = _difference(was, now, index, ignored, _recorded_by(run))
         if divergence is not None:
             return Verification(
                 same=False,
@@ -173,7 +175,7 @@ _ORDER: dict[type[DomainEvent], int] = {
 
 def _in_order(run: Run) -> list[DomainEvent]:
     """The log's events in the loop's order: by decision, then as the loop yields them."""
-    start = [o for o in run.observations if o.known_at_start]
+    start = sorted((o for o in run.observations if o.known_at_start), key=lambda o: o.container)
     rest: list[tuple[tuple[int, int, int, int], DomainEvent]] = []
     for group in (run.beliefs, run.find_costs, run.plans):
         rest += [((e.decision, 0, 0, _ORDER[type(e)]), e) for e in group]
@@ -185,11 +187,20 @@ def _in_order(run: Run) -> list[DomainEvent]:
             rest.append(((o.decision, 1, o.stamp.ns, 2 * after + 1), o))
     rest.sort(key=lambda pair: pair[0])
     end = [run.outcome] if run.outcome is not None else []
-    return [*sorted(start, key=lambda o: o.container), *(event for _, event in rest), *end]
+    return [*start, *(event for _, event in rest), *end]
+
+
+def _recorded_by(run: Run) -> str:
+    """With which code the log was made, and that another one looks at it; empty where they are one."""
+    here = revision()
+    if (run.info.code_revision, run.info.code_version) == (here.commit, __version__) and not run.info.code_dirty:
+        return ""
+    then = f"{run.info.code_version} {run.info.code_revision[:10]}".strip() or "another release"
+    return f" (recorded by {then}{' with changes' if run.info.code_dirty else ''})"
 
 
 def _difference(
-    was: DomainEvent | None, now: DomainEvent | None, index: int, ignored: frozenset[str]
+    was: DomainEvent | None, now: DomainEvent | None, index: int, ignored: frozenset[str], recorded_by: str
 ) -> Divergence | None:
     if was is None or now is None or type(was) is not type(now):
         both = [event for event in (was, now) if event is not None]
@@ -200,7 +211,7 @@ def _difference(
             field="event",
             logged=_short(was),
             replayed=_short(now),
-            why=_why(was, now, "event"),
+            why=_why(was, now, "event", recorded_by),
         )
     before, after = msgspec.to_builtins(was), msgspec.to_builtins(now)
     for name in before:
@@ -213,12 +224,12 @@ def _difference(
                 field=name,
                 logged=_shortened(before[name]),
                 replayed=_shortened(after[name]),
-                why=_why(was, now, name),
+                why=_why(was, now, name, recorded_by),
             )
     return None
 
 
-def _why(was: DomainEvent | None, now: DomainEvent | None, field: str) -> str:
+def _why(was: DomainEvent | None, now: DomainEvent | None, field: str, recorded_by: str) -> str:
     """The likely cause of a divergence, from what differs."""
     if was is None:
         return "the log ends here; the strategy would have gone on"
@@ -231,10 +242,23 @@ def _why(was: DomainEvent | None, now: DomainEvent | None, field: str) -> str:
     if isinstance(was, ActionFinished) and isinstance(now, ActionFinished):
         return f"the robot did '{was.action} {was.target}' where the strategy does '{now.action} {now.target}'"
     if isinstance(was, BeliefUpdate):
-        return "the beliefs differ: another estimator, or other weights"
+        return f"the beliefs differ: another estimator, or other weights{recorded_by}"
+    if isinstance(was, PlanComputed) and isinstance(now, PlanComputed) and _same_step(was, now):
+        return f"the same next step by another reckoning ({field}): other code, weights or solver{recorded_by}"
     if isinstance(was, FindCosts | PlanComputed):
-        return f"the strategy decides otherwise ({field}): other code, weights or solver than while recording"
+        return f"the strategy decides otherwise ({field}): other code, weights or solver{recorded_by}"
     return f"the {field} differs"
+
+
+def _same_step(was: PlanComputed, now: PlanComputed) -> bool:
+    """Whether two plans begin alike: the first step, and where its find looks first."""
+
+    def first(plan: PlanComputed) -> tuple[object, ...]:
+        step = plan.steps[0] if plan.steps else None
+        look = plan.search_order[0].container if plan.search_order else None
+        return (step.action, step.target, step.items, look) if step else ()
+
+    return first(was) == first(now)
 
 
 def _same(a: object, b: object) -> bool:

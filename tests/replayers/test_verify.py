@@ -77,3 +77,26 @@ def test_of_a_log_that_is_cut_off_what_it_holds_is_compared(tmp_path: Path) -> N
 def test_the_oracle_needs_the_truth_to_be_verified(tmp_path: Path) -> None:
     with pytest.raises(Unsupported, match="no ground truth"):
         verify(read(simulated_log(tmp_path / "run.mcap", name="oracle", truth=False)))
+
+
+def test_another_reckoning_of_the_same_step_is_told_from_another_step(tmp_path: Path) -> None:
+    """Only the order of later looks differs, as after an improvement of the search: the robot does the same."""
+    run = read(simulated_log(tmp_path / "run.mcap", name="model-lios"))
+    first = run.plans[0]
+    assert len(first.search_order) > 2
+    turned = msgspec.structs.replace(first, search_order=(first.search_order[0], *first.search_order[:0:-1]))
+    divergence = verify(replace(run, plans=(turned, *run.plans[1:]))).divergence
+    assert divergence is not None
+    assert divergence.field == "search_order"
+    assert "the same next step by another reckoning" in divergence.why
+    elsewhere = msgspec.structs.replace(first, search_order=first.search_order[::-1])
+    divergence = verify(replace(run, plans=(elsewhere, *run.plans[1:]))).divergence
+    assert divergence is not None
+    assert "the strategy decides otherwise" in divergence.why
+    assert "recorded by" in divergence.why
+
+
+def test_words_for_people_are_not_compared(tmp_path: Path) -> None:
+    run = read(simulated_log(tmp_path / "run.mcap", name="model-lios"))
+    reworded = tuple(msgspec.structs.replace(plan, note="in other words") for plan in run.plans)
+    assert verify(replace(run, plans=reworded)).same
