@@ -28,7 +28,7 @@ from bosdyn.client.time_sync import TimeSyncError
 from recorders.spot.clock import SessionClock, Stepped, SyncedClock
 from recorders.spot.errors import BadLogin, NoTimeSync, RobotUnreachable
 from recorders.spot.simulated.clock import SteppedClock
-from workbench.errors import BadValue, FileMissing
+from workbench.errors import BadValue, FileMissing, MalformedFile
 
 ROBOT_ERRORS = (BosdynError, LeaseClientError)
 """What bosdyn-client raises: its errors have two roots."""
@@ -117,8 +117,8 @@ class Connection:
         timeout_s: float = RPC_TIMEOUT_S,
     ) -> None:
         certificate = certificate or (Path(os.environ[CERTIFICATE]) if os.environ.get(CERTIFICATE) else None)
-        if certificate is not None and not certificate.is_file():
-            raise FileMissing(certificate)
+        if certificate is not None:
+            _check_certificate(certificate)
         self.address = address
         self.timeout_s = timeout_s
         self._credentials = credentials
@@ -179,6 +179,14 @@ class Connection:
             raise NoTimeSync(str(self.address)) from error
         endpoint = self.robot.time_sync.endpoint
         return SyncedClock(endpoint) if stepped is None else Stepped(stepped, endpoint)
+
+
+def _check_certificate(path: Path) -> None:
+    if not path.is_file():
+        raise FileMissing(path)
+    with path.open("rb") as stream:
+        if b"-----BEGIN CERTIFICATE-----" not in stream.read(65536):
+            raise MalformedFile(path, "no certificate (PEM)", "Give the file that lios spot simulate writes")
 
 
 def _shipped_root() -> Path:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 from workbench.errors import Failed, InputError, MissingExtra, Unsupported
 
 
@@ -10,7 +12,8 @@ class RobotUnreachable(Failed):
 
     def __init__(self, host: str, reason: str) -> None:
         super().__init__(
-            f"{host}: the robot does not answer ({reason}). Check the address, the network and the port."
+            f"{host}: the robot does not answer ({reason}). "
+            "Check the address, the network, the port, and for a simulated robot --certificate."
         )
 
 
@@ -106,7 +109,8 @@ class RunStopped(Failed):
 
 
 def require_bosdyn() -> None:
-    """Raises MissingExtra when the Spot SDK is not installed."""
+    """Raises MissingExtra when the Spot SDK is not installed; keeps gRPC's own lines from standard error."""
+    os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     try:
         import bosdyn.client  # noqa: F401
     except ImportError as error:

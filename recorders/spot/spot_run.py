@@ -104,6 +104,8 @@ def run_and_record(
         world = _world(connection, control, run, operator=operator, stop=stop)
         _find_itself(world, run, held)
         run = replace(run, site=world.site)
+        if not control.held:
+            held.enter_context(control)
         with RunRecorder(
             output,
             info=_info(connection, run, strategy, estimator),
@@ -119,8 +121,6 @@ def run_and_record(
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             if isinstance(operator, KeyBoard):
                 operator.on_key = lambda key: session.note("mark") if key in "mMnN" else None
-            if not control.held:
-                held.enter_context(control)
             try:
                 start_ns = world.now_ns()
                 events = guarded(

@@ -58,6 +58,17 @@ def test_reads_as_a_whole_run(name: str) -> None:
     assert run.outcome.status == "done"
 
 
+def test_configuration_a_holds_what_the_robot_said_and_the_others_are_small() -> None:
+    for name in NAMES:
+        if name.startswith("spot-home"):
+            with (LOGS / f"{name}.mcap").open("rb") as stream:
+                summary = make_reader(stream).get_summary()
+            assert summary is not None
+            topics = {channel.topic for channel in summary.channels.values()}
+            assert {"/camera/frontleft_fisheye", "/robot/pose", "/tf", "/map", "/search/plan"} <= topics
+            assert ("/spot/robot_state" in topics) == ("/spot/image/frontleft_depth" in topics) == ("-A" in name)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("spot-home")])
 def test_a_robots_log_replays_to_the_same_decisions(name: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -65,6 +65,23 @@ def test_motors_that_do_not_come_on_are_told_in_words(refusal: int, said: str, t
         assert spot.state.leases.owner is None
 
 
+def test_a_run_that_does_not_begin_leaves_no_log(tmp_path: Path) -> None:
+    from recorders.spot.errors import LeaseTaken
+
+    with robot() as (spot, connection):
+        spot.inject(FaultKind.LOST_LEASE)
+        with pytest.raises(LeaseTaken, match="--take-lease"):
+            run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+    assert not list(tmp_path.glob("*.mcap")), "the next attempt needs no --force"
+
+
+def test_a_certificate_that_is_none_is_said(tmp_path: Path) -> None:
+    (tmp_path / "x.pem").write_text("nothing of the kind")
+    login = Credentials(username="user", password="simulated")
+    with pytest.raises(MalformedFile, match="no certificate"):
+        Connection(RobotAddress(host="127.0.0.1", port=9), login, certificate=tmp_path / "x.pem")
+
+
 def test_a_behaviour_fault_is_named(tmp_path: Path) -> None:
     with robot() as (spot, connection):
         spot.state.behaviour_fault = True

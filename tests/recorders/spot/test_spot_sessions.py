@@ -44,7 +44,8 @@ def test_every_answer_is_in_the_log(tmp_path: Path) -> None:
     count: dict[str, int] = {}
     for topic, *_ in messages(tmp_path / "s.mcap"):
         count[topic] = count.get(topic, 0) + 1
-    assert count["/spot/robot_state"] == count["/tf"] == count["/robot/odometry"] == report.taken["state"]
+    assert count["/spot/robot_state"] == count["/robot/odometry"] == report.taken["state"]
+    assert count["/tf"] == report.taken["state"] + 2 * report.taken["images"], "and where each of two cameras sat"
     assert count["/camera/frontleft_fisheye"] == count["/spot/image/frontleft_fisheye"] == report.taken["images"]
     assert count["/spot/localization"] == count["/robot/pose"] == report.taken["localization"]
     assert count["/spot/world_objects"] == report.taken["fiducials"]
