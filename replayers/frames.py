@@ -119,8 +119,9 @@ class Tables:
         for source in self.sources:
             try:
                 part = BUILDERS[name](source)
-            except LiosError as error:
-                problem = Problem(source.log, str(error))
+            except (LiosError, OverflowError, pa.ArrowInvalid) as error:
+                reason = str(error) if isinstance(error, LiosError) else f"{source.log}: a number beyond 64 bits"
+                problem = Problem(source.log, reason)
                 if problem not in self.problems:
                     self.problems.append(problem)
             else:

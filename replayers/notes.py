@@ -12,6 +12,7 @@ from pathlib import Path
 
 from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.KeyValuePair_pb2 import KeyValuePair
+from google.protobuf.message import DecodeError
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.channel_spec import protobuf_channel
@@ -22,6 +23,7 @@ from replayers.scanning import open_log
 from replayers.summary import read_index
 from replayers.times import moment
 from workbench.errors import BadValue, Malformed
+from workbench.runs.codec import UndecodableMessage
 from workbench.runs.vocabulary import NANO
 
 NOTE_TOPIC = "/notes"
@@ -104,10 +106,17 @@ def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: i
 
 
 def notes_of(path: Path | str) -> list[Note]:
-    """All notes of a log, by the time that they are about."""
+    """All notes of a log, by the time that they are about.
+
+    Raises:
+        UndecodableMessage: a message on their topic that is none.
+    """
     found: list[Note] = []
     for message in messages(path, topics=NOTE_TOPIC.__eq__):
-        event = Event.FromString(message.data)
+        try:
+            event = Event.FromString(message.data)
+        except DecodeError as error:
+            raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
         pairs = {pair.key: pair.value for pair in event.metadata}
         found.append(
             Note(

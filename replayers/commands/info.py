@@ -81,7 +81,7 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         ]
         end = "none recorded"
         if outcome:
-            end = f"{outcome.get('status')}, cost {float(outcome.get('cost', 0)):.1f}, {outcome.get('reason')}"
+            end = f"{outcome.get('status')}, cost {_rounded(outcome.get('cost', ''))}, {outcome.get('reason')}"
         lines.append(("outcome", end))
     state = "closed" if found.indexed else "not closed; lios recover makes its index anew"
     if found.loss.count and found.indexed:
@@ -97,6 +97,13 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         ("metadata", ", ".join(sorted(found.metadata)) or "none"),
     ]
     return lines
+
+
+def _rounded(number: str) -> str:
+    try:
+        return f"{float(number):.1f}"
+    except ValueError:
+        return number or "unknown"
 
 
 def _when(stamp_ns: int) -> str:

@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from sample_logs import T0, killed_toy_log, toy_info, write_toy_log
 
-from recorders.writer import DiskFull
+from recorders.writer import DiskFull, McapWriter
 from replayers.doctor import examine
 from replayers.findings import Verdict
 from replayers.frames import read_many
@@ -24,6 +24,7 @@ from replayers.run import read
 from replayers.times import moment
 from workbench import cli
 from workbench.errors import BadValue
+from workbench.runs.run_info import info_to_metadata
 from workbench.runs.vocabulary import NANO
 
 Facts = tuple[str, int, int, int, bytes]
@@ -376,3 +377,44 @@ def test_moments():
     for text in ("nan", "inf", "soon", "", "1e99"):
         with pytest.raises(BadValue):
             moment(text, start_ns=0, option="-S")
+
+
+LIES: dict[str, tuple[dict[str, str], dict[str, str], list[tuple[str, str, bytes, int]]]] = {
+    "numbers that are none": ({}, {"cost": "a lot", "searches": "1e5", "status": "[red]"}, []),
+    "numbers beyond 64 bits": ({"started": "9" * 40, "seed": "9" * 40}, {"cost": "1e400"}, []),
+    "messages that are none": (
+        {},
+        {},
+        [
+            ("/search/plan", "json", b'{"x":1}', 2**64 - 1),
+            ("/robot/pose", "protobuf", b"\xff\xff", 0),
+            ("/notes", "protobuf", b"\xff\xff", 1),
+            ("/search/plan", "protobuf", b"\x00", 5),
+            ("a\x1b[31m\ntopic", "cdr", b"\x00", 7),
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_logs_that_lie_are_answered_in_one_line(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    info, outcome, told = LIES[name]
+    log = tmp_path / "lie.mcap"
+    with McapWriter(log) as writer:
+        writer.add_metadata(
+            "lios.run", {k: v for k, v in (info_to_metadata(toy_info()) | info).items() if k != "crc32"}
+        )
+        writer.add_metadata("lios.outcome", outcome)
+        for attachment in ("place.json", "task.json", "settings.json"):
+            writer.add_attachment(attachment, "application/json", b"\xff[", log_time=0)
+        for topic, encoding, data, stamp in told:
+            writer.add_message(writer.add_channel(topic, encoding, 0), data, log_time=stamp)
+    out = tmp_path / "out"
+    for words in (
+        ["info", log], ["info", log, "--json"], ["doctor", log], ["recover", log, "-o", out / "r.mcap"],
+        ["log", "cat", log], ["log", "note", log], ["log", "convert", log, "-o", out / "c.jsonl"],
+        ["log", "split", log, "-o", out / "s.mcap", "--every", "1"], ["log", "merge", log, "-o", out / "m.mcap"],
+        ["list", log, "--json"], ["list", log], ["export", log, "-o", out / "t"],
+    ):  # fmt: skip
+        _lios(*words)
+        assert "should not happen" not in capsys.readouterr().err, words
