@@ -12,24 +12,19 @@ from __future__ import annotations
 
 import errno
 import os
-import stat
 import zlib
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import BinaryIO, Self, final
+from typing import Self, final
 
 from mcap.records import Attachment, AttachmentIndex, Channel, DataEnd, Header, Metadata, MetadataIndex, Schema
 
 from recorders.chunk import Chunk, Compression
+from recorders.log_file import create, reopen
 from recorders.log_index import MAGIC, LogIndex, record_bytes
 from workbench import __version__
-from workbench.errors import Failed, FileMissing, InputError, OutputExists
-
-try:
-    import fcntl
-except ImportError:  # not on Windows
-    fcntl = None
+from workbench.errors import Failed
 
 LIBRARY = f"lios-workbench/{__version__} mcap-python/{version('mcap')}"
 CHUNK_BYTES = 1 << 20
@@ -50,21 +45,6 @@ class AlreadyClosed(Failed):
 
     def __init__(self, path: Path | str) -> None:
         super().__init__(f"{path}: this log is closed. Open another one to record more.")
-
-
-class CannotCreate(Failed):
-    """A file cannot be made there."""
-
-    def __init__(self, path: Path | str, reason: str) -> None:
-        self.reason = reason
-        super().__init__(f"{path}: cannot be written ({reason}). Choose another -o/--output.")
-
-
-class BeingWritten(InputError):
-    """Another process writes this file."""
-
-    def __init__(self, path: Path | str) -> None:
-        super().__init__(f"{path}: another process is writing it. Stop that one, or give another -o/--output.")
 
 
 @final
@@ -97,7 +77,7 @@ class McapWriter:
         keep_free_bytes: int = KEEP_FREE_BYTES,
     ) -> None:
         self.path = Path(path)
-        self._file = _create(self.path, force=force)
+        self._file = create(self.path, force=force)
         self._chunk_bytes = chunk_bytes
         self._compression: Compression = compression
         self._keep_free_bytes = keep_free_bytes
@@ -127,16 +107,7 @@ class McapWriter:
         """
         writer = object.__new__(cls)
         writer.path = Path(path)
-        try:
-            writer._file = open(path, "r+b", buffering=0)  # noqa: SIM115
-        except FileNotFoundError:
-            raise FileMissing(path) from None
-        except OSError as error:
-            raise CannotCreate(path, error.strerror or str(error)) from error
-        _reserve(writer._file, writer.path)
-        if size is not None and os.fstat(writer._file.fileno()).st_size != size:
-            writer._file.close()
-            raise BeingWritten(path)
+        writer._file = reopen(writer.path, size=size)
         writer._file.seek(index.data_end)
         writer._old_end = (index.data_end, writer._file.read())
         writer._file.seek(index.data_end)
@@ -340,37 +311,3 @@ class McapWriter:
             pass  # a device cannot be cut; its end tells that the record is not whole
         finally:
             self._file.close()
-
-
-def _create(path: Path, *, force: bool) -> BinaryIO:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (0 if force else os.O_EXCL), 0o666)
-        stream = open(descriptor, "r+b", buffering=0)  # noqa: SIM115
-    except FileExistsError:
-        if path.exists() and path.is_file():
-            raise OutputExists(path) from None
-        raise CannotCreate(path, "a part of its path is a file") from None
-    except OSError as error:
-        raise CannotCreate(path, error.strerror or str(error)) from error
-    _reserve(stream, path)
-    if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-        stream.truncate(0)  # only now: what another process is writing stays as it is
-    return stream
-
-
-def _reserve(stream: BinaryIO, path: Path) -> None:
-    """Keeps other writers away until this one closes the file or ends, where the system and the disk can.
-
-    Raises:
-        BeingWritten: another one was first.
-    """
-    if fcntl is None:
-        return
-    try:
-        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        stream.close()
-        raise BeingWritten(path) from None
-    except OSError:
-        pass  # a network disk without locks

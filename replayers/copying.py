@@ -12,7 +12,8 @@ from typing import Self, final
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.chunk import Compression
-from recorders.writer import CHUNK_BYTES, LIBRARY, CannotCreate, DiskFull, McapWriter
+from recorders.log_file import CannotCreate
+from recorders.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
 from replayers.content import Content, Message
 from replayers.mcap_records import Record
 from replayers.scanning import Damage, open_log, scan

@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
-from recorders.writer import CannotCreate
+from recorders.log_file import CannotCreate
 from replayers.arrow import BUILDERS
 from replayers.columns import SCHEMAS
 from replayers.frames import LogSource, Problem, Tables

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from recorders.writer import CannotCreate
+from recorders.log_file import CannotCreate
 from replayers.copying import Loss, NoRoom
 from replayers.reader import messages
 from replayers.rewriting import Rewritten, Told, not_itself

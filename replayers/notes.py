@@ -16,8 +16,9 @@ from google.protobuf.message import DecodeError
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.channel_spec import protobuf_channel
+from recorders.log_file import BeingWritten
 from recorders.log_index import LogIndex
-from recorders.writer import BeingWritten, McapWriter
+from recorders.writer import McapWriter
 from replayers.reader import messages
 from replayers.scanning import open_log
 from replayers.summary import read_index

@@ -15,7 +15,8 @@ from mcap.reader import make_reader
 from mcap.records import DataEnd
 from mcap.stream_reader import StreamReader
 
-from recorders.writer import LIBRARY, AlreadyClosed, CannotCreate, DiskFull, McapWriter
+from recorders.log_file import CannotCreate
+from recorders.writer import LIBRARY, AlreadyClosed, DiskFull, McapWriter
 from replayers.reader import messages
 from replayers.scanning import open_log
 from replayers.summary import read_index

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from recorders.writer import BeingWritten, McapWriter
+from recorders.log_file import BeingWritten
+from recorders.writer import McapWriter
 
 fcntl = pytest.importorskip("fcntl")
 

@@ -1,0 +1,95 @@
+"""Who may write a log's file? One process at a time, and nothing that exists unless it was told to."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from workbench.errors import Failed, FileMissing, InputError, OutputExists
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None
+
+
+class CannotCreate(Failed):
+    """A file cannot be made there."""
+
+    def __init__(self, path: Path | str, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"{path}: cannot be written ({reason}). Choose another -o/--output.")
+
+
+class BeingWritten(InputError):
+    """Another process writes this file."""
+
+    def __init__(self, path: Path | str) -> None:
+        super().__init__(f"{path}: another process is writing it. Stop that one, or give another -o/--output.")
+
+
+def create(path: Path, *, force: bool) -> BinaryIO:
+    """A new file, or with force an empty one instead of what was there.
+
+    Raises:
+        OutputExists: it exists, and force is not set.
+        CannotCreate: no permission, or a part of its path is a file.
+        BeingWritten: by another process.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | (0 if force else os.O_EXCL), 0o666)
+        stream = open(descriptor, "r+b", buffering=0)  # noqa: SIM115
+    except FileExistsError:
+        if path.exists() and path.is_file():
+            raise OutputExists(path) from None
+        raise CannotCreate(path, "a part of its path is a file") from None
+    except OSError as error:
+        raise CannotCreate(path, error.strerror or str(error)) from error
+    reserve(stream, path)
+    if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.truncate(0)  # only now: what another process is writing stays as it is
+    return stream
+
+
+def reopen(path: Path, *, size: int | None) -> BinaryIO:
+    """A log's file, to be gone on with.
+
+    Args:
+        size: in bytes, when it was read; None is any.
+
+    Raises:
+        FileMissing: there is none.
+        CannotCreate: it may not be written to.
+        BeingWritten: by somebody else, now or since it was read.
+    """
+    try:
+        stream = open(path, "r+b", buffering=0)  # noqa: SIM115
+    except FileNotFoundError:
+        raise FileMissing(path) from None
+    except OSError as error:
+        raise CannotCreate(path, error.strerror or str(error)) from error
+    reserve(stream, path)
+    if size is not None and os.fstat(stream.fileno()).st_size != size:
+        stream.close()
+        raise BeingWritten(path)
+    return stream
+
+
+def reserve(stream: BinaryIO, path: Path) -> None:
+    """Keeps other writers away until this one closes the file or ends, where the system and the disk can.
+
+    Raises:
+        BeingWritten: another one was first.
+    """
+    if fcntl is None:
+        return
+    try:
+        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        stream.close()
+        raise BeingWritten(path) from None
+    except OSError:
+        pass  # a network disk without locks
