@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
 from replayers.bounds import NEAR, Bounds, bounds_of
+from replayers.briefly import briefly
 from replayers.estimates import Estimate, costs_in, estimate_of
 from replayers.ground import Ground, Settings, ground_of
 from replayers.leaning import reads_beliefs
@@ -26,8 +27,6 @@ from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
-from workbench.planning.composed import Composed
-from workbench.planning.solver import BuiltIn
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.worlds.house import ContainerId, Item
@@ -136,7 +135,7 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), settings.assumptions)
     tree = Unfolding(
         evidence,
-        _without_words(planner),
+        briefly(planner),
         ground.estimator,
         relevance,
         seed=evidence.info.seed,
@@ -268,10 +267,3 @@ def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
     if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
         return ()
     return (f"{tree.strategy.name} is not deterministic: asked again it decided otherwise; its bounds do not hold",)
-
-
-def _without_words(planner: Strategy) -> Strategy:
-    """The same strategy without the ways not taken, which thousands of branches need not explain."""
-    if isinstance(planner, Composed) and isinstance(planner.solver, BuiltIn):
-        return replace(planner, solver=replace(planner.solver, explain=False))
-    return planner

@@ -218,7 +218,7 @@ def _difference(
         ignore = ignored if isinstance(was, ActionFinished | Outcome) else NOT_COMPARED
         if name not in ignore and not _same(before[name], after[name]):
             return Divergence(
-                decision=was.decision,
+                decision=int(getattr(was, "decision", 0)),
                 topic=type(was).__name__,
                 index=index,
                 field=name,

@@ -12,6 +12,7 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings, task_of, toy_evidence
 
 from replayers.bounds import Bounds, Budget, Proof, bounds_of
+from replayers.briefly import briefly
 from replayers.evidence import Evidence
 from replayers.leaning import reads_beliefs
 from replayers.logged_world import LoggedWorld
@@ -247,6 +248,14 @@ def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: st
             events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=no_time)
             costs.add(outcome_of(list(events)).cost)
         assert len(costs) == 1
+
+
+@pytest.mark.parametrize("title", TASKS)
+@pytest.mark.parametrize("name", strategy_names(with_truth=False))
+def test_a_strategy_without_words_does_the_same(tmp_path: Path, name: str, title: str) -> None:
+    evidence = toy_evidence(tmp_path, TASKS[title])
+    told = [bounded(evidence, planner).told for planner in (strategy(name), briefly(strategy(name)))]
+    assert told[0] == told[1]
 
 
 def test_strategies_that_read_beliefs_are_not_said_to_ignore_them() -> None:
