@@ -204,6 +204,7 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
 
 
 def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *, several: bool) -> None:
+    from replayers.logged_belief import LEARNS
     from workbench.terminal import emit_table, emit_text, say
 
     shown = []
@@ -229,8 +230,10 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
         if all(line[column] is None for line in shown):
             shown = [{k: v for k, v in line.items() if k != column} for line in shown]
     emit_table(shown)
+    conditional = any(row.get("if_beliefs_stand") for row in rows)
     for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
-        say(f"note: {note}")
+        if conditional or not note.endswith(LEARNS):
+            say(f"note: {note}")
     if next_look is not None:
         for look in next_look[:3]:
             emit_text(f"{Path(look['log']).name}: look into {look['container']}: {look['words']}")

@@ -15,6 +15,8 @@ from sample_logs import T0, killed_toy_log, toy_info, toy_place
 from toy import DESK, FRIDGE, TABLE, item
 from toy_logs import MUG, simulated_log
 
+from dashboards.scene import scene_at
+from dashboards.timeline import timeline_of
 from recorders.recorder import record_run
 from replayers.batch import log_path
 from replayers.run import read
@@ -233,6 +235,9 @@ def test_the_worlds_at_the_ends_of_the_bounds_are_written_and_read_as_runs(
     assert all(r.info.origin_sha256 == run.sha256 and r.info.source == "replay" for r in (best, worst, drawn))
     assert "imputed" in {a.support for a in worst.actions}
     assert "dearest world" in worst.info.title
+    for told in (best, worst, drawn):
+        timeline = timeline_of(told)
+        assert scene_at(timeline, timeline.end_ns) is not None
     again = rows(capsys, str(cut), "-s", "greedy", "-o", str(kept), "--write", "worst")
     assert again == [row]
     assert "--write" in refused(capsys, "replay", str(log), "--write", "best")

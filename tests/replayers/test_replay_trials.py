@@ -1,0 +1,74 @@
+"""What `lios evaluate replay` counts, by hand; and which tasks it sets."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from replayers.durations import Durations
+from replayers.replay_trials import Counterfactual, places_for, summary
+from workbench.cli import run as lios
+from workbench.errors import BadValue
+from workbench.execution.events import Acted
+from workbench.planning.plans import PlanStep
+from workbench.worlds.house import START
+
+
+def counted(lower: float, upper: float, true: float, *, within: float | None, mass: float | None) -> Counterfactual:
+    return Counterfactual(
+        house="h", scenario="find", seed=0, recorded="a", strategy="b", true_cost=true, true_status="done",
+        status="undetermined", lower=lower, upper=upper, lower_proof="exact", upper_proof="exact", complete=True,
+        estimate=(lower + upper) / 2, interval=(lower, upper - 1), within=within, mass=mass,
+        lower_if_beliefs_stand=lower, upper_if_beliefs_stand=upper, open=3, stretches=5,
+    )  # fmt: skip
+
+
+def test_by_hand_coverage_is_over_what_is_not_exact() -> None:
+    """Two of three are not exact: one truth in the closed interval, one beyond its end but within the bounds."""
+    found = [
+        counted(10, 10, 10, within=0.9, mass=1.0),
+        counted(10, 20, 12, within=0.8, mass=0.96),
+        counted(10, 20, 20, within=0.0, mass=0.92),
+    ]
+    answer = summary(found)
+    assert answer["inside_bounds"] == 1.0
+    assert answer["exact"] == pytest.approx(1 / 3)
+    assert answer["interval_coverage"] == pytest.approx(0.4)
+    assert answer["interval_coverage_closed"] == 0.5
+    assert answer["interval_mass"] == pytest.approx(0.94)
+    assert answer["not_exact"] == 2
+    outside = summary([*found, counted(10, 20, 21, within=0.0, mass=0.9)])
+    assert outside["inside_bounds"] == 0.75
+
+
+def test_houses_that_cannot_support_a_scenario_are_passed_over() -> None:
+    """Some of the shipped houses have no coffee machine, kettle or pot."""
+    places = places_for(None, "all", ("coffee",), count=12, per_place=2, seed=0)
+    assert len(places) == 6
+    assert {place.scenario for place in places} == {"coffee"}
+    with pytest.raises(BadValue, match="scenarios"):
+        places_for(None, "all", (), count=12, per_place=2, seed=0)
+
+
+@pytest.mark.slow
+def test_the_command_measures_cooking(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--scenarios", "breakfast", "-n", "2", "-s", "opt-greedy,model-lios", "--budget", "20"]
+    assert lios(["evaluate", "replay", *arguments, "--worlds", "20", "--json", "-o", str(tmp_path / "c.csv")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["counterfactuals"] == 2
+    assert answer["inside_bounds"] == 1.0
+    assert "lower_if_beliefs_stand" in (tmp_path / "c.csv").read_text()
+
+
+def test_by_hand_the_spread_of_a_predicted_duration() -> None:
+    """Two moves that err by 3 s and a look that errs by 4 s, each on its own: the root of 9 + 9 + 16."""
+    durations = Durations(residual_s=(("move", 3.0), ("look", 4.0), ("manipulation", 0.0)))
+    acts = [acted(action) for action in ("move", "move", "search", "pick")]
+    assert durations.spread_s(acts) == pytest.approx(34**0.5)
+
+
+def acted(action: str) -> Acted:
+    step = PlanStep(action=action, origin=START, target=START)
+    return Acted(stamp_ns=1, decision=1, index=1, start_ns=0, step=step, cost=0.0, success=True)
