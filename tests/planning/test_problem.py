@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from problems import COSTS, deliver_goal, grid_place, random_problem
 from toy import BED, COUNTER, DESK, item, toy_plan, toy_travel
@@ -24,6 +25,7 @@ from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.search.costs import SIMULATION
 from workbench.worlds.house import START, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.travel import TravelCosts
 
 MUG, EGG = ItemType("Mug"), ItemType("Egg")
 
@@ -121,6 +123,19 @@ def test_missing_types_are_those_too_few_are_known_of() -> None:
     assert missing_types(Delivered(item_type=MUG, at=START), knowledge, ()) == ()
     assert missing_types(Delivered(item_type=EGG, at=START), knowledge, (MUG,)) == ()
     assert missing_types(Delivered(item_type=MUG, at=START), knowledge, (), find_known=True) == (MUG,)
+
+
+def test_what_is_known_out_of_reach_is_still_missing() -> None:
+    """The only mug that is known stands on a counter that nobody can get to: another is searched for."""
+    all_places = toy_travel()
+    keep = [i for i, place in enumerate(all_places.locations) if place != COUNTER]
+    travel = TravelCosts(
+        locations=tuple(all_places.locations[i] for i in keep),
+        metres=all_places.metres[np.ix_(keep, keep)],
+        unreachable=(COUNTER,),
+    )
+    knowledge = knowledge_at_start(toy_plan(), travel, {COUNTER: (item("Mug|1"),)})
+    assert missing_types(Delivered(item_type=MUG, at=START), knowledge, ()) == (MUG,)
 
 
 def test_a_thing_is_staged_on_the_way_when_that_pays() -> None:

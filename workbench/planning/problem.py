@@ -199,8 +199,9 @@ def missing_types(
 
 
 def _known(knowledge: Knowledge, item_type: ItemType) -> int:
+    """How many instances are known that the robot has or can get to."""
     held = knowledge.holding is not None and knowledge.holding.type == item_type
-    return len(knowledge.where(item_type)) + held
+    return sum(knowledge.travel.reaches(location) for location, _ in knowledge.where(item_type)) + held
 
 
 def locations_that_matter(
