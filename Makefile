@@ -10,7 +10,7 @@ WORKERS ?= 2
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) --editable .
+	$(PIP) --editable '.[train,spot,bags,render]'
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed

@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from replayers.batch import Outcome
 
-HOUSE, ITEM = 11, "bowl"
+HOUSE, ITEM = 9, "mug"
 """Which shipped house, and what is sought there."""
 
 
@@ -26,7 +26,7 @@ def demo(
 ) -> None:
     """Record a search, replay every strategy over it, compare, and open the dashboard.
 
-    The robot looks for a bowl in a house that ships with the project. What an earlier demo left in the folder is
+    The robot looks for a mug in a house that ships with the project. What an earlier demo left in the folder is
     replaced.
 
     Examples:
