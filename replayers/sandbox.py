@@ -13,13 +13,14 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from types import MappingProxyType
 from typing import Any, Self, final
 
-from workbench.errors import UnknownName
+from workbench.errors import BadValue, UnknownName
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.strategies import ENTRY_POINTS, canonical_name, strategy_names
 from workbench.planning.strategy import Decision, Strategy, View
@@ -67,6 +68,19 @@ def is_foreign(name: str) -> bool:
     if ":" in name or any(entry.name == name for entry in entry_points(group=ENTRY_POINTS)):
         return True
     raise UnknownName("strategy", name, strategy_names(with_truth=True))
+
+
+def require_planner(name: str) -> None:
+    """Refuses a name under which no planner can be: unknown, or of a module that is not there. Runs none of its code.
+
+    Raises:
+        UnknownName: neither a built-in nor an installed one.
+        BadValue: "module:Class" of a module that is neither in this folder nor installed.
+    """
+    if is_foreign(name) and ":" in name:
+        top = name.partition(":")[0].partition(".")[0]
+        if PathFinder.find_spec(top, [os.getcwd(), *sys.path]) is None:
+            raise BadValue("strategy", name, f"of a module that can be imported: there is no {top} here or installed")
 
 
 @final

@@ -221,7 +221,7 @@ def run(
     from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
     from recorders.spot.session import Rates
     from recorders.spot.site_tasks import delivery_of, site_task
-    from recorders.spot.spot_run import RobotRun, first_decision, run_and_record
+    from recorders.spot.spot_run import RobotRun, first_decision, run_and_record, who_decides
     from recorders.spot.telling import in_words
     from recorders.spot.world import RunSettings
     from workbench.errors import BadValue, OutputExists
@@ -248,6 +248,7 @@ def run(
         own_estop=own_estop,
         map_folder=map_folder,
     )
+    who_decides(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
             planned = first_decision(connection, wanted)

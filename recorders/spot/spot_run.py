@@ -94,7 +94,7 @@ def run_and_record(
     Raises:
         what Connection and Control raise before the run; a run that began ends with a status.
     """
-    strategy, estimator = strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
+    strategy, estimator = who_decides(run)
     stepped = isinstance(connection.clock, Stepped)
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
@@ -153,7 +153,7 @@ def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
-    strategy, estimator = strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
+    strategy, estimator = who_decides(run)
     for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
         if isinstance(event, Planned):
             return event
@@ -222,6 +222,15 @@ def _follow(
         with session:
             take()
     return seen
+
+
+def who_decides(run: RobotRun) -> tuple[Strategy, Estimator]:
+    """The strategy and the estimator of a run, by their names; needs no robot.
+
+    Raises:
+        UnknownName: no such strategy or estimator.
+    """
+    return strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
 
 
 def _house(run: RobotRun) -> House | None:

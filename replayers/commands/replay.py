@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from replayers.batch import LogFailed
     from replayers.stored_replays import StoredReplay
 
+TOLD_BY_THE_TABLE = {"done", "undetermined", "not-replayed"}
+"""Statuses whose reason is a column, or is said with the log; any other is said below the table."""
+
 
 def replay(
     logs: Annotated[list[Path], typer.Argument(help="Logs, or folders of logs.")],
@@ -81,13 +84,13 @@ def replay(
     from replayers.bounds import Budget
     from replayers.ground import Settings
     from replayers.relevance import Assumptions
-    from replayers.sandbox import is_foreign
+    from replayers.sandbox import require_planner
     from workbench.terminal import emit_json, progress, say
 
     files = logs_among(logs)
     names = strategies_named(strategies, with_truth=with_truth)
     for name in names:
-        is_foreign(name)
+        require_planner(name)
     settings = Settings(
         estimator=estimator,
         worlds=worlds,
@@ -234,6 +237,9 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
         if conditional or not note.endswith(LEARNS):
             say(f"note: {note}")
+    stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in TOLD_BY_THE_TABLE)
+    for words in dict.fromkeys(stopped):
+        say(words)
     if next_look is not None:
         for look in next_look[:3]:
             emit_text(f"{Path(look['log']).name}: look into {look['container']}: {look['words']}")

@@ -215,3 +215,19 @@ def test_an_output_that_exists_is_kept_unless_forced(lios: Run, tmp_path: Path) 
     assert "--force" in err
     assert lios("record", "--find", "mug", "-o", log, "--force")[0] == 0
     assert read(log).complete
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("hold: Mug, to: start", "hold: Bowl, to: start"), ("hold: Mug, to: start", "hold: Mug, to: Fridge")],
+    ids=["two things in one hand", "one thing in two places"],
+)
+def test_goals_that_contradict_each_other_end_with_a_proof(
+    first: str, second: str, lios: Run, tmp_path: Path
+) -> None:
+    task, log = tmp_path / "task.yaml", tmp_path / "run.mcap"
+    task.write_text(f"name: both\ngoal:\n  all:\n    - {{{first}}}\n    - {{{second}}}\n", encoding="utf-8")
+    code, out, _ = lios("record", "--task", task, "--strategy", "lios", "-o", log, "--json")
+    assert code == 0
+    assert json.loads(out)["status"] == "no-plan"
+    assert lios("doctor", log)[0] == 0

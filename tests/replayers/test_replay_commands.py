@@ -255,3 +255,24 @@ def test_beliefs_that_follow_what_is_seen_give_bounds_that_hold_and_others_apart
     assert ours["lower"] <= ours["if_beliefs_stand"]["lower"] <= ours["if_beliefs_stand"]["upper"] <= ours["upper"]
     assert lios(["replay", str(cut), "-s", "lios", "--estimator", "best"]) == 0
     assert "if beliefs stand" in capsys.readouterr().out
+
+
+def test_a_planner_whose_module_is_not_there_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = simulated_log(tmp_path / "run.mcap")
+    assert "no_such_planner" in refused(capsys, "replay", str(log), "-s", "opt-greedy,no_such_planner:Mine")
+
+
+def test_why_a_planner_was_stopped_is_said_below_the_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = simulated_log(tmp_path / "run.mcap")
+    (tmp_path / "raising_planner.py").write_text(
+        'class Mine:\n    name = "mine"\n    def relevant_types(self, task): return ()\n'
+        '    def decide(self, view): raise RuntimeError("out of ideas")\n',
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(tmp_path)
+    assert lios(["replay", str(log), "-s", "raising_planner:Mine,opt-greedy", "--worlds", "20"]) == 0
+    said = capsys.readouterr()
+    assert "planner-failed" in said.out
+    assert "mine: it raised RuntimeError: out of ideas" in said.err

@@ -98,6 +98,7 @@ def test_bad_usage_is_said_in_one_line(capsys: pytest.CaptureFixture[str], tmp_p
         (["spot", "run", "--robot", "127.0.0.1:1:2:x", "--site", "paper_home"], "HOST or HOST:PORT"),
         (["spot", "run", "--robot", "127.0.0.1:9", "--site", "nowhere.yaml"], "no such file"),
         (["spot", "run", "--robot", "127.0.0.1:9", "--site", "paper_home", "--speed", "9"], "1.6 m/s"),
+        (["spot", "run", "--robot", "127.0.0.1:9", "--site", "paper_home", "--strategy", "nope"], "model-lios"),
         (["spot", "simulate", "--fault", "bored@3"], "lost-lease"),
         (["spot", "simulate", "--configuration", "Z"], "A, B, C, D"),
         (["spot", "simulate", "--speed-up", "0"], "--speed-up"),
