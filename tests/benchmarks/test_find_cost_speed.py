@@ -8,7 +8,6 @@ figures to reach are held only with LIOS_TIMINGS=1, on a machine that does nothi
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from branch_and_bound import table as branch_and_bound
+from timings import HOLD_FIGURES
 
 from workbench.beliefs.belief import Belief
 from workbench.search.corrected import corrected_find_costs
@@ -26,7 +26,6 @@ from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
 ITEMS, PLACES = 20, 40
-HOLD_FIGURES = os.environ.get("LIOS_TIMINGS") == "1"
 
 
 @dataclass(frozen=True)

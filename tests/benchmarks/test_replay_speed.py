@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from timings import HOLD_FIGURES
 
 from recorders.trial import Wish, record_trial, trial_for
 from replayers.batch import Wanted, replay_log, strategies_named
@@ -30,5 +31,5 @@ def test_every_strategy_over_one_deliver_3_log(tmp_path: Path, benchmark: Any) -
     made = benchmark.pedantic(all_of_them, rounds=3, iterations=1)
     assert len(made) >= 7
     assert all(isinstance(r, StoredReplay) for r in made)
-    if benchmark.stats is not None:  # None when benchmarks are switched off
-        assert benchmark.stats.stats.min < 30
+    if HOLD_FIGURES and benchmark.stats is not None:  # None when benchmarks are switched off
+        assert benchmark.stats.stats.min < 2
