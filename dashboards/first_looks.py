@@ -17,6 +17,7 @@ from workbench.errors import LiosError
 from workbench.search.find_costs import BeliefModel
 from workbench.search.orders import along
 from workbench.search.places import places
+from workbench.search.remaining import BELIEF_MODELS
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 
 if TYPE_CHECKING:
@@ -101,4 +102,4 @@ def _belief(update: BeliefUpdate, item: str) -> Belief:
 
 def _model(frame: DecisionFrame) -> BeliefModel:
     named = frame.find_costs.belief_model if frame.find_costs is not None else ""
-    return named if named in ("independent", "exists", "exclusive") else "independent"  # type: ignore[return-value]
+    return next((model for model in BELIEF_MODELS if model == named), "independent")

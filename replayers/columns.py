@@ -95,7 +95,7 @@ SCHEMAS: Mapping[str, pa.Schema] = MappingProxyType(
             ("target", WORD, "where it ends, item in hand"),
             ("cost", NUMBER, "expected, in metres and their equivalents"),
             ("kind", WORD, "optimistic, pessimistic or model"),
-            ("belief_model", WORD, "independent, exists or exclusive"),
+            ("belief_model", WORD, "independent, exists, exclusive or marginal"),
         ),
         "plans": _schema(
             _RUN,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import msgspec
 import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
@@ -26,6 +29,16 @@ def test_each_first_look_has_the_cost_of_its_whole_search() -> None:
     assert [look.container for look in looks] == [COUNTER, DESK]
     assert [look.cost for look in looks] == pytest.approx([8.84, 17.39])
     assert [look.chosen for look in looks] == [True, False]
+
+
+def test_first_looks_are_priced_under_the_belief_model_of_the_decision() -> None:
+    """Marginal, 0.3 and 0.1 become 0.75 and 0.25: counter first: 1 + 0.75 (5 + 2) + 0.25 (7 + 5 + 7) = 11."""
+    table = OURS.decisions[0].find_costs
+    assert table is not None
+    costs = msgspec.structs.replace(table, belief_model="marginal")
+    looks = first_looks(timeline_of(toy_run()), replace(OURS.decisions[1], find_costs=costs))
+    assert looks[0].container == COUNTER
+    assert looks[0].cost == pytest.approx(11.0)
 
 
 def test_a_decision_without_a_search_has_no_first_looks() -> None:
