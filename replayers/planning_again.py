@@ -90,7 +90,7 @@ def plan_again(
         at: seconds after the start; decision: by number; neither means the first.
         strategy: the run's own if not given.
         solver: the strategy's own if not given.
-        everywhere: over all reachable places.
+        everywhere: over all reachable places; so plans a strategy @everywhere in any case.
 
     Raises:
         BadValue: both a time and a decision.
@@ -105,6 +105,7 @@ def plan_again(
     base = _base(name, cooking=prepares(moment.view.task.goal))
     problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
     core = problem.locations
+    everywhere = everywhere or base.everywhere
     if everywhere:
         problem = problem_at(
             moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from problems import breakfast_goal, coffee_goal, random_problem
-from toy import BED, toy_plan, toy_travel
+from toy import BED, toy_house, toy_plan, toy_travel
 
+from replayers.run import read
+from workbench import cli
 from workbench.beliefs.belief import Belief
 from workbench.planning.built_in import solve
 from workbench.planning.plans import PlanStatus
@@ -70,7 +75,31 @@ def test_a_strategy_says_with_each_plan_what_is_proven() -> None:
         estimator="even",
     )
     view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=60.0)
-    plan = strategy("model-lios@everywhere").decide(view).plan
-    assert plan.optimal
-    assert plan.note == f"optimal over all {len(knowledge.travel.locations)} places"
+    for name in ("model-lios", "scout-lios", "full-lios", "oracle"):
+        plan = strategy(f"{name}@everywhere", house=toy_house()).decide(view).plan
+        assert plan.optimal
+        assert plan.note == f"optimal over all {len(knowledge.travel.locations)} places"
     assert strategy("lios@everywhere").name == "model-lios@everywhere"
+
+
+@pytest.mark.parametrize("name", ["model-lios", "scout-lios", "oracle"])
+def test_a_run_recorded_everywhere_says_what_is_proven(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Breakfast in a shipped house: every plan of the log has its proof, and `lios plan` makes it again."""
+    log = tmp_path / "run.mcap"
+    words = ["record", "--scenario", "breakfast", "--strategy", f"{name}@everywhere", "-o", str(log), "--json"]
+    assert cli.run(words) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["status"], answer["strategy"]) == ("done", f"{name}@everywhere")
+    run = read(log)
+    assert run.info.strategy == f"{name}@everywhere"
+    places = len(run.place.travel.locations)
+    proven = re.compile(rf"(optimal|at most \d+\.\d % above the best) over all {places} places")
+    assert run.plans
+    assert all(proven.match(plan.note) for plan in run.plans)
+    if name != "oracle":
+        assert cli.run(["plan", str(log), "--json"]) == 0
+        again = json.loads(capsys.readouterr().out)
+        assert (again["note"], again["places"]) == (run.plans[0].note, places)
+        assert again["cost"] == pytest.approx(run.plans[0].expected_cost, abs=1e-4)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import final
 
-from workbench.planning.composed import Composed, types_to_believe
+from workbench.planning.composed import EVERYWHERE_S, Composed, types_to_believe
 from workbench.planning.find_pricing import Truth
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
@@ -16,6 +16,7 @@ from workbench.planning.problem import locations_that_matter, problem_of
 from workbench.planning.solver import BuiltIn, Solver
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import Holding, Task, goal_locations
+from workbench.planning.widening import solve_widening
 from workbench.search.find_costs import SearchStop
 from workbench.search.oracle import oracle_policy
 from workbench.worlds.house import ContainerId, House, ItemId, ItemType, LocationId
@@ -25,11 +26,16 @@ from workbench.worlds.knowledge import Knowledge
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Oracle:
-    """Knows the house that it is given."""
+    """Knows the house that it is given.
+
+    Attributes:
+        everywhere: plans over all reachable places, as Composed does.
+    """
 
     house: House
     name: str = "oracle"
     solver: Solver = field(default_factory=BuiltIn)
+    everywhere: bool = False
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         return types_to_believe(task)
@@ -41,15 +47,14 @@ class Oracle:
         if isinstance(goal, Holding):
             return self._single_find(view)
         all_known = self._all_known(view.knowledge)
-        hubs = hubs_for(replace(view, knowledge=all_known))
-        problem = problem_of(
-            goal,
-            all_known,
-            view.costs,
-            locations=locations_that_matter(goal, all_known, hubs),
-            find_costs=None,
-        )
-        made = self.solver.solve(problem, budget_s=view.budget_s)
+        places = locations_that_matter(goal, all_known, hubs_for(replace(view, knowledge=all_known)))
+        problem = problem_of(goal, all_known, view.costs, locations=places, find_costs=None)
+        if self.everywhere:
+            all_places = locations_that_matter(goal, all_known, view.knowledge.travel.locations)
+            whole = replace(problem, locations=all_places)
+            made = solve_widening(whole, places, budget_s=min(view.budget_s, EVERYWHERE_S))
+        else:
+            made = self.solver.solve(problem, budget_s=view.budget_s)
         return _with_looks(made.plan, view)
 
     def _single_find(self, view: View) -> Decision:
@@ -98,7 +103,7 @@ def _looking_before(plan: Plan, k: int, view: View, *, holding: bool) -> Decisio
     if all(step.action == "move" for step in plan.steps[:k]):
         return Decision(plan=plan, look_on_the_way=(place,), search_order=(stop,))
     if holding:
-        note = "the steps after these begin with a look here"
+        note = "; ".join(filter(None, (plan.note, "the steps after these begin with a look here")))
         return Decision(plan=replace(plan, steps=plan.steps[:k], note=note))
     find = PlanStep(
         action="find",

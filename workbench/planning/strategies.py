@@ -12,7 +12,7 @@ from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from types import MappingProxyType
-from typing import cast
+from typing import TypeVar, cast
 
 from workbench.errors import BadValue, UnknownName, Unsupported
 from workbench.planning.composed import Composed
@@ -24,6 +24,8 @@ from workbench.search.policies import policy
 from workbench.worlds.house import House
 
 ENTRY_POINTS = "lios.strategies"
+
+Plans = TypeVar("Plans", Composed, Oracle)
 
 
 class OracleNeedsHouse(Unsupported):
@@ -126,17 +128,24 @@ def _with_solver(made: Strategy, solver_name: str) -> Strategy:
         UnknownName: no such solver.
         BadValue: a strategy that takes none.
     """
-    from workbench.planning.solvers import solver
-
     name = f"{made.name}@{solver_name}"
-    if solver_name == EVERYWHERE and isinstance(made, Composed):
-        return replace(made, name=name, everywhere=True)
-    if isinstance(made, Composed | Oracle):
-        return replace(made, name=name, solver=solver(solver_name))
+    if isinstance(made, Composed):
+        return replace(_planning(made, solver_name), name=name)
+    if isinstance(made, Oracle):
+        return replace(_planning(made, solver_name), name=name)
     if isinstance(made, Scout):
-        base, cooking = (replace(part, solver=solver(solver_name)) for part in (made.base, made.cooking))
+        base, cooking = (_planning(part, solver_name) for part in (made.base, made.cooking))
         return replace(made, name=name, base=base, cooking=cooking)
     raise BadValue("strategy with a solver", name, "a built-in strategy")
+
+
+def _planning(part: Plans, solver_name: str) -> Plans:
+    """The part that plans, with that solver or over all places."""
+    from workbench.planning.solvers import solver
+
+    if solver_name == EVERYWHERE:
+        return replace(part, everywhere=True)
+    return replace(part, solver=solver(solver_name))
 
 
 def canonical_name(name: str) -> str | None:
