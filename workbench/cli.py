@@ -89,9 +89,7 @@ class Commands(click.Group):
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
-            # Whoever read the output has seen enough (| head). What is still in the buffer must go somewhere, or the
-            # interpreter complains at its end.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            # Whoever read the output has seen enough (| head).
             raise click.exceptions.Exit(0) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -219,7 +217,20 @@ def main(argv: list[str] | None = None) -> None:
         for name in ("stdout", "stderr"):
             if getattr(sys, name) is None:  # closed by whoever started this
                 setattr(sys, name, stack.enter_context(open(os.devnull, "w", encoding="utf-8")))
-        sys.exit(run([a for a in args if a != "--debug"], debug="--debug" in args))
+        code = run([a for a in args if a != "--debug"], debug="--debug" in args)
+        sys.exit(_code_after_output(code))
+
+
+def _code_after_output(code: int) -> int:
+    """The exit code once all output is written; what nobody takes is dropped, or the interpreter complains of it."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if code == 0 and not isinstance(error, BrokenPipeError):
+            say(_os_error_line(error))
+            return 1
+    return code
 
 
 def run(args: list[str], *, debug: bool = False) -> int:
@@ -247,8 +258,7 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except OSError as error:
         if debug:
             raise
-        where = f"{error.filename}: " if error.filename else ""
-        say(f"lios: {where}{error.strerror or error}. Check the path, the rights and the space on the disk.")
+        say(_os_error_line(error))
         return 1
     except KeyboardInterrupt:
         say("Stopped.")
@@ -259,3 +269,8 @@ def run(args: list[str], *, debug: bool = False) -> int:
         say(f"lios: an error that should not happen: {type(error).__name__}: {error}. Run with --debug.")
         return 1
     return code if isinstance(code, int) else 0
+
+
+def _os_error_line(error: OSError) -> str:
+    where = f"{error.filename}: " if error.filename else ""
+    return f"lios: {where}{error.strerror or error}. Check the path, the rights and the space on the disk."

@@ -48,8 +48,10 @@ def test_no_standard_error() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_a_full_disk() -> None:
-    done = _bash("LIOS info LOG > /dev/full")
+@pytest.mark.parametrize("buffered", ["PYTHONUNBUFFERED=", "PYTHONUNBUFFERED=1"])
+@pytest.mark.parametrize("command", ["info LOG", "info LOG --json", "log cat LOG"])
+def test_a_full_disk(command: str, buffered: str) -> None:
+    done = _bash(f"{buffered} LIOS {command} > /dev/full")
     assert done.returncode == 1
     assert done.stderr.startswith("lios: No space left")
     assert len(done.stderr.splitlines()) == 1
