@@ -12,6 +12,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # Started in the background by a shell: what tests start and then interrupt would inherit deaf ears.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Set in many containers; with it, no test would see what a buffer keeps back.
+os.environ.pop("PYTHONUNBUFFERED", None)
+
 PROCTHOR = Path(os.environ.get("LIOS_PROCTHOR", Path(__file__).resolve().parents[2] / "shared" / "procthor"))
 
 
