@@ -16,6 +16,7 @@ from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Ob
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import why_illegal
 from workbench.planning.actions import facts_after, relevant_types
+from workbench.planning.added import with_added
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
@@ -129,7 +130,8 @@ class _Run:
     def _decide_and_act(self) -> Iterator[Event]:
         self.decision += 1
         began = self.stopwatch()
-        belief = self.estimator.believe(self.knowledge, self.strategy.relevant_types(self.task))
+        believed_types = self.strategy.relevant_types(self.task)
+        belief = with_added(self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan)
         believed = self.stopwatch()
         made = self.strategy.decide(
             View(

@@ -32,8 +32,8 @@ import yaml
 
 from workbench.errors import FileMissing, MalformedFile, UnknownName
 from workbench.planning.actions import EFFECTS, producers
-from workbench.planning.scenarios import SERVING_TYPES, ScenarioUnsupported, add_item
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, Task
+from workbench.planning.scenarios import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
+from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Holding, Task
 from workbench.worlds.house import START, House, ItemType, LocationId
 from workbench.worlds.names import can_carry, readable_name, type_named, vocabulary
 from workbench.worlds.travel import TravelCosts
@@ -79,10 +79,17 @@ class _Reader:
             budget_s=self.number("budget_s", 120.0),
             title=self.text(self.top["title"]) if "title" in self.top else self.name,
             available=tuple(held),
+            added=tuple(each for each in self.added() if was_added(self.house, each.item_type)),
         )
 
     def prepared(self) -> House:
         house = self.house
+        for each in self.added():
+            house = add_item(house, each.item_type, each.stands, scenario=self.name, rng=self.rng)
+        return house
+
+    def added(self) -> tuple[Added, ...]:
+        found: list[Added] = []
         for node in self.sequence(self.top["add"]) if "add" in self.top else []:
             entry = self.mapping(node, ("item", "in"))
             if set(entry) != {"item", "in"}:
@@ -90,9 +97,8 @@ class _Reader:
             item_type = self.item_type(entry["item"])
             listed = entry["in"]
             nodes = listed.value if isinstance(listed, yaml.SequenceNode) else [listed]
-            stands = tuple(self.container_type(n) for n in nodes)
-            house = add_item(house, item_type, stands, scenario=self.name, rng=self.rng)
-        return house
+            found.append(Added(item_type=item_type, stands=tuple(self.container_type(n) for n in nodes)))
+        return tuple(found)
 
     def goal(self, node: Any, depth: int) -> Goal:
         if depth > MOST_DEPTH:

@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.errors import BadValue, UnknownName, Unsupported
 from workbench.planning.actions import COFFEE_MAKERS, producers
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Task, find_task
+from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Task, find_task
 from workbench.worlds.house import START, ContainerId, House, Item, ItemId, ItemType, LocationId
 from workbench.worlds.names import can_carry, readable_name
 from workbench.worlds.travel import TravelCosts
@@ -49,6 +49,8 @@ TO_PEEL = tuple(ItemType(name) for name in ("Apple", "Potato", "Tomato"))
 GRINDS_STAND = ("DiningTable", "CounterTop", "ShelvingUnit")
 BOTTLE_STANDS = ("Fridge", "DiningTable")
 """Container types that receive what Coffee adds to a house (paper, Sec. V; DESIGN.md, Scenarios)."""
+
+COFFEE_ADDS = (Added(item_type=GRINDS, stands=GRINDS_STAND), Added(item_type=WATER_BOTTLE, stands=BOTTLE_STANDS))
 
 SERVING_TYPES = ("DiningTable", "CounterTop", "CoffeeTable", "SideTable", "Desk")
 """Where breakfast and coffee are served: the first of these types that the house has."""
@@ -101,7 +103,8 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
             budget_s=BUDGETS_S[family],
             title=title,
         )
-    return replace(task, available=choices.types)
+    added = COFFEE_ADDS if "coffee" in family else ()
+    return replace(task, available=choices.types, added=tuple(a for a in added if was_added(house, a.item_type)))
 
 
 def prepare_house(scenario: str, house: House, *, seed: int) -> House:
@@ -119,8 +122,9 @@ def prepare_house(scenario: str, house: House, *, seed: int) -> House:
     if "coffee" not in scenario.lower():
         return house
     rng = np.random.default_rng((seed, 1))
-    house = add_item(house, GRINDS, GRINDS_STAND, scenario=scenario, rng=rng)
-    return add_item(house, WATER_BOTTLE, BOTTLE_STANDS, scenario=scenario, rng=rng)
+    for added in COFFEE_ADDS:
+        house = add_item(house, added.item_type, added.stands, scenario=scenario, rng=rng)
+    return house
 
 
 def add_item(
@@ -134,8 +138,17 @@ def add_item(
         wanted = ", ".join(readable_name(stand) for stand in stands)
         raise ScenarioUnsupported(house.plan.name, scenario, f"no {wanted} for the {readable_name(item_type)}")
     place = places[int(rng.integers(len(places)))]
-    item = Item(id=ItemId(f"{item_type}|added"), type=item_type)
+    item = Item(id=_added_id(item_type), type=item_type)
     return replace(house, contents={**house.contents, place: (*house.contents[place], item)})
+
+
+def was_added(house: House, item_type: ItemType) -> bool:
+    """Whether the house has this item from add_item."""
+    return any(item.id == _added_id(item_type) for items in house.contents.values() for item in items)
+
+
+def _added_id(item_type: ItemType) -> ItemId:
+    return ItemId(f"{item_type}|added")
 
 
 def is_scenario_file(scenario: str) -> bool:

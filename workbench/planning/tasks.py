@@ -43,6 +43,14 @@ Goal = Delivered | Holding | AllOf | AnyOf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Added:
+    """What a scenario has put into the house: one item, in a container of one of these types."""
+
+    item_type: ItemType
+    stands: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
     """One household task.
 
@@ -54,6 +62,7 @@ class Task:
         title: one line for people.
         available: the item types that are known to exist in the place (the paper's prior knowledge, Sec. III),
             sorted: no other is searched for. Empty when that is not known; then every type may be.
+        added: what the scenario has put there itself; where it may stand is known (added.py).
     """
 
     scenario: str
@@ -62,6 +71,7 @@ class Task:
     budget_s: float
     title: str = ""
     available: tuple[ItemType, ...] = ()
+    added: tuple[Added, ...] = ()
 
     def __post_init__(self) -> None:
         if self.budget_s < 0 or self.failure_cost < 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from workbench.errors import Malformed
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, Task
+from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Holding, Task
 from workbench.worlds.house import ItemType, LocationId
 
 TASK_ATTACHMENT = "task.json"
@@ -42,6 +42,11 @@ class _AnyOf(msgspec.Struct, frozen=True, kw_only=True, tag="any-of", tag_field=
 _Goal = _Delivered | _Holding | _AllOf | _AnyOf
 
 
+class _Added(msgspec.Struct, frozen=True, kw_only=True):
+    item_type: str
+    stands: tuple[str, ...]
+
+
 class _Task(msgspec.Struct, frozen=True, kw_only=True):
     scenario: str
     goal: _Goal
@@ -49,6 +54,8 @@ class _Task(msgspec.Struct, frozen=True, kw_only=True):
     budget_s: float
     title: str = ""
     available: tuple[str, ...] = ()
+    added: tuple[_Added, ...] | msgspec.UnsetType = msgspec.UNSET
+    """Left out where nothing was added, as in logs from before it was written."""
 
 
 def task_to_json(task: Task) -> bytes:
@@ -61,6 +68,7 @@ def task_to_json(task: Task) -> bytes:
             budget_s=task.budget_s,
             title=task.title,
             available=task.available,
+            added=tuple(_Added(item_type=a.item_type, stands=a.stands) for a in task.added) or msgspec.UNSET,
         )
     )
 
@@ -82,6 +90,7 @@ def task_from_json(data: bytes | str) -> Task:
         budget_s=wire.budget_s,
         title=wire.title,
         available=tuple(ItemType(name) for name in wire.available),
+        added=tuple(Added(item_type=ItemType(a.item_type), stands=a.stands) for a in wire.added or ()),
     )
 
 
