@@ -88,4 +88,3 @@ def test_a_scenario_file_s_additions_are_believed_in_a_run(strategy: str, tmp_pa
     held = [p for c, p in zip(first.containers, first.probability[0], strict=True) if type_of[c] in ("Fridge", "Bed")]
     assert held == pytest.approx([1 / len(held)] * len(held), abs=1e-5)
     assert sum(first.probability[0]) == pytest.approx(1.0, abs=1e-5)
-    assert {type_of[o.container] for o in run.observations if not o.known_at_start} <= {"Fridge", "Bed"}
