@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import gzip
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -84,10 +85,8 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
         "@SCRIPT@": "\n".join(resource(name) for name in PARTS),
         "@DATA@": packed,
     }
-    page = resource("capsule_page/page.html")
-    for key, content in parts.items():
-        page = page.replace(key, content)
-    return page
+    # In one pass: a title may itself read @DATA@.
+    return re.sub("|".join(parts), lambda found: parts[found[0]], resource("capsule_page/page.html"))
 
 
 def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
@@ -99,6 +98,7 @@ def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
 
 
 def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dict[str, Any]:
+    first = timelines[0]
     names = [t.run.info.strategy for t in timelines]
     clock = Clock(timelines=timelines)
     texts = Texts()
@@ -108,11 +108,11 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
         for i, t in enumerate(timelines)
     ]
     return {
-        "title": title(timelines[0]) + _left_out_note(elsewhere),
-        "plainTitle": timelines[0].run.task.title or timelines[0].run.info.scenario,
+        "title": title(first) + _left_out_note(elsewhere),
+        "plainTitle": first.run.task.title or first.run.info.scenario,
         "tabs": TABS if len(timelines) > 1 else TABS[:-1],
         "labelled": LABELLED,
-        "house": _house(timelines[0]),
+        "house": _house(first),
         "unopened": np.flatnonzero(closed).tolist(),
         "meshes": _meshes(),
         "runs": runs,
@@ -129,17 +129,6 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
 
 def _house(timeline: Timeline) -> dict[str, Any]:
     plan = timeline.plan
-    if plan is None:
-        return {
-            "floors": [],
-            "rooms": [],
-            "furniture": [],
-            "cut": [],
-            "whole": [],
-            "shadows": [],
-            "tops": [],
-            "names": [],
-        }
     shape = house_shape(plan)
     return {
         "floors": [

@@ -130,8 +130,7 @@ def still_panels(clock: Clock, names: list[str]) -> dict[str, Any]:
 def frame_stamps(timeline: Timeline) -> list[int]:
     """The moments of frames, in order; the run's start is always one."""
     decisions = {timeline.start_ns, timeline.end_ns, *timeline.decision_ns}
-    others = {a.start.ns for d in timeline.decisions for a in d.actions}
-    others |= {a.stamp.ns for d in timeline.decisions for a in d.actions}
+    others = {stamp for a in timeline.actions for stamp in (a.start.ns, a.stamp.ns)}
     others |= {int(s) for s in timeline.searched_ns if s != NEVER}
     more = sorted(others - decisions)
     room = max(0, MOST_FRAMES - len(decisions))
@@ -162,8 +161,7 @@ def _marks(scene: Scene) -> dict[str, list[int]]:
 
 
 def _order(scene: Scene, timeline: Timeline) -> list[int]:
-    containers = timeline.plan.containers if timeline.plan is not None else ()
-    index = {c.id: i for i, c in enumerate(containers)}
+    index: dict[str, int] = {c.id: i for i, c in enumerate(timeline.plan.containers)}
     return [index[s.container] for s in scene.search_order if s.container in index]
 
 

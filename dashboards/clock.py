@@ -16,7 +16,7 @@ from workbench.errors import BadValue
 
 Alignment = Literal["time", "distance", "decision"]
 ALIGNMENTS: tuple[Alignment, ...] = get_args(Alignment)
-UNITS: dict[str, str] = {"time": "s", "distance": "m", "decision": ""}
+UNITS: dict[Alignment, str] = {"time": "s", "distance": "m", "decision": ""}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

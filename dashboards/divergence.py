@@ -31,7 +31,7 @@ class Divergence:
 
 def divergence(a: Timeline, b: Timeline) -> Divergence | None:
     """Where two runs part, or None if they do the same to their ends."""
-    ours, theirs = _actions(a), _actions(b)
+    ours, theirs = a.actions, b.actions
     for index in range(max(len(ours), len(theirs))):
         left = ours[index] if index < len(ours) else None
         right = theirs[index] if index < len(theirs) else None
@@ -43,10 +43,6 @@ def divergence(a: Timeline, b: Timeline) -> Divergence | None:
                 did=(_words(left), _words(right)),
             )
     return None
-
-
-def _actions(timeline: Timeline) -> list[ActionFinished]:
-    return [action for frame in timeline.decisions for action in frame.actions]
 
 
 def _what(action: ActionFinished) -> tuple[object, ...]:

@@ -6,7 +6,6 @@ that order under the decision's own belief. A first stop that is dearer than the
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,12 +21,9 @@ from workbench.worlds.house import ContainerId, ItemType, LocationId
 
 if TYPE_CHECKING:
     from dashboards.timeline import DecisionFrame, Timeline
-    from replayers.run import Run
     from workbench.runs.vocabulary import BeliefUpdate, PlanComputed
 
 MOST_STOPS = 12
-KEPT = 512
-"""Decisions whose answers are kept."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,25 +36,20 @@ class FirstLook:
     chosen: bool
 
 
-_known: OrderedDict[tuple[int, int], tuple[Run, tuple[FirstLook, ...]]] = OrderedDict()
-"""By the run's identity and the decision; the run is kept so that its identity stays its own."""
-
-
 def first_looks(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ...]:
-    """Cheapest first; empty for a decision without a search, or whose log lacks what it takes."""
-    key = (id(timeline.run), frame.number)
-    kept = _known.get(key)
-    if kept is None:
-        kept = _known[key] = (timeline.run, _worked_out(timeline, frame))
-        while len(_known) > KEPT:
-            _known.popitem(last=False)
-    return kept[1]
+    """Cheapest first; empty for a decision without a search, or whose log lacks what it takes.
+
+    Worked out once a decision; the timeline keeps it.
+    """
+    if frame.number not in timeline.first_looks:
+        timeline.first_looks[frame.number] = _worked_out(timeline, frame)
+    return timeline.first_looks[frame.number]
 
 
 def _worked_out(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ...]:
     plan, update, place = frame.plan, frame.belief, timeline.run.place
     sought = _sought(plan)
-    if plan is None or update is None or place is None or sought is None or sought[0] not in update.item_types:
+    if plan is None or update is None or sought is None or sought[0] not in update.item_types:
         return ()
     item, target = sought
     order = [ContainerId(s.container) for s in plan.search_order[:MOST_STOPS] if s.container in update.containers]
@@ -101,5 +92,5 @@ def _belief(update: BeliefUpdate, item: str) -> Belief:
 
 
 def _model(frame: DecisionFrame) -> BeliefModel:
-    named = frame.find_costs.belief_model if frame.find_costs is not None else ""
-    return next((model for model in BELIEF_MODELS if model == named), "independent")
+    models: dict[str, BeliefModel] = {model: model for model in BELIEF_MODELS}
+    return models.get(frame.find_costs.belief_model if frame.find_costs is not None else "", "independent")

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from dashboards.timeline import DecisionFrame
+from dashboards.words import place_words
 from workbench.runs.vocabulary import ActionFinished, Step
+from workbench.worlds.names import readable_name
 
 Progress = Literal["done", "current", "next"]
 
@@ -20,14 +22,14 @@ class PlannedStep:
 
     @property
     def words(self) -> str:
-        """ "find Mug, bring to start", "move to Fridge|1", "pick Egg"."""
-        step = self.step
-        things = " ".join(step.item_types)
+        """ "find mug, bring to start", "move to fridge 1", "pick egg at desk 1"."""
+        step, target = self.step, place_words(self.step.target)
+        things = [readable_name(t) for t in step.item_types]
         if step.action == "find":
-            return f"find {things}, bring to {step.target}"
+            return f"find {' '.join(things)}, bring to {target}"
         if step.action == "move":
-            return f"move to {step.target}"
-        return f"{step.action} {things} at {step.target}".replace("  ", " ")
+            return f"move to {target}"
+        return " ".join([step.action, *things, "at", target])
 
 
 def progress(frame: DecisionFrame, stamp_ns: int) -> tuple[PlannedStep, ...]:

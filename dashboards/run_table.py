@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 
 from dashboards.panels.runs import RunRow
@@ -159,6 +160,8 @@ def _searches(folder: Path) -> list[Trial]:
         with path.open(newline="", encoding="utf-8") as stream:
             for row in csv.DictReader(stream):
                 house, item, policy, cost, searches = (row[name] for name in SEARCH_COLUMNS)
+                if not isfinite(float(cost)):
+                    raise ValueError(f"cost {cost}")
                 trial = SearchTrial(house=house, item_type=ItemType(item), policy=policy, cost=float(cost), order=())
                 made.append(
                     Trial(

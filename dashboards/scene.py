@@ -182,12 +182,11 @@ def _belief(
     timeline: Timeline, frame: DecisionFrame | None, focus: str, searched: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.float64]:
     plan = timeline.plan
-    count = len(plan.containers) if plan is not None else 0
-    values = np.full(count, np.nan)
+    values = np.full(len(plan.containers), np.nan)
     belief = frame.belief if frame is not None else None
     if belief is None and timeline.decisions:
         belief = timeline.decisions[0].belief if frame is None else None
-    if belief is None or plan is None or focus not in belief.item_types:
+    if belief is None or focus not in belief.item_types:
         return values
     row = dict(zip(belief.containers, belief.probability[belief.item_types.index(focus)], strict=True))
     for i, container in enumerate(plan.containers):
@@ -199,42 +198,37 @@ def _belief(
 def _status(timeline: Timeline, searched: npt.NDArray[np.bool_]) -> npt.NDArray[np.int8]:
     status = np.zeros(len(searched), dtype=np.int8)
     place = timeline.run.place
-    if place is not None:
-        for i, container in enumerate(place.plan.containers):
-            if not place.travel.reaches(LocationId(container.id)):
-                status[i] = STATUSES.index("unreachable")
+    for i, container in enumerate(place.plan.containers):
+        if not place.travel.reaches(LocationId(container.id)):
+            status[i] = STATUSES.index("unreachable")
     status[timeline.known] = STATUSES.index("known")
     status[searched] = STATUSES.index("searched")
     return status
 
 
 def _holds(timeline: Timeline, searched: npt.NDArray[np.bool_], focus: str) -> npt.NDArray[np.bool_]:
-    plan = timeline.plan
-    if plan is None:
-        return np.zeros(0, dtype=np.bool_)
     return np.array(
         [
             bool((searched[i] or timeline.known[i]) and any(s.type == focus for s in timeline.contents.get(c.id, ())))
-            for i, c in enumerate(plan.containers)
+            for i, c in enumerate(timeline.plan.containers)
         ],
         dtype=np.bool_,
     )
 
 
 def _unseen(timeline: Timeline, stamp: int) -> npt.NDArray[np.bool_]:
-    outcome, plan = timeline.run.outcome, timeline.plan
+    outcome = timeline.run.outcome
     wanted = outcome.unseen if outcome is not None and stamp >= outcome.stamp.ns else None
-    return np.array([c.id == wanted for c in plan.containers] if plan is not None else [], dtype=np.bool_)
+    return np.array([c.id == wanted for c in timeline.plan.containers], dtype=np.bool_)
 
 
 def _order(timeline: Timeline, frame: DecisionFrame | None) -> npt.NDArray[np.int32]:
-    plan = timeline.plan
-    count = len(plan.containers) if plan is not None else 0
-    order = np.zeros(count, dtype=np.int32)
-    if plan is None or frame is None or frame.plan is None:
+    containers = timeline.plan.containers
+    order = np.zeros(len(containers), dtype=np.int32)
+    if frame is None or frame.plan is None:
         return order
     rank = {stop.container: i + 1 for i, stop in enumerate(frame.plan.search_order)}
-    for i, container in enumerate(plan.containers):
+    for i, container in enumerate(containers):
         order[i] = rank.get(container.id, 0)
     return order
 
@@ -243,7 +237,7 @@ def _ahead(
     timeline: Timeline, frame: DecisionFrame | None, steps: tuple[PlannedStep, ...], robot: RobotLook, stamp: int
 ) -> npt.NDArray[np.float64]:
     """From the robot along the leg it walks, then along the rest of the plan."""
-    if frame is None or frame.plan is None or timeline.ways is None:
+    if frame is None or frame.plan is None:
         return np.zeros((0, 2))
     here = np.array([[robot.x_m, robot.y_m]])
     walking = next((a for a in frame.actions if a.start.ns <= stamp < a.stamp.ns), None)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import atan2, hypot
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ import numpy.typing as npt
 from dashboards.counterfactual import Counterfactual
 from dashboards.robot_way import way_of_poses
 from dashboards.ways_ahead import WaysAhead
+from dashboards.words import place_words, told
 from workbench.runs.vocabulary import (
     NANO,
     ActionFinished,
@@ -32,15 +33,18 @@ from workbench.runs.vocabulary import (
 )
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import START, ContainerId, FloorPlan, LocationId
+from workbench.worlds.names import readable_name
 
 if TYPE_CHECKING:
+    from dashboards.first_looks import FirstLook
     from replayers.run import Run
 
 NEVER = np.iinfo(np.int64).max
 """The stamp of what does not happen in a run."""
 
-PHASE_OF: Mapping[str, str] = MappingProxyType({"move": "moving", "search": "searching"})
-"""Actions by phase; every other action manipulates."""
+Kind = Literal["moving", "searching", "manipulating"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+"""Kinds of action, which are phases of a run; "planning" and "waiting" are the others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,6 +76,7 @@ class Timeline:
 
     Attributes:
         start_ns, end_ns: the run's first and last moment.
+        actions: in order of their ends.
         decisions: in order of their stamps.
         way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
         way_xy: the corners, float64 (M, 2); way_m: metres walked at each, float64 (M,).
@@ -84,12 +89,14 @@ class Timeline:
         held: (stamp, item type or None), in order.
         phases: without overlaps, in order.
         top_belief: per item type, the largest probability that the run ever gave it.
+        first_looks: by decision, what dashboards/first_looks.py has worked out so far.
     """
 
     run: Run
-    plan: FloorPlan | None
+    plan: FloorPlan
     start_ns: int
     end_ns: int
+    actions: tuple[ActionFinished, ...]
     decisions: tuple[DecisionFrame, ...]
     way_s: npt.NDArray[np.float64]
     way_xy: npt.NDArray[np.float64]
@@ -106,13 +113,27 @@ class Timeline:
     item_types: tuple[str, ...]
     top_belief: Mapping[str, float]
     counterfactual: Counterfactual | None
-    ways: WaysAhead | None = field(repr=False, compare=False)
+    ways: WaysAhead = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
+    first_looks: dict[int, tuple[FirstLook, ...]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def duration_s(self) -> float:
         return (self.end_ns - self.start_ns) / NANO
+
+    @property
+    def status(self) -> str:
+        """How the run ended, in one word: "cut off" when its log stops short of that."""
+        return self.run.outcome.status if self.run.outcome is not None else "cut off"
+
+    @property
+    def undecided(self) -> tuple[float, float] | None:
+        """The least and largest cost of a replay that its log does not decide; None where the cost is known."""
+        known = self.counterfactual
+        if known is None or known.exact or known.lower is None or known.upper is None:
+            return None
+        return known.lower, known.upper
 
     def seconds(self, stamp_ns: int) -> float:
         """Seconds from the run's start to a stamp."""
@@ -133,7 +154,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
     Args:
         counterfactual: for a replay, how far its cost is known.
     """
-    plan = run.place.plan if run.place is not None else None
+    plan = run.place.plan
     actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))
     start_ns, end_ns = _span(run, actions)
     decisions = _decisions(run, actions)
@@ -150,6 +171,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
         plan=plan,
         start_ns=start_ns,
         end_ns=end_ns,
+        actions=tuple(actions),
         decisions=decisions,
         way_s=way_s,
         way_xy=way_xy,
@@ -166,7 +188,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
         item_types=tuple(types),
         top_belief=_top_belief(run.beliefs),
         counterfactual=counterfactual,
-        ways=WaysAhead(run.place) if run.place is not None else None,
+        ways=WaysAhead(run.place),
         decision_ns=tuple(d.stamp_ns for d in decisions),
         action_ns=tuple(a.start.ns for a in actions),
     )
@@ -212,7 +234,7 @@ def _way(
     at = _first_place(run, actions)
     seconds: list[float] = [0.0]
     corners: list[Point] = [at]
-    facing: list[float] = [run.place.plan.start.yaw_rad if run.place is not None else 0.0]
+    facing: list[float] = [run.place.plan.start.yaw_rad]
     imputed: list[bool] = [False]
     for action in actions:
         path = [(float(x), float(y)) for x, y in action.path]
@@ -227,7 +249,7 @@ def _way(
                 facing.append(heading)
                 imputed.append(action.support == "imputed")
                 gone += lengths[i] if i < len(lengths) else 0.0
-        standing = run.place.standing.get(LocationId(action.target)) if run.place is not None else None
+        standing = run.place.standing.get(LocationId(action.target))
         if standing is not None and action.success:
             seconds.append(max(ended, seconds[-1]))
             corners.append(standing.point if len(path) < 2 and action.action == "move" else corners[-1])
@@ -241,8 +263,6 @@ def _first_place(run: Run, actions: Sequence[ActionFinished]) -> Point:
     for action in actions:
         if action.path:
             return (float(action.path[0][0]), float(action.path[0][1]))
-    if run.place is None:
-        return (0.0, 0.0)
     standing = run.place.standing.get(START)
     return standing.point if standing is not None else run.place.plan.start.point
 
@@ -262,9 +282,9 @@ def _costs(
 
 
 def _searches(
-    observations: Sequence[Observation], plan: FloorPlan | None
+    observations: Sequence[Observation], plan: FloorPlan
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], Mapping[str, tuple[SeenItem, ...]]]:
-    index: dict[ContainerId, int] = {c.id: i for i, c in enumerate(plan.containers)} if plan is not None else {}
+    index: dict[ContainerId, int] = {c.id: i for i, c in enumerate(plan.containers)}
     searched = np.full(len(index), NEVER, dtype=np.int64)
     known = np.zeros(len(index), dtype=np.bool_)
     contents: dict[str, tuple[SeenItem, ...]] = {}
@@ -312,7 +332,7 @@ def _phases(
             Phase(
                 start_ns=begin,
                 end_ns=end,
-                name=PHASE_OF.get(action.action, "manipulating"),
+                name=kind_of(action),
                 title=title,
                 support=action.support,
             )
@@ -322,16 +342,23 @@ def _phases(
     return tuple(phases)
 
 
-def describe(action: ActionFinished) -> str:
-    """An action in words: "move to Fridge|1", "pick Mug at Desk|1"."""
-    things = " ".join(action.item_types)
+def kind_of(action: ActionFinished) -> Kind:
+    """What the robot does in an action: whatever is no walk and no look manipulates."""
     if action.action == "move":
-        words = f"move to {action.target}"
+        return "moving"
+    return "searching" if action.action == "search" else "manipulating"
+
+
+def describe(action: ActionFinished) -> str:
+    """An action in words: "move to fridge 1", "pick mug at desk 1"."""
+    target = place_words(action.target)
+    if action.action == "move":
+        words = f"move to {target}"
     elif action.action == "search":
-        words = f"search {action.target}"
+        words = f"search {target}"
     else:
-        words = f"{action.action} {things} at {action.target}".replace("  ", " ")
-    return words if action.success else f"{words} (refused: {action.reason})"
+        words = " ".join([action.action, *(readable_name(t) for t in action.item_types), "at", target])
+    return words if action.success else f"{words} (refused: {told(action.reason)})"
 
 
 def _top_belief(beliefs: Sequence[BeliefUpdate]) -> Mapping[str, float]:

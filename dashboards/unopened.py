@@ -17,9 +17,10 @@ def unopened(timelines: Sequence[Timeline]) -> npt.NDArray[np.bool_]:
 
     All are False unless a replay is among the runs: of a single run, colours tell the same.
     """
-    plan = timelines[0].plan if timelines else None
-    count = len(plan.containers) if plan is not None else 0
+    if not timelines:
+        return np.zeros(0, dtype=np.bool_)
+    plan = timelines[0].plan
     if not any(t.run.info.source == REPLAY for t in timelines):
-        return np.zeros(count, dtype=np.bool_)
+        return np.zeros(len(plan.containers), dtype=np.bool_)
     here = [t for t in timelines if t.plan == plan]
     return np.all([(t.searched_ns == NEVER) & ~t.known for t in here], axis=0)

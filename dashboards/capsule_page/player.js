@@ -67,15 +67,21 @@
       out.yaw.push(Math.atan2(b[1] - a[1], b[0] - a[0]));
       out.colour.push(...colour, 255);
     };
-    let carry = 0;
+    // As dashes() of marks.py: a dash stands by the line that it lies on, so that there and back fall together.
     for (let i = 1; i < points.length; i++) {
       const [a, b] = [points[i - 1], points[i]];
-      if (!dash) { put(a, b); continue; }
-      const length = Math.hypot(b[0] - a[0], b[1] - a[1]), period = dash[0] + dash[1];
-      const along = (s) => [a[0] + (b[0] - a[0]) * s / length, a[1] + (b[1] - a[1]) * s / length];
-      let s = -carry;
-      while (s < length) { if (s + dash[0] > 0) put(along(Math.max(0, s)), along(Math.min(length, s + dash[0]))); s += period; }
-      carry = (carry + length) % period;
+      const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+      if (!dash || length < 1e-4) { put(a, b); continue; }
+      let u = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+      if (u[0] < -1e-6 || (Math.abs(u[0]) <= 1e-6 && u[1] < 0)) u = [-u[0], -u[1]];
+      const dot = (p) => p[0] * u[0] + p[1] * u[1], from = dot(a), period = dash[0] + dash[1];
+      const low = Math.min(from, dot(b)), high = Math.max(from, dot(b));
+      const at = (s) => [a[0] + (s - from) * u[0], a[1] + (s - from) * u[1]];
+      const first = Math.floor(low / period), turns = Math.min(Math.floor(high / period) - first, 20000);
+      for (let k = first; k <= first + turns; k++) {
+        const s = Math.max(low, k * period), e = Math.min(high, k * period + dash[0]);
+        if (e > s) put(at(s), at(e));
+      }
     }
     return out;
   };

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, Normalize
 
 from dashboards.figures.floor_plan import draw_floor_plan
+from dashboards.geometry.marks import dashes
 from dashboards.looks import container_colours
 from dashboards.palette import belief_colours, run_colour, unit
 from dashboards.scene import Scene
 from dashboards.timeline import Timeline
+from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
 
@@ -20,24 +23,24 @@ def draw_belief_map(ax: Axes, timeline: Timeline, scene: Scene, *, scale: bool =
     Args:
         scale: with a colour bar.
     """
-    if timeline.plan is not None:
-        draw_floor_plan(ax, timeline.plan, containers=container_colours(scene) / 255, room_names=False)
-        index = {c.id: c for c in timeline.plan.containers}
-        for i, stop in enumerate(scene.search_order, 1):
-            container = index.get(stop.container)  # type: ignore[call-overload]
-            if container is not None:
-                x, y = container.pose.point
-                box = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "#23262b", "linewidth": 0.5}
-                ax.text(x, y, str(i), ha="center", va="center", fontsize=5.5, zorder=7, bbox=box)
-    ax.plot(*scene.ahead.T, color=unit(run_colour(0)), linewidth=0.9, linestyle=(0, (3, 2)), zorder=4)
+    draw_floor_plan(ax, timeline.plan, containers=container_colours(scene) / 255, room_names=False)
+    index: dict[str, Container] = {c.id: c for c in timeline.plan.containers}
+    for i, stop in enumerate(scene.search_order, 1):
+        container = index.get(stop.container)
+        if container is not None:
+            x, y = container.pose.point
+            box = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "#23262b", "linewidth": 0.5}
+            ax.text(x, y, str(i), ha="center", va="center", fontsize=5.5, zorder=7, bbox=box)
+    ahead = LineCollection(list(dashes(scene.ahead, 0.0)[:, :, :2]), colors=[unit(run_colour(0))], linewidths=0.9)
+    ax.add_collection(ahead).set_zorder(4)
     ax.plot(*scene.trail.T, color=unit(run_colour(0)), linewidth=1.2, zorder=5)
     ax.plot(scene.robot.x_m, scene.robot.y_m, marker="o", markersize=5, color=unit(run_colour(0)), zorder=6)
     ax.set_title(f"decision {scene.decision}, {scene.second:.0f} s")
     if scale and scene.top_belief > 0:
         table = ListedColormap(belief_colours([i / 255 for i in range(256)]) / 255)
-        norm = mpl.colors.Normalize(0, 100 * scene.top_belief)
+        norm = Normalize(0, 100 * scene.top_belief)
         bar = ax.figure.colorbar(
-            mpl.cm.ScalarMappable(norm=norm, cmap=table), ax=ax, shrink=0.5, aspect=18, pad=0.02, format="%.0f %%"
+            ScalarMappable(norm=norm, cmap=table), ax=ax, shrink=0.5, aspect=18, pad=0.02, format="%.0f %%"
         )
         bar.outline.set_linewidth(0.4)
         bar.set_label(f"belief in {readable_name(scene.focus)}")

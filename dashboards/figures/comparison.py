@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 
 from dashboards.figures.style import label_of
 from dashboards.palette import PHASES
-from dashboards.timeline import PHASE_OF, Timeline
+from dashboards.timeline import KINDS, Timeline, kind_of
 
-KINDS = ("moving", "searching", "manipulating")
+SAME = 0.05
+"""A charge that differs by less from what was spent reads the same."""
 
 
 def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
@@ -19,20 +20,16 @@ def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
     names = [label_of(t) for t in timelines]
     left = np.zeros(len(timelines))
     for kind in KINDS:
-        parts = np.array(
-            [sum(a.cost for a in t.run.actions if PHASE_OF.get(a.action, "manipulating") == kind) for t in timelines]
-        )
+        parts = np.array([sum(a.cost for a in t.actions if kind_of(a) == kind) for t in timelines])
         if parts.any():
             ax.barh(range(len(names)), parts, left=left, height=0.62, color=PHASES[kind], label=kind)
         left += parts
     for i, timeline in enumerate(timelines):
-        outcome = timeline.run.outcome
-        status = outcome.status if outcome is not None else "cut off"
-        words = f"{left[i]:.1f}" if status == "done" else f"{left[i]:.1f}, {status}"
-        known = timeline.counterfactual
-        if known is not None and not known.exact and known.lower is not None and known.upper is not None:
-            ax.plot([known.lower, known.upper], [i, i], color="#23262b", linewidth=0.9, marker="|", zorder=4)
-            words, left[i] = f"{known.lower:.1f} to {known.upper:.1f}", known.upper
+        words = _in_words(timeline, left[i])
+        if timeline.undecided is not None:
+            lower, upper = timeline.undecided
+            ax.plot([lower, upper], [i, i], color="#23262b", linewidth=0.9, marker="|", zorder=4)
+            words, left[i] = f"{lower:.1f} to {upper:.1f}", upper
         ax.text(left[i], i, f" {words}", va="center", fontsize=7)
     ax.set_yticks(range(len(names)), names)
     ax.invert_yaxis()
@@ -41,3 +38,12 @@ def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
+
+
+def _in_words(timeline: Timeline, spent: float) -> str:
+    """What was spent; of a run that failed also how it ended and what it was charged instead."""
+    outcome = timeline.run.outcome
+    if timeline.status == "done":
+        return f"{spent:.1f}"
+    charged = f" (charged {outcome.cost:.1f})" if outcome is not None and abs(outcome.cost - spent) > SAME else ""
+    return f"{spent:.1f}, {timeline.status}{charged}"

@@ -17,7 +17,7 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     for i, timeline in enumerate(timelines):
         colour = unit(run_colour(i))
         ax.plot(timeline.cost_s, timeline.cost, color=colour, label=label_of(timeline), zorder=3 - i / 10)
-        searched = [timeline.seconds(a.stamp.ns) for a in timeline.run.actions if a.action == "search"]
+        searched = [timeline.seconds(a.stamp.ns) for a in timeline.actions if a.action == "search"]
         ax.plot(
             searched,
             np.interp(searched, timeline.cost_s, timeline.cost),

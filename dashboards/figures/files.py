@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dashboards.figures.belief_map import draw_belief_map
@@ -52,15 +53,15 @@ def write_figures(
 
 def _drawings(timelines: Sequence[Timeline]) -> dict[str, Callable[[], Figure]]:
     first = timelines[0]
-    focus = scene_at(first, first.start_ns).focus
+    focus = scene_at(first, first.decision_ns[0] if first.decisions else first.start_ns).focus
     made: dict[str, Callable[[], Figure]] = {
         "trajectory": lambda: _one(PAGE_IN * 0.7, PAGE_IN * 0.6, lambda ax: draw_trajectory(ax, timelines)),
         "cost_over_time": lambda: _one(COLUMN_IN, 2.4, lambda ax: draw_cost_over_time(ax, timelines)),
     }
-    if first.run.actions:
+    if first.actions:
         made["plan"] = lambda: _one(PAGE_IN, 2.2, lambda ax: draw_gantt(ax, first))
     if focus:
-        made["belief_maps"] = lambda: _belief_maps(first)
+        made["belief_maps"] = lambda: _belief_maps(first, focus)
         made["belief_over_time"] = lambda: _one(COLUMN_IN, 2.2, lambda ax: draw_beliefs_over_time(ax, first, focus))
     if len(timelines) > 1:
         made["comparison"] = lambda: _one(
@@ -69,23 +70,24 @@ def _drawings(timelines: Sequence[Timeline]) -> dict[str, Callable[[], Figure]]:
     return made
 
 
-def _one(width_in: float, height_in: float, draw: Callable[..., None]) -> Figure:
+def _one(width_in: float, height_in: float, draw: Callable[[Axes], None]) -> Figure:
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     draw(figure.subplots())
     return figure
 
 
-def _belief_maps(timeline: Timeline) -> Figure:
-    """Maps side by side on one colour scale."""
-    stamps = timeline.decision_ns
+def _belief_maps(timeline: Timeline, focus: str) -> Figure:
+    """Maps of the belief in one item side by side, on one colour scale: while it was believed to be somewhere."""
+    stamps = [d.stamp_ns for d in timeline.decisions if d.belief is not None and focus in d.belief.item_types]
     chosen = sorted({stamps[round(i * (len(stamps) - 1) / max(1, MAPS - 1))] for i in range(MAPS)})
     figure = Figure(figsize=(PAGE_IN, PAGE_IN / len(chosen) * 0.95), layout="constrained")
     axes = figure.subplots(1, len(chosen), squeeze=False)[0]
     for i, stamp in enumerate(chosen):
-        draw_belief_map(axes[i], timeline, scene_at(timeline, stamp), scale=i == len(chosen) - 1)
+        draw_belief_map(axes[i], timeline, scene_at(timeline, stamp, focus=focus), scale=i == len(chosen) - 1)
     return figure
 
 
 def _metadata(ext: str) -> dict[str, str | None]:
     """Without dates, so that the same runs give the same bytes."""
-    return {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(ext, {"Software": None})
+    dated: dict[str, str | None] = {{"pdf": "CreationDate", "svg": "Date"}.get(ext, "Software"): None}
+    return dated

@@ -9,6 +9,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patheffects import withStroke
 
 from dashboards.figures.style import as_map
+from dashboards.geometry.floors import floors
 from dashboards.geometry.walls import gaps_of
 from dashboards.palette import floor_colour, unit
 from workbench.worlds.geometry import footprint
@@ -28,9 +29,9 @@ def draw_floor_plan(
         containers: colours of the containers, float (n, 3 or 4) within [0, 1]; white without.
     """
     as_map(ax)
-    floors = [room.floor for room in plan.rooms]
+    polygons = [room.floor for room in plan.rooms]
     faces = [(*unit(floor_colour(room.kind)), 0.55) for room in plan.rooms]
-    ax.add_collection(PolyCollection(floors, facecolors=faces, edgecolors="none", zorder=0))
+    ax.add_collection(PolyCollection(polygons, facecolors=faces, edgecolors="none", zorder=0))
     outlines = [footprint(f.pose, f.size_m[0], f.size_m[1]) for f in plan.furniture if f.base_m < LOW_M]
     ax.add_collection(
         PolyCollection(outlines, facecolors=(1, 1, 1, 0.5), edgecolors="#b5b9bf", linewidths=0.4, zorder=1)
@@ -41,10 +42,10 @@ def draw_floor_plan(
         ax.add_collection(PolyCollection(boxes, facecolors=fills, edgecolors="#5a6068", linewidths=0.5, zorder=2))
     _draw_walls(ax, plan)
     if room_names:
-        for room in plan.rooms:
-            x, y = np.mean(np.array(room.floor), axis=0)
+        for floor in floors(plan):
             ax.text(
-                *(x, y, readable_name(room.kind)),
+                *floor.label_at,
+                readable_name(floor.kind),
                 ha="center",
                 va="center",
                 fontsize=6,

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from dashboards.palette import PHASES
-from dashboards.timeline import Timeline
+from dashboards.timeline import KINDS, Timeline, kind_of
 from workbench.runs.vocabulary import ActionFinished
 from workbench.worlds.names import readable_name
 
@@ -16,17 +16,16 @@ MOST_NAMED = 40
 
 def draw_gantt(ax: Axes, timeline: Timeline) -> None:
     """The run's actions as they happened."""
-    actions = timeline.run.actions
-    rows = sorted({a.action for a in actions}, key=lambda name: min(a.start.ns for a in actions if a.action == name))
+    actions = timeline.actions
+    rows = list(dict.fromkeys(a.action for a in sorted(actions, key=lambda a: (a.start.ns, a.index))))
     for action in actions:
         start, end = timeline.seconds(action.start.ns), timeline.seconds(action.stamp.ns)
-        kind = {"move": "moving", "search": "searching"}.get(action.action, "manipulating")
         ax.barh(
             rows.index(action.action),
             max(end - start, 0.05),
             left=start,
             height=0.62,
-            color=PHASES[kind],
+            color=PHASES[kind_of(action)],
             edgecolor="white" if action.success else "#D55E00",
             linewidth=0.5,
             hatch="" if action.support != "imputed" else "////",
@@ -50,9 +49,8 @@ def draw_gantt(ax: Axes, timeline: Timeline) -> None:
     ax.set_xlabel("time (s)")
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
-    kinds = ("moving", "searching", "manipulating")
     ax.legend(
-        handles=[Patch(color=PHASES[k], label=k) for k in kinds],
+        handles=[Patch(color=PHASES[k], label=k) for k in KINDS],
         loc="upper right",
         bbox_to_anchor=(1.0, -0.16),
         ncols=3,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -14,7 +15,7 @@ from workbench.planning.strategies import PAPER_NAMES
 COLUMN_IN = 3.5
 """Width of one column of a two-column paper, in inches."""
 PAGE_IN = 7.16
-SETTINGS = {
+SETTINGS: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
     "font.size": 8,
@@ -46,7 +47,7 @@ SETTINGS = {
 
 
 @contextmanager
-def figure_style() -> Iterator[None]:
+def figure_style() -> Generator[None]:
     """The look, for the time of a drawing."""
     with mpl.rc_context(SETTINGS):
         yield

@@ -20,8 +20,7 @@ FIRST_WIDTH, LEAST_WIDTH = 2.6, 0.8
 def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     """The ways of runs over their place; the first run's searches are numbered, its find is green."""
     first = timelines[0]
-    if first.plan is not None:
-        draw_floor_plan(ax, first.plan)
+    draw_floor_plan(ax, first.plan)
     for i in range(len(timelines) - 1, -1, -1):
         # Where ways run along each other the later ones, thinner, lie on those before them: all can be seen.
         width = max(LEAST_WIDTH, FIRST_WIDTH - 0.7 * i)
@@ -35,8 +34,6 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
 
 
 def _number_searches(ax: Axes, timeline: Timeline) -> None:
-    if timeline.plan is None:
-        return
     order = [i for i in np.argsort(timeline.searched_ns, kind="stable") if timeline.searched_ns[i] != NEVER]
     found = scene_at(timeline, timeline.end_ns).holds_focus
     for number, i in enumerate(order, 1):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from dashboards.palette import Colour, floor_colour
 from workbench.worlds.geometry import Point
@@ -25,12 +26,19 @@ class Floor:
     label_at: Point
 
 
+CLEAR_M = 1.5
+"""A name this far from every container is clear of them."""
+TRIED = 9
+"""Places a side at which a room's name is tried."""
+
+
 def floors(plan: FloorPlan) -> tuple[Floor, ...]:
     """The floors of all rooms whose polygon encloses an area, in the plan's order."""
-    return tuple(floor for room in plan.rooms if (floor := _floor(room)) is not None)
+    taken = np.array([container.pose.point for container in plan.containers], dtype=np.float64).reshape(-1, 2)
+    return tuple(floor for room in plan.rooms if (floor := _floor(room, taken)) is not None)
 
 
-def _floor(room: Room) -> Floor | None:
+def _floor(room: Room, taken: npt.NDArray[np.float64]) -> Floor | None:
     polygon = shapely.make_valid(shapely.Polygon(room.floor))
     if polygon.area < 1e-6:
         return None
@@ -41,15 +49,29 @@ def _floor(room: Room) -> Floor | None:
     ]
     corners = np.concatenate([_counter_clockwise(t) for t in triangles])
     vertices = np.column_stack([corners, np.zeros(len(corners))]).astype(np.float32)
-    inside = polygon.representative_point() if not polygon.contains(polygon.centroid) else polygon.centroid
     return Floor(
         room=room.id,
         kind=room.kind,
         vertices=vertices,
         faces=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
         colour=floor_colour(room.kind),
-        label_at=(float(inside.x), float(inside.y)),
+        label_at=_label_at(polygon, taken),
     )
+
+
+def _label_at(polygon: BaseGeometry, taken: npt.NDArray[np.float64]) -> Point:
+    """Well inside the room and clear of containers, where belief and numbers stand; else near its middle."""
+    middle = polygon.centroid if polygon.contains(polygon.centroid) else polygon.representative_point()
+    x0, y0, x1, y1 = polygon.bounds
+    steps = (np.arange(TRIED) + 0.5) / TRIED
+    grid = np.stack(np.meshgrid(x0 + steps * (x1 - x0), y0 + steps * (y1 - y0)), axis=-1).reshape(-1, 2)
+    tried = np.concatenate([[[middle.x, middle.y]], grid[shapely.contains_xy(polygon, grid)]])
+    from_wall = shapely.distance(polygon.boundary, shapely.points(tried))
+    from_things = np.hypot(*(tried[:, None] - taken[None]).transpose(2, 0, 1)).min(axis=1, initial=np.inf)
+    clear = np.minimum(np.minimum(from_things, 1.5 * from_wall), CLEAR_M)
+    off_middle = np.hypot(*(tried - tried[0]).T)
+    best = tried[int(np.argmax(clear - 0.15 * off_middle))]
+    return (float(best[0]), float(best[1]))
 
 
 def _counter_clockwise(triangle: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

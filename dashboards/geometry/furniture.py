@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from dashboards.geometry.parts import ALL, Kind, Part, block
+from dashboards.geometry.parts import ALL, Kind, Part, Span, block
 from dashboards.geometry.shaped_appliances import fridge, screen, sink, stove, toilet, tub, washer
 from dashboards.geometry.shaped_seats import bed, chair, sofa, stool
 from dashboards.geometry.shaped_storage import chest, counter, cupboard, desk, drawers, shelf, table, tv_stand
@@ -35,15 +35,22 @@ def solids_of(body: Container | Furniture, *, owner: int) -> list[Solid]:
     size = (max(body.size_m[0], SMALLEST_M), max(body.size_m[1], SMALLEST_M), max(body.size_m[2], SMALLEST_M))
     made: list[Solid] = []
     for part in kind_of(body.type)(size):
-        spans = (part.x, part.y, part.z)
-        extent = tuple(max((b - a) * s, SMALLEST_M / 2) for (a, b), s in zip(spans, size, strict=True))
-        centre = tuple(
-            ((a + b) / 2 - shift) * s for (a, b), s, shift in zip(spans, size, (0.5, 0.5, 0.0), strict=True)
-        )
+        extent = (_wide(part.x, size[0]), _wide(part.y, size[1]), _wide(part.z, size[2]))
+        x, y, z = _middle(part.x, size[0]), _middle(part.y, size[1]), _middle(part.z, size[2])
+        centre = (x - size[0] / 2, y - size[1] / 2, z)
         colour = TRIMS[part.trim] if part.trim else NEUTRAL
         mine = NOBODY if part.trim else owner
         made.append(Solid(part.shape, centre, extent, 0.0, colour, mine).placed(body.pose, body.base_m))
     return made
+
+
+def _middle(span: Span, size_m: float) -> float:
+    """Where a part's middle is, from the piece's back, right or foot."""
+    return (span[0] + span[1]) / 2 * size_m
+
+
+def _wide(span: Span, size_m: float) -> float:
+    return max((span[1] - span[0]) * size_m, SMALLEST_M / 2)
 
 
 def kind_of(type_name: str) -> Kind:

@@ -12,6 +12,10 @@ Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 """Vertices (V, 3) and faces (F, 3)."""
 
 ROBOT_DARK: Colour = (52, 54, 60)
+MOST_DASHES = 20_000
+LEAST_DASH_M = 1e-3
+LONGEST_M = 1e7
+"""A longer stretch is no way in a place, but a damaged number."""
 
 
 def robot_body() -> Mesh:
@@ -118,15 +122,35 @@ def walked(way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_
 def dashes(
     way: npt.NDArray[np.float64], height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16
 ) -> npt.NDArray[np.float32]:
-    """A way as dashes, float32 (n, 2, 3)."""
-    if len(way) < 2:
-        return np.zeros((0, 2, 3), dtype=np.float32)
-    at = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))])
-    starts = np.arange(0.0, at[-1], dash_m + gap_m)
-    ends = np.minimum(starts + dash_m, at[-1])
+    """A way as dashes, float32 (n, 2, 3).
 
-    def where(s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        xy = [np.interp(s, at, way[:, axis]) for axis in (0, 1)]
-        return np.stack([*xy, np.full(len(s), height_m)], axis=1)
+    A dash stands where it does by the line that it lies on, not by where the way began: there and back along one
+    line they fall together, where each row would otherwise close the other's gaps. Of a way that would take more
+    than MOST_DASHES they are longer.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        lengths = np.hypot(*(way[1:] - way[:-1]).T)
+    kept = (lengths > 1e-6) & (lengths < LONGEST_M)
+    start, length = way[:-1][kept], lengths[kept]
+    along = (way[1:][kept] - start) / length[:, None]
+    rounded = np.round(along, 6)
+    along[(rounded[:, 0] < 0) | ((rounded[:, 0] == 0) & (rounded[:, 1] < 0))] *= -1
+    stretch = max(1.0, float(length.sum()) / (dash_m + gap_m) / MOST_DASHES)
+    dash, period = dash_m * stretch, (dash_m + gap_m) * stretch
+    ends = np.stack([_dot(start, along), _dot(way[1:][kept], along)])
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    first = np.floor(low / period)
+    count = (np.floor(high / period) - first).astype(np.int64) + 1
+    line = np.repeat(np.arange(len(length)), count)
+    turn = first[line] + np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
+    begins = np.clip(turn * period, low[line], high[line])
+    stops = np.clip(turn * period + dash, low[line], high[line])
+    seen = stops - begins > LEAST_DASH_M
+    line, foot = line[seen], start - _dot(start, along)[:, None] * along
+    points = [foot[line] + at[:, None] * along[line] for at in (begins[seen], stops[seen])]
+    flat = np.stack(points, axis=1)
+    return np.concatenate([flat, np.full((*flat.shape[:2], 1), height_m)], axis=2).astype(np.float32)
 
-    return np.stack([where(starts), where(ends)], axis=1).astype(np.float32)
+
+def _dot(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return (a * b).sum(axis=1)

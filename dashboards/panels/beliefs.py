@@ -17,7 +17,7 @@ MOST_ROWS = 60
 def beliefs(scene: Scene, timeline: Timeline) -> str:
     """All containers: most believed first, then searched ones."""
     plan = timeline.plan
-    if plan is None or not len(scene.belief):
+    if not plan.containers:
         return '<div class="lp"><p class="muted">This log has no containers.</p></div>'
     believed = np.nan_to_num(scene.belief, nan=-1.0)
     ranked = sorted(range(len(believed)), key=lambda i: (-believed[i], plan.containers[i].id))

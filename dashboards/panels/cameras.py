@@ -6,8 +6,8 @@ import base64
 
 from dashboards.panels.markup import name, text
 from dashboards.sensing.pictures import Picture
+from workbench.runs.vocabulary import NANO
 
-NANO = 1_000_000_000
 STALE_S = 10.0
 
 

@@ -39,17 +39,23 @@ class Band:
 
 
 def chart(
-    title: str, lines: Sequence[Line], *, end: float, shown: Callable[[float], str], bands: Sequence[Band] = ()
+    title: str,
+    lines: Sequence[Line],
+    *,
+    end: float,
+    unit: str,
+    shown: Callable[[float, float], str],
+    bands: Sequence[Band] = (),
 ) -> str:
     """The chart with its key.
 
     Args:
-        end: the last reading of the clock.
-        shown: how a value is written at the axis.
+        end: the last reading of the clock; unit: of readings.
+        shown: how a value is written at an axis, given the axis's top.
     """
     values = [y for line in lines for _, y in line.points] + [band.high for band in bands]
     top = max(values, default=0.0) or 1.0
-    marks = "".join(f'<span style="top:{_y(s):.1f}px">{text(shown(s * top))}</span>' for s in (0.0, 0.5, 1.0))
+    marks = "".join(f'<span style="top:{_y(s):.1f}px">{text(shown(s * top, top))}</span>' for s in (0.0, 0.5, 1.0))
     rules = "".join(
         f'<line x1="0" x2="{WIDE}" y1="{_y(s):.1f}" y2="{_y(s):.1f}" stroke="#e6e8eb"'
         ' vector-effect="non-scaling-stroke"/>'
@@ -59,7 +65,9 @@ def chart(
         _line(line, end, top) for line in reversed(lines)
     )
     keys = [(line.name, line.colour) for line in lines if line.keyed]
-    keys += [(f"{band.name}: {shown(band.low)} to {shown(band.high)} by the log", band.colour) for band in bands]
+    keys += [
+        (f"{band.name}: {shown(band.low, top)} to {shown(band.high, top)} by the log", band.colour) for band in bands
+    ]
     legend = "".join(
         f'<span><span class="dot" style="background:{colour}"></span>{text(name)}</span>' for name, colour in keys
     )
@@ -67,7 +75,9 @@ def chart(
         f'<div class="lp"><h3>{text(title)}</h3><div class="chart"><div class="axis">{marks}</div>'
         f'<div class="strip" data-strip="{end}" {command("strip")}>'
         f'<svg width="100%" height="{HEIGHT_PX}" viewBox="0 0 {WIDE} {HEIGHT_PX}" preserveAspectRatio="none">'
-        f'{rules}{drawn}</svg><div class="cursor"></div></div></div><div class="legend">{legend}</div></div>'
+        f'{rules}{drawn}</svg><div class="cursor"></div></div></div>'
+        f'<div class="ends"><span>0</span><span>{text(f"{end:.4g} {unit}".strip())}</span></div>'
+        f'<div class="legend">{legend}</div></div>'
     )
 
 

@@ -17,7 +17,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     """A row per run; below, where each other run parts from the first, with both beliefs."""
     rows = [
         [
-            f"{dot(run_colour(i))}{name(names[i])}<br><small>{name(_end(timeline))}</small>",
+            f"{dot(run_colour(i))}{name(names[i])}<br><small>{name(timeline.status)}</small>",
             number(scene.cost),
             _final(timeline),
             number(scene.travel_m),
@@ -46,17 +46,13 @@ def _warning(clock: Clock) -> str:
     return "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
 
 
-def _end(timeline: Timeline) -> str:
-    outcome = timeline.run.outcome
-    return outcome.status if outcome is not None else "cut off"
-
-
 def _final(timeline: Timeline) -> str:
     """What was charged; for a replay that the log does not decide, its bounds and estimate."""
-    known = timeline.counterfactual
-    if known is not None and not known.exact and known.lower is not None and known.upper is not None:
-        estimate = f"<br>about {number(known.estimate)}" if known.estimate is not None else ""
-        return f"{number(known.lower)} to {number(known.upper)}{estimate}"
+    if timeline.undecided is not None:
+        lower, upper = timeline.undecided
+        middle = timeline.counterfactual.estimate if timeline.counterfactual is not None else None
+        estimate = f"<br>about {number(middle)}" if middle is not None else ""
+        return f"{number(lower)} to {number(upper)}{estimate}"
     outcome = timeline.run.outcome
     return number(outcome.cost if outcome is not None else None)
 

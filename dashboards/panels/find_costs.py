@@ -10,6 +10,8 @@ from dashboards.scene import Scene
 from workbench.worlds.names import readable_name
 
 MOST_ROWS = 200
+SAME = 0.05
+"""Costs that differ by less read the same."""
 
 
 def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -> str:
@@ -53,8 +55,15 @@ def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]
     if wanted is None:
         return '<span class="muted">no: the plan does without it</span>'
     there = next((c for c, i, t in found if i == item and t == wanted), None)
-    more = f", {cost - there:+.1f} against that" if there is not None else ""
+    more = f", {_than(cost - there)} there" if there is not None else ""
     return f'<span class="muted">no: brought to {place(wanted)}{more}</span>'
+
+
+def _than(more: float) -> str:
+    """By how much one cost differs from another, in words."""
+    if abs(more) < SAME:
+        return "as dear as"
+    return f"{abs(more):.1f} {'dearer' if more > 0 else 'cheaper'} than"
 
 
 def _first_looks(looks: tuple[FirstLook, ...], focus: str) -> str:
@@ -78,7 +87,7 @@ def _verdict(look: FirstLook, chosen: float) -> str:
     more = look.cost - chosen
     if look.chosen:
         return "<b>taken</b>"
-    if abs(more) < 0.05:
+    if abs(more) < SAME:
         return '<span class="muted">no better</span>'
     if more > 0:
         return f'<span class="muted">{more:.1f} dearer</span>'

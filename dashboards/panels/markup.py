@@ -30,7 +30,7 @@ def name(value: object) -> str:
 
 
 def place(location: str) -> str:
-    """A location's id for people: "dining table 4|1" for DiningTable|4|1; the id stands in its tooltip."""
+    """As `place_words`, the number small; the id stands in the tooltip."""
     kind, bar, rest = location.partition("|")
     if not bar:
         return name(readable_name(location))
@@ -41,6 +41,11 @@ def place(location: str) -> str:
 def number(value: float | None, digits: int = 1) -> str:
     """A number for people; a dash for none."""
     return "–" if value is None or value != value else f"{value:.{digits}f}"
+
+
+def at_axis(value: float, top: float) -> str:
+    """A number at an axis that ends at top: with as many digits as tell its marks apart."""
+    return number(value, 0 if top >= 10 else 1 if top >= 1 else 2)
 
 
 def percent(value: float | None) -> str:

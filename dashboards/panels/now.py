@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dashboards.palette import PHASES, belief_colours, css
-from dashboards.panels.markup import chip, name, number, percent, text
+from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
+from dashboards.panels.markup import chip, dot, name, number, percent, text
 from dashboards.scene import Scene
 from dashboards.timeline import Timeline
+from dashboards.words import told
 from workbench.worlds.names import readable_name
 
 
@@ -21,7 +22,7 @@ def title(timeline: Timeline) -> str:
     if not timeline.item_types:
         notes.append("This log holds no beliefs; containers keep one colour.")
     warned = "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
-    task = timeline.run.task.title or info.title or info.scenario
+    task = told(timeline.run.task.title or info.title or info.scenario)
     facts = " · ".join(name(p) for p in parts if p)
     return f'<div class="lp"><h2>{name(task)}</h2><p class="muted">{facts}</p>{warned}</div>'
 
@@ -37,9 +38,11 @@ def now(scene: Scene) -> str:
     )
     cells = "".join(f"<div><b{live}>{value}</b><span>{label}</span></div>" for value, label, live in figures)
     holding = f" · holding {text(readable_name(scene.robot.holding))}" if scene.robot.holding else ""
-    end = chip(scene.outcome, "#009E73" if scene.outcome == "done" else "#D55E00", dark=True) if scene.outcome else ""
+    end = ""
+    if scene.outcome:
+        end = chip(scene.outcome, css(FOUND if scene.outcome == "done" else RUNS[1]), dark=True)
     phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"))
-    why = f'<p class="muted">Decided because: {name(scene.reason)}</p>' if scene.reason else ""
+    why = f'<p class="muted">Decided because: {name(told(scene.reason))}</p>' if scene.reason else ""
     return (
         f'<div class="lp"><p>{phase} {name(scene.doing)}{holding} {end}</p>'
         f'<div class="facts">{cells}</div>'
@@ -55,9 +58,9 @@ def legend(scene: Scene, *, unopened: bool = False) -> str:
         f'0 <span class="ramp" style="background:linear-gradient(90deg,{stops})"></span> {percent(scene.top_belief)}'
     )
     marks = (
-        '<span><span class="dot" style="background:#96a0ac"></span>searched (×: not there)</span>'
-        '<span><span class="dot" style="background:#009E73"></span>✓ seen there</span>'
-        '<span><span class="dot" style="background:#babec4"></span>known at the start</span>'
+        f"<span>{dot(SEARCHED)}searched (×: not there)</span>"
+        f"<span>{dot(FOUND)}✓ seen there</span>"
+        f"<span>{dot(KNOWN)}known at the start</span>"
     )
     marks += "<span>? nobody opened it</span>" if unopened else ""
     marks += "<span>◆ here a replay had to end</span>" if scene.unseen.any() else ""

@@ -7,15 +7,15 @@ from bisect import bisect_right
 
 import numpy as np
 
-from dashboards.clock import Clock
-from dashboards.palette import RUNS, css, run_colour
+from dashboards.belief_series import belief_series
+from dashboards.clock import UNITS, Clock
+from dashboards.palette import css, run_colour
 from dashboards.panels.chart import Band, Line, Point, chart
-from dashboards.panels.markup import number, percent
+from dashboards.panels.markup import at_axis, percent
 from dashboards.timeline import Timeline
+from dashboards.words import place_words
 from workbench.worlds.names import readable_name
 
-MOST_LINES = 6
-"""Containers whose belief is drawn: those that were ever most believed."""
 MOST_POINTS = 600
 
 
@@ -31,12 +31,12 @@ def cost_plot(clock: Clock, names: list[str]) -> str:
     for row, timeline in enumerate(clock.timelines):
         colour = css(run_colour(row))
         lines += _cost_lines(timeline, clock, row, names[row], colour)
-        known = timeline.counterfactual
-        if known is not None and not known.exact and known.lower is not None and known.upper is not None:
+        if timeline.undecided is not None:
+            lower, upper = timeline.undecided
             last = clock.reading(timeline.end_ns, run=row)
-            low = max(known.lower, float(timeline.cost[-1]))
-            bands.append(Band(name=names[row], colour=colour, from_reading=last, low=low, high=known.upper))
-    return chart("Cost so far", lines, end=clock.end, shown=lambda v: number(v, 0), bands=bands)
+            low = max(lower, float(timeline.cost[-1]))
+            bands.append(Band(name=names[row], colour=colour, from_reading=last, low=low, high=upper))
+    return chart("Cost so far", lines, end=clock.end, unit=UNITS[clock.alignment], shown=at_axis, bands=bands)
 
 
 def remaining_plot(clock: Clock, names: list[str]) -> str:
@@ -48,7 +48,7 @@ def remaining_plot(clock: Clock, names: list[str]) -> str:
     ]
     if not lines:
         return '<div class="lp"><p class="muted">No plan said what it expected.</p></div>'
-    return chart("Expected remaining cost", lines, end=clock.end, shown=lambda v: number(v, 0))
+    return chart("Expected remaining cost", lines, end=clock.end, unit=UNITS[clock.alignment], shown=at_axis)
 
 
 def belief_plot(clock: Clock, focus: str) -> str:
@@ -56,20 +56,16 @@ def belief_plot(clock: Clock, focus: str) -> str:
     if not clock.timelines or not focus:
         return '<div class="lp"><p class="muted">No beliefs to draw.</p></div>'
     timeline = clock.timelines[0]
-    series: dict[str, list[Point]] = {}
-    for frame in timeline.decisions:
-        if frame.belief is None or focus not in frame.belief.item_types:
-            continue
-        at = clock.reading(frame.stamp_ns)
-        row = frame.belief.probability[frame.belief.item_types.index(focus)]
-        for container, p in zip(frame.belief.containers, row, strict=True):
-            series.setdefault(container, []).append((at, p))
-    top = sorted(series, key=lambda c: (-max(p for _, p in series[c]), c))[:MOST_LINES]
     lines = [
-        Line(name=_name(timeline, c), colour=css(RUNS[i % len(RUNS)]), points=_held(series[c], timeline, clock))
-        for i, c in enumerate(top)
+        Line(
+            name=place_words(container),
+            colour=css(run_colour(i)),
+            points=_held([(clock.reading(stamp), p) for stamp, p in series], timeline, clock),
+        )
+        for i, (container, series) in enumerate(belief_series(timeline, focus).items())
     ]
-    return chart(f"Belief in {readable_name(focus)}", lines, end=clock.end, shown=percent)
+    title = f"Belief in {readable_name(focus)}"
+    return chart(title, lines, end=clock.end, unit=UNITS[clock.alignment], shown=lambda value, _: percent(value))
 
 
 def _cost_lines(timeline: Timeline, clock: Clock, row: int, name: str, colour: str) -> list[Line]:
@@ -113,12 +109,6 @@ def _remaining(timeline: Timeline, clock: Clock, row: int) -> list[Point]:
 
 def _cost_at(timeline: Timeline, stamp_ns: int) -> float:
     return float(np.interp(timeline.seconds(stamp_ns), timeline.cost_s, timeline.cost))
-
-
-def _name(timeline: Timeline, container: str) -> str:
-    plan = timeline.plan
-    found = next((c for c in plan.containers if c.id == container), None) if plan is not None else None
-    return f"{readable_name(found.type)} ({container})" if found is not None else container
 
 
 def _held(points: list[Point], timeline: Timeline, clock: Clock) -> list[Point]:

@@ -5,10 +5,11 @@ A click on a point lays the two runs over each other in 3D. Points under the dia
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from dashboards.palette import RUNS, css
-from dashboards.panels.markup import command, name, number, text
+from dashboards.panels.markup import at_axis, command, name, number, text
 from dashboards.panels.runs import RunRow
 
 SIDE_PX = 300
@@ -20,16 +21,23 @@ OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
 
 
 def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow, RunRow]]:
-    """Runs of the same place, task and seed by the two strategies, in the order of the rows."""
-    others: dict[tuple[str, str, int], RunRow] = {}
-    for row in rows:
-        if row.strategy == second and row.cost is not None:
-            others.setdefault(_trial(row), row)
-    return [
-        (row, others[_trial(row)])
-        for row in rows
-        if row.strategy == first and row.cost is not None and _trial(row) in others
-    ][:MOST_POINTS]
+    """Runs of the same place, task and seed by the two strategies, in the order of the rows.
+
+    Where a strategy has several such runs (a robot's, in other configurations), files of the same name but for the
+    strategy's belong together; what is still of several runs is left out.
+    """
+    wanted = [row for row in rows if row.cost is not None and row.strategy in (first, second)]
+    several = {trial for (trial, _), count in Counter((_trial(r), r.strategy) for r in wanted).items() if count > 1}
+    runs: dict[tuple[str, tuple[str, str, int], str], list[RunRow]] = {}
+    for row in wanted:
+        trial = _trial(row)
+        runs.setdefault((row.strategy, trial, _without_strategy(row) if trial in several else ""), []).append(row)
+    found: list[tuple[RunRow, RunRow]] = []
+    for (strategy, trial, which), mine in runs.items():
+        other = runs.get((second, trial, which), [])
+        if strategy == first and len(mine) == len(other) == 1:
+            found.append((mine[0], other[0]))
+    return found[:MOST_POINTS][:MOST_POINTS]
 
 
 def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
@@ -72,6 +80,11 @@ def _trial(row: RunRow) -> tuple[str, str, int]:
     return (row.place, row.scenario, row.seed)
 
 
+def _without_strategy(row: RunRow) -> str:
+    """ "spot-home-A" for spot-home-A-pes-greedy.mcap."""
+    return row.file.removesuffix(".mcap").replace(row.strategy, "").strip("-_.")
+
+
 def _at(cost: float, top: float) -> float:
     return MARGIN_PX + cost / top * (SIDE_PX - 6 - MARGIN_PX)
 
@@ -90,7 +103,7 @@ def _point(a: RunRow, b: RunRow, top: float) -> str:
 
 def _tick(share: float, top: float) -> str:
     at = _at(share * top, top)
-    label = number(share * top, 0)
+    label = at_axis(share * top, top)
     return (
         f'<text x="{at:.1f}" y="{SIDE_PX - MARGIN_PX + 13}" text-anchor="{"end" if share == 1 else "middle"}">{label}'
         "</text>"

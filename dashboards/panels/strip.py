@@ -8,6 +8,8 @@ from dashboards.panels.markup import command, dot, name, text
 
 ROW_PX = 16
 TOP_PX = 14
+LAST_LABEL = 93
+"""Per cent of the width; a label from here on stands left of its line, to fit."""
 MOST_PHASES = 800
 """Phases of a run that are drawn one by one; of a longer run neighbours are joined."""
 
@@ -74,7 +76,8 @@ def _axis(end: float, unit: str, height: int) -> str:
         x = _x(at / end)
         marks.append(f'<line x1="{x:.2f}%" x2="{x:.2f}%" y1="10" y2="{height}" stroke="#e3e5e8"/>')
         label = f"{at:g}{' ' + unit if unit else ''}"
-        marks.append(f'<text x="{min(x, 97):.2f}%" y="9">{label}</text>')
+        anchor = "" if x < LAST_LABEL else ' text-anchor="end"'
+        marks.append(f'<text x="{x:.2f}%" y="9"{anchor}>{label}</text>')
         at += step
     return "".join(marks)
 

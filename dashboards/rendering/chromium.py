@@ -7,7 +7,7 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -49,7 +49,7 @@ class PageFailed(Failed):
 
 
 @contextmanager
-def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Iterator[Page]:
+def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Generator[Page]:
     """The runs' page in a window of that size, ready to be asked for moments.
 
     Raises:

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 from html import escape
 from json import dumps
+from typing import Any
 from urllib.parse import parse_qs, urlencode
 
 import viser
 
 from dashboards.clock import ALIGNMENTS
 from dashboards.resources import resource
-from dashboards.viser_app.session import Session, ViewState
+from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
 
 SCRIPTS = ("panels/panels.js", "viser_app/bridge.js")
 WALLS = ("cut", "whole", "none")
-MOST_RUNS = 16
+MOST_FIELDS = 40
+"""Of an address; none of ours has as many."""
+DIGITS = 6
+"""Of a run's number, at most."""
 
 
 def script() -> str:
@@ -55,20 +59,22 @@ def _exact(reading: float) -> str:
     return f"{reading:.9f}".rstrip("0").rstrip(".")
 
 
-def changes_of(query: str, *, runs: int) -> dict[str, object]:
+def changes_of(query: str, *, runs: int) -> dict[str, Any]:
     """What a query asks of the state; words that make no sense are left out.
 
     Args:
         query: "?runs=0,1&at=12.5".
         runs: how many logs there are.
     """
-    words = {key: values[-1] for key, values in parse_qs(query.lstrip("?"), max_num_fields=40).items()}
-    changes: dict[str, object] = {}
-    chosen = [int(r) for r in words.get("runs", "").split(",") if r.isdecimal() and int(r) < runs]
+    query = "&".join(query.lstrip("?").split("&", MOST_FIELDS)[:MOST_FIELDS])
+    words = {key: values[-1] for key, values in parse_qs(query).items()}
+    changes: dict[str, Any] = {}
+    chosen = [run for run in _runs(words.get("runs", "")) if run < runs]
     if chosen:
         changes["runs"] = tuple(dict.fromkeys(chosen))[:MOST_RUNS]
-    if _number(words.get("at")) is not None:
-        changes["at"] = max(0.0, _number(words.get("at")) or 0.0)
+    at = _number(words.get("at"))
+    if at is not None:
+        changes["at"] = max(0.0, at)
     if words.get("clock") in ALIGNMENTS:
         changes["alignment"] = words["clock"]
     if words.get("walls") in WALLS:
@@ -85,7 +91,7 @@ def obey(session: Session, words: str) -> None:
     verb, _, rest = words.strip().partition(" ")
     value = _number(rest) if rest else _number(verb)
     if verb == "open":
-        session.open_runs(tuple(int(r) for r in rest.split(",")[:MOST_RUNS] if r.strip().isdecimal()))
+        session.open_runs(tuple(_runs(rest)[:MOST_RUNS]))
     elif verb == "address":
         changes = changes_of(rest, runs=len(session.library.paths))
         if changes:
@@ -102,6 +108,12 @@ def obey(session: Session, words: str) -> None:
         session.look_at_container(int(value))
     elif verb == "seek" or not rest:
         session.change(at=min(max(value, 0.0), session.clock.end), playing=False)
+
+
+def _runs(words: str) -> list[int]:
+    """ "0,1" as numbers; what is none is left out."""
+    parts = (part.strip() for part in words.split(","))
+    return [int(part) for part in parts if part.isdecimal() and len(part) <= DIGITS]
 
 
 def _number(words: str | None) -> float | None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil
-from typing import Any
+from threading import Lock
+from typing import Literal, final
 
 import viser
 
+from dashboards.clock import Clock
 from dashboards.first_looks import first_looks
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
@@ -28,26 +31,34 @@ from dashboards.viser_app.session import PANEL_PX, Session
 SLIDER_STEPS = 2000
 CAMERAS_PX = 330
 """Width of the window that shows pictures."""
+NONE_YET: tuple[str, ...] = ("",)
+"""What a list offers before anything is known."""
+Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
 
 
+@final
 class Controls:
-    """The panel of one browser. Builds itself, and follows its session."""
+    """The panel of one browser. Builds itself, and follows its session.
+
+    What the server itself sets calls back as well, without a client; only what a person did (`event.client`) changes
+    the session.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._gui = session.client.gui
-        self._quiet = False
+        self._listing = Lock()
         self._sent: dict[str, str] = {}
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
         self._arrived = False
         self._size = (0, 0)
-        self._plotted: tuple[int, str] = (0, "")
+        self._plotted: tuple[Clock, str] | None = None
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
         session.settlers.append(self._settled)
-        session.client.camera.on_update(lambda camera: self._looked(camera))
+        session.client.camera.on_update(self._looked)
 
     def _build(self) -> None:
         gui = self._gui
@@ -100,8 +111,8 @@ class Controls:
             )
             self._filter.on_update(lambda _: self._list_runs())
             self._add("runs")
-            self._first = self._gui.add_dropdown("Across", ("",), hint="A strategy; its cost goes to the right.")
-            self._second = self._gui.add_dropdown("Up", ("",), hint="Another strategy; its cost goes up.")
+            self._first = self._gui.add_dropdown("Across", NONE_YET, hint="A strategy; its cost goes to the right.")
+            self._second = self._gui.add_dropdown("Up", NONE_YET, hint="Another strategy; its cost goes up.")
             for chosen in (self._first, self._second):
                 chosen.on_update(lambda _: self._draw_scatter())
             self._add("scatter")
@@ -109,17 +120,13 @@ class Controls:
     def _build_time(self) -> None:
         gui, session = self._gui, self._session
         self._slider = gui.add_slider("Time", 0.0, 1.0, 0.001, 0.0)
-        self._slider.on_update(
-            lambda _: (
-                None if self._quiet else session.change(at=min(self._slider.value, session.clock.end), playing=False)
-            )
-        )
+        self._slider.on_update(self._slid)
         steps = gui.add_button_group("Decision", ("« first", "‹ previous", "next ›", "last »"))
         steps.on_click(lambda event: self._step_decision(event.target.value))
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
-        self._play.on_click(lambda _: self._toggle())
-        for label, key, modifier, action in (
-            ("Play or pause", "space", None, self._toggle),
+        self._play.on_click(lambda _: session.toggle_playing())
+        commands: tuple[tuple[str, Key, Literal["shift"] | None, Callable[[], None]], ...] = (
+            ("Play or pause", "space", None, session.toggle_playing),
             ("Next decision", "L", None, lambda: self._step("decision", 1)),
             ("Previous decision", "J", None, lambda: self._step("decision", -1)),
             ("Next action", "L", "shift", lambda: self._step("action", 1)),
@@ -128,10 +135,11 @@ class Controls:
             ("One second back", "U", None, lambda: session.seek(session.state.at - 1)),
             ("To the start", "home", None, lambda: session.seek(0.0)),
             ("To the end", "end", None, lambda: session.seek(session.clock.end)),
-            ("Fit the house", "F", None, lambda: session.look()),
+            ("Fit the house", "F", None, session.look),
             ("From above", "T", None, lambda: session.look(from_above=True)),
-        ):
-            command = gui.add_command(label, hotkey=key, modifier=modifier)  # type: ignore[arg-type]
+        )
+        for label, key, modifier, action in commands:
+            command = gui.add_command(label, hotkey=key, modifier=modifier)
             command.on_trigger(lambda _, act=action: act())
 
     def _add(self, name: str) -> None:
@@ -147,10 +155,8 @@ class Controls:
         clock = session.clock
         if not clock.timelines:
             return
-        self._quiet = True
         self._slider.max = ceil(clock.end * 10) / 10
         self._slider.step = clock.end / SLIDER_STEPS if clock.alignment != "decision" else 1.0
-        self._quiet = False
         self._options.offer(clock.timelines[0].item_types)
         names = [t.run.info.strategy for t in clock.timelines]
         self._set("title", title(clock.timelines[0]))
@@ -169,8 +175,8 @@ class Controls:
         self._set("plan", plan(scene))
         looks = first_looks(timeline, frame) if frame is not None else ()
         self._set("costs", find_costs(scene, robot_at, looks))
-        if self._plotted != (id(session.clock), scene.focus):
-            self._plotted = (id(session.clock), scene.focus)
+        if self._plotted is None or self._plotted[0] is not session.clock or self._plotted[1] != scene.focus:
+            self._plotted = (session.clock, scene.focus)
             self._set("plots", plots(session.clock, self._names, scene.focus))
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
@@ -178,9 +184,7 @@ class Controls:
         self._set("legend", legend(scene, unopened=bool(session.unopened.any())))
         self._set("cursor", cursor(session.clock, state.at))
         if abs(self._slider.value - state.at) > 1e-9:
-            self._quiet = True
             self._slider.value = min(state.at, self._slider.max)
-            self._quiet = False
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
             self._play.label = label
@@ -194,6 +198,10 @@ class Controls:
             self._camera_panel.visible = wanted
         if senses is not None and wanted:
             self._set("cameras", cameras(senses.pictures(stamp_ns), stamp_ns))
+
+    def _slid(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client is not None:
+            self._session.change(at=min(event.target.value, self._session.clock.end), playing=False)
 
     def _obey(self, go: viser.GuiTextHandle) -> None:
         """Does what the field says; a command of the page (not a number being typed) then leaves it empty."""
@@ -220,8 +228,9 @@ class Controls:
         if len(library.paths) < 2:
             self._set("runs", '<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
             return
-        rows = [row for row in library.rows() if passes(row, self._filter.value)]
-        self._set("runs", runs(rows, self._session.state.runs, total=len(library.rows())))
+        with self._listing:  # the filter and the view call at once; the newer words must win
+            rows = [row for row in library.rows() if passes(row, self._filter.value)]
+            self._set("runs", runs(rows, self._session.state.runs, total=len(library.rows())))
 
     def _draw_scatter(self) -> None:
         rows = [row for row in self._session.library.rows() if passes(row, self._filter.value)]
@@ -241,16 +250,11 @@ class Controls:
         if self._arrived:
             self._set("address", keep_address(address(session.state, session.client.camera)))
 
-    def _toggle(self) -> None:
-        state = self._session.state
-        over = state.at >= self._session.clock.end * (1 - 1e-9)
-        self._session.change(playing=not state.playing, **({"at": 0.0} if over and not state.playing else {}))
-
-    def _step(self, kind: str, direction: int) -> None:
+    def _step(self, kind: Literal["decision", "action"], direction: int) -> None:
         clock = self._session.clock
         self._session.step(clock.decisions() if kind == "decision" else clock.actions(), direction)
 
-    def _step_decision(self, label: Any) -> None:
+    def _step_decision(self, label: str) -> None:
         if label.startswith("«"):
             stops = self._session.clock.decisions()
             self._session.change(at=stops[0] if stops else 0.0, playing=False)

@@ -5,6 +5,8 @@ They change the session's state, and follow it when a link or another control ha
 
 from __future__ import annotations
 
+from typing import Any, final
+
 import viser
 
 from dashboards.clock import ALIGNMENTS
@@ -13,7 +15,8 @@ from dashboards.viser_app.session import Session
 from workbench.worlds.names import readable_name
 
 SPEEDS = ("0.25×", "0.5×", "1×", "2×", "4×", "8×", "16×")
-FOLLOW_PLAN = "as the plan finds"
+FOLLOW_PLAN: str = "as the plan finds"
+ITEMS: tuple[str, ...] = (FOLLOW_PLAN,)
 WALLS = {"cut": "cut away", "whole": "whole", "none": "none"}
 LAYERS = (
     ("Belief as bars", "bars"),
@@ -29,6 +32,7 @@ LAYERS = (
 """Check boxes, each with its field of the state."""
 
 
+@final
 class Options:
     """The controls; made inside the tab that holds them."""
 
@@ -36,21 +40,21 @@ class Options:
         gui, state = session.client.gui, session.state
         self._session = session
         self._types: dict[str, str] = {}
-        self._following = False
-        self._focus = gui.add_dropdown("Item", (FOLLOW_PLAN,))
-        self._focus.on_update(lambda _: self._change(focus=self._types.get(self._focus.value, AUTOMATIC)))
-        self._align = gui.add_dropdown("Clock", ALIGNMENTS, hint="On which clock several runs stand side by side.")
-        self._align.on_update(lambda _: self._realign())
-        self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1×")
-        self._speed.on_update(lambda _: self._change(speed=float(self._speed.value.rstrip("×"))))
+        self._focus = gui.add_dropdown("Item", ITEMS)
+        self._focus.on_update(lambda e: self._change(e, focus=self._types.get(self._focus.value, AUTOMATIC)))
+        clocks = [str(alignment) for alignment in ALIGNMENTS]
+        self._align = gui.add_dropdown("Clock", clocks, hint="On which clock several runs stand side by side.")
+        self._align.on_update(self._realign)
+        speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1×")
+        speed.on_update(lambda e: self._change(e, speed=float(speed.value.rstrip("×"))))
         self._loop = gui.add_checkbox("Loop", False)
-        self._loop.on_update(lambda _: self._change(loop=self._loop.value))
+        self._loop.on_update(lambda e: self._change(e, loop=self._loop.value))
         self._walls = gui.add_dropdown("Walls", tuple(WALLS.values()))
-        self._walls.on_update(lambda _: self._change(walls=_key(WALLS, self._walls.value)))
+        self._walls.on_update(lambda e: self._change(e, walls=_key(WALLS, self._walls.value)))
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
         for label, field in LAYERS:
             box = self._boxes[field] = gui.add_checkbox(label, getattr(state, field))
-            box.on_update(lambda _, b=box, f=field: self._change(**{f: b.value}))
+            box.on_update(lambda e, b=box, f=field: self._change(e, **{f: b.value}))
         cameras = gui.add_button_group("Camera", ("Fit", "From above"))
         cameras.on_click(lambda event: session.look(from_above=event.target.value == "From above"))
 
@@ -59,14 +63,11 @@ class Options:
         self._types = {f"{readable_name(t)} ({t})" if readable_name(t) != t else t: t for t in item_types}
         options = (FOLLOW_PLAN, *self._types)
         if self._focus.options != options:
-            self._following = True
             self._focus.options = options
-            self._following = False
 
     def follow(self) -> None:
         """Shows the state as it is now."""
         state = self._session.state
-        self._following = True
         focus = _key(self._types, state.focus) or FOLLOW_PLAN
         for dropdown, value in (
             (self._align, state.alignment),
@@ -80,16 +81,17 @@ class Options:
                 box.value = getattr(state, field)
         if self._loop.value != state.loop:
             self._loop.value = state.loop
-        self._following = False
 
-    def _change(self, **changes: object) -> None:
-        if not self._following:
-            self._session.change(**changes)
+    def _change(self, event: viser.GuiEvent[Any], **changes: object) -> None:
+        """What a person chose; what the server sets itself calls back without a client."""
+        if event.client is not None:
+            self._session.change(at=None, **changes)
 
-    def _realign(self) -> None:
+    def _realign(self, event: viser.GuiEvent[Any]) -> None:
         """The same moment of the run in focus on the other clock."""
-        if not self._following and self._align.value != self._session.state.alignment:
-            self._session.align(self._align.value)
+        chosen = ALIGNMENTS[ALIGNMENTS.index(self._align.value)]
+        if event.client is not None and chosen != self._session.state.alignment:
+            self._session.align(chosen)
 
 
 def _key(table: dict[str, str], value: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import socket
 import warnings
@@ -48,7 +49,8 @@ class Dashboard:
     @property
     def url(self) -> str:
         host = self.server.get_host()
-        return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{self.server.get_port()}"
+        named = {"0.0.0.0": LOCAL, "": LOCAL, "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
+        return f"http://{named}:{self.server.get_port()}"
 
     def stop(self) -> None:
         if self.follower is not None:
@@ -71,14 +73,9 @@ def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="LIOS workbench", verbose=False)
     dashboard = Dashboard(server)
-    plan = library.timeline(state.runs[0]).plan if state.runs else None
-    if plan is not None:
-        begin_at(
-            server,
-            fitted(
-                library.shape(plan), aspect=USUAL_ASPECT, covered_below=covered_px(len(state.runs)) / USUAL_HEIGHT_PX
-            ),
-        )
+    shape = library.shape(library.timeline(state.runs[0]).plan)
+    covered = covered_px(len(state.runs)) / USUAL_HEIGHT_PX
+    begin_at(server, fitted(shape, aspect=USUAL_ASPECT, covered_below=covered))
 
     def arrive(client: viser.ClientHandle) -> None:
         session = Session(client, library, state)
@@ -106,6 +103,6 @@ def _check_port(host: str, port: int) -> None:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind(address)
     except (OSError, OverflowError) as error:
-        if getattr(error, "errno", None) == 98:
+        if getattr(error, "errno", None) == errno.EADDRINUSE:
             raise PortInUse(host, port) from error
         raise CannotListen(host, port, str(error)) from error

@@ -20,6 +20,7 @@ from dashboards.library import Library
 from dashboards.palette import run_colour
 from dashboards.scene import AUTOMATIC, Scene, scene_at
 from dashboards.sensing.senses import Senses
+from dashboards.timeline import Timeline
 from dashboards.unopened import unopened
 from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
 from dashboards.viser_app.sensor_layers import SensorLayers
@@ -35,6 +36,8 @@ SETTLED_AFTER_S = 0.25
 UNMOVED_M = 0.02
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
+MOST_RUNS = 16
+"""Runs that one browser shows at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +96,7 @@ class Session:
 
     def start(self) -> None:
         self.stage.light()
-        self._open()
+        self._open(self.state)
         self._thread.start()
 
     def stop(self) -> None:
@@ -102,14 +105,20 @@ class Session:
             self._alive = False
             self._wake.notify_all()
 
-    def change(self, **changes: object) -> None:
-        """Changes the state and shows it soon."""
+    def change(self, *, at: float | None = None, **changes: object) -> None:
+        """Changes the state and shows it soon; who goes to another moment than the end is no longer live."""
         with self._wake:
-            if "at" in changes and "live" not in changes:
-                changes["live"] = self.state.live and float(str(changes["at"])) >= self.clock.end * (1 - 1e-9)
-            self.state = replace(self.state, **changes)  # type: ignore[arg-type]
+            if at is not None:
+                changes = {"at": at, "live": self.state.live and self._is_over(at), **changes}
+            self.state = replace(self.state, **changes)
             self._dirty = True
             self._wake.notify_all()
+
+    def toggle_playing(self) -> None:
+        """Plays or pauses; at the end it plays from the start."""
+        with self._wake:
+            begins = not self.state.playing
+            self.change(at=0.0 if begins and self._is_over(self.state.at) else None, playing=begins)
 
     def stir(self) -> None:
         """Something that the state does not hold has changed: the camera. The view will settle anew."""
@@ -118,11 +127,12 @@ class Session:
 
     def align(self, alignment: Alignment) -> None:
         """Puts the runs on another clock; the run in focus stays at its moment."""
-        if not self.clock.timelines:
-            self.change(alignment=alignment)
-            return
-        other = Clock(timelines=self.clock.timelines, alignment=alignment)
-        self.change(alignment=alignment, at=other.reading(self.clock.stamps(self.state.at)[0]))
+        with self._wake:
+            if not self.clock.timelines:
+                self.change(alignment=alignment)
+                return
+            other = Clock(timelines=self.clock.timelines, alignment=alignment)
+            self.change(alignment=alignment, at=other.reading(self.clock.stamps(self.state.at)[0]))
 
     def _show_again(self) -> None:
         """Something that belongs to the view has become ready."""
@@ -142,11 +152,12 @@ class Session:
 
     def step(self, stops: tuple[float, ...], direction: int) -> None:
         """To the next stop after, or the last before, the moment shown; pauses."""
-        at, near = self.state.at, 1e-6 * max(1.0, self.clock.end)
-        ends = (*stops, 0.0, self.clock.end)
-        ahead = [s for s in ends if (s > at + near if direction > 0 else s < at - near)]
-        if ahead:
-            self.change(at=min(ahead) if direction > 0 else max(ahead), playing=False)
+        with self._wake:
+            at, near = self.state.at, 1e-6 * max(1.0, self.clock.end)
+            ends = (*stops, 0.0, self.clock.end)
+            ahead = [s for s in ends if (s > at + near if direction > 0 else s < at - near)]
+            if ahead:
+                self.change(at=min(ahead) if direction > 0 else max(ahead), playing=False)
 
     def open_runs(self, runs: tuple[int, ...]) -> None:
         """Shows other runs, from their start; ones that cannot be read are told of and left out."""
@@ -156,25 +167,37 @@ class Session:
 
     def toggle_run(self, run: int) -> None:
         """Lays a run over what is shown, or takes it away; one always stays."""
-        shown = self.state.runs
-        left = tuple(r for r in shown if r != run) if run in shown else (*shown, run)
-        if left and 0 <= run < len(self.library.paths) and self._can_read(run):
-            self.change(runs=left)
+        if not 0 <= run < len(self.library.paths) or not self._can_read(run):
+            return
+        with self._wake:
+            shown = self.state.runs
+            left = tuple(r for r in shown if r != run) if run in shown else (*shown, run)
+            if 1 <= len(left) <= MOST_RUNS:
+                self.change(runs=left)
+                return
+        if left:
+            self._tell("No more runs fit", f"At most {MOST_RUNS} are shown at once. Take one away first.")
 
     def look_at_container(self, index: int) -> None:
         """Turns the camera to a container of the place."""
-        plan = self.clock.timelines[0].plan if self.clock.timelines else None
-        if plan is not None and 0 <= index < len(plan.containers):
-            pose = plan.containers[index].pose
+        containers = self.clock.timelines[0].plan.containers if self.clock.timelines else ()
+        if 0 <= index < len(containers):
+            pose = containers[index].pose
             look(self.client, close_to(pose.x_m, pose.y_m))
 
     def _can_read(self, run: int) -> bool:
         try:
             self.library.timeline(run)
         except LiosError as error:
-            self.client.add_notification("This log cannot be shown", str(error), color="red", auto_close_seconds=8)
+            self._tell("This log cannot be shown", str(error))
             return False
         return True
+
+    def _tell(self, title: str, words: str) -> None:
+        self.client.add_notification(title, words, color="red", auto_close_seconds=8)
+
+    def _is_over(self, at: float) -> bool:
+        return at >= self.clock.end * (1 - 1e-9)
 
     def look(self, *, from_above: bool = False) -> None:
         """Fits the camera to the house."""
@@ -192,51 +215,49 @@ class Session:
             self.look(from_above=from_above)
 
     def fit(self, *, from_above: bool = False) -> CameraPose | None:
-        plan = self.clock.timelines[0].plan if self.clock.timelines else None
-        if plan is None:
+        """A pose that fits the house into the browser's window; None while nothing is shown."""
+        if not self.clock.timelines:
             return None
-        camera = self.client.camera
+        plan, camera = self.clock.timelines[0].plan, self.client.camera
         wide, high = camera.image_width, camera.image_height
         aspect = max(0.4, wide / high) if high else 1.6
         covered = covered_px(len(self.clock.timelines)) / high if high else 0.0
         return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect, covered_below=min(0.4, covered))
 
-    def scenes(self) -> list[Scene]:
-        """The moment shown, of every run."""
-        state = self.state
-        stamps = self.clock.stamps(state.at)
-        scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
-        return scenes
-
-    def _open(self) -> None:
-        """Opens the runs of the state, if they are not open already."""
-        wanted = (self.state.runs, self._revision)
-        if self._opened == wanted and self.clock.alignment == self.state.alignment:
+    def _open(self, state: ViewState) -> None:
+        """Opens the runs of a state, if they are not open already."""
+        wanted = (state.runs, self._revision)
+        if self._opened == wanted and self.clock.alignment == state.alignment:
             return
-        before = self.clock.timelines[0].plan if self.clock.timelines else None
-        timelines = tuple(self.library.timeline(i) for i in self.state.runs if self._can_read(i))
-        self.clock = Clock(timelines=timelines, alignment=self.state.alignment)
+        readable = [run for run in state.runs if self._can_read(run)]
+        timelines = tuple(self.library.timeline(run) for run in readable)
+        before = self.clock.timelines[:1]
+        self.clock = Clock(timelines=timelines, alignment=state.alignment)
         self.unopened = unopened(timelines)
-        first = self._opened is None
-        if self._opened is None or self._opened[0] != wanted[0]:
-            plan = timelines[0].plan if timelines else None
-            if plan is not None and (first or plan != before):
-                self.stage.show_house(plan, self.library.shape(plan), timelines[0].run.place.occupancy)
-                self._walls = ""
-            self.stage.cast(
-                [run_colour(i) for i in range(len(timelines))],
-                [t.run.info.strategy for t in timelines],
-                [t.plan == plan for t in timelines],
-            )
-            if plan is not None and not first and plan != before:
-                self.look()
-        self.senses = self.library.senses(self.state.runs[0]) if timelines else None
+        if timelines and (self._opened is None or self._opened[0] != state.runs):
+            self._set_the_stage(timelines, first=self._opened is None, before=before)
+        self.senses = self.library.senses(readable[0]) if readable else None
         self.sensors.open(self.senses)
         self._opened = wanted
-        if self.state.live:
+        if state.live:
             self.change(at=self.clock.end, live=True)
         for opener in self.openers:
             opener(self)
+
+    def _set_the_stage(self, timelines: tuple[Timeline, ...], *, first: bool, before: tuple[Timeline, ...]) -> None:
+        """The house of the run in focus, if another one is shown, and an actor for each run."""
+        plan = timelines[0].plan
+        elsewhere = not before or plan != before[0].plan
+        if elsewhere:
+            self.stage.show_house(plan, self.library.shape(plan), timelines[0].run.place.occupancy)
+            self._walls = ""
+        self.stage.cast(
+            [run_colour(i) for i in range(len(timelines))],
+            [t.run.info.strategy for t in timelines],
+            [t.plan == plan for t in timelines],
+        )
+        if elsewhere and not first:
+            self.look()
 
     def _show_forever(self) -> None:
         last, unsettled = time.monotonic(), True
@@ -265,20 +286,22 @@ class Session:
 
     def _advance(self, seconds: float) -> None:
         """Moves a playing run on; at its end it stops or begins again."""
-        state = self.state
-        if not state.playing:
-            return
-        pace = self.clock.end / max(self.clock.timelines[0].duration_s, 1e-9) if state.alignment != "time" else 1.0
-        at = state.at + seconds * state.speed * pace
-        if at < self.clock.end:
-            self.change(at=at)
-        elif state.loop:
-            self.change(at=0.0)
-        else:
-            self.change(at=self.clock.end, playing=False)
+        with self._wake:  # a seek that falls between reading the state and changing it would be lost
+            state = self.state
+            if not state.playing or not self.clock.timelines:
+                return
+            duration_s = max(self.clock.timelines[0].duration_s, 1e-9)
+            pace = 1.0 if state.alignment == "time" else self.clock.end / duration_s
+            at = state.at + seconds * state.speed * pace
+            if at < self.clock.end:
+                self.change(at=at)
+            elif state.loop:
+                self.change(at=0.0)
+            else:
+                self.change(at=self.clock.end, playing=False)
 
     def _show(self) -> None:
-        self._open()
+        self._open(self.state)
         if not self.clock.timelines:
             return
         state = self.state
@@ -287,7 +310,8 @@ class Session:
             self._walls = state.walls
         self.stage.show_room_names(state.room_names)
         self.stage.show_occupancy(state.occupancy or not self.clock.timelines[0].run.place.plan.walls)
-        scenes = self.scenes()
+        stamps = self.clock.stamps(state.at)
+        scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
         self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
         self.sensors.show(
             scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid

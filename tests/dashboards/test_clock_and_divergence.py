@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from toy import BED, COUNTER
 from toy_run import empty_run, ns, other_run, toy_run
 
 from dashboards.clock import ALIGNMENTS, Clock
@@ -55,7 +54,7 @@ def test_runs_part_at_their_first_different_action() -> None:
     assert found.index == 2
     assert found.stamps_ns == (ns(4.0), ns(4.0))
     assert found.decisions == (2, 2)
-    assert found.did == (f"move to {COUNTER}", f"move to {BED}")
+    assert found.did == ("move to countertop 1", "move to bed 2")
 
 
 def test_the_same_run_does_not_part_from_itself() -> None:

@@ -112,7 +112,7 @@ def test_beliefs_are_listed_most_believed_first_and_searched_ones_last() -> None
 
 def test_the_plan_shows_steps_order_and_ways_not_taken() -> None:
     words = _Elements(plan(scene_at(OURS, ns(1)))).text
-    assert "find Mug, bring to start" in words
+    assert "find mug, bring to start" in words
     assert "look at the bed first" in words
     assert "farther" in words
     assert 'class="current"' in plan(scene_at(OURS, ns(13)))

@@ -73,7 +73,7 @@ def test_the_hand_is_empty_until_the_pick_ends() -> None:
 
 def test_phases_name_what_goes_on() -> None:
     assert [at(s).phase for s in (1.0, 3.0, 8.0, 13.0)] == ["moving", "searching", "manipulating", "moving"]
-    assert at(3.0).doing == f"search {FRIDGE}"
+    assert at(3.0).doing == "search fridge 1"
     assert at(15.0).outcome == "done"
 
 

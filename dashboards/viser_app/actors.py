@@ -1,0 +1,127 @@
+"""Shows the runs in a house: each one's robot, the way behind it and the way ahead, in its colour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, hypot, sin
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+from dashboards.geometry.marks import ROBOT_DARK, dashes, robot_body, robot_legs, walked
+from dashboards.palette import Colour
+from dashboards.scene import RobotLook, Scene
+from workbench.worlds.geometry import Point
+
+TRAIL_M = 0.02
+"""Height of trails above the floor; the run in focus lies on top."""
+TOGETHER_M = 0.5
+"""A ghost so close to the run in focus is not named: their names would lie over each other."""
+BESIDE_M = 1.0
+"""A robot so close to a numbered container is not named either: the number matters more."""
+
+
+@dataclass(slots=True)
+class _Actor:
+    """What moves for one run."""
+
+    frame: viser.FrameHandle
+    trail: viser.LineSegmentsHandle
+    ahead: viser.LineSegmentsHandle
+    label: viser.LabelHandle
+    height_m: float
+    here: bool
+    pose: tuple[float, float, float] | None = None
+    ahead_shown: npt.NDArray[np.float32] | None = None
+
+    def parts(self) -> tuple[viser.SceneNodeHandle, ...]:
+        return (self.frame, self.trail, self.ahead)
+
+    def show(self, scene: Scene) -> None:
+        robot = scene.robot
+        pose = (robot.x_m, robot.y_m, robot.yaw_rad)
+        if self.pose != pose:
+            self.frame.position = (robot.x_m, robot.y_m, 0.0)
+            self.frame.wxyz = (cos(robot.yaw_rad / 2), 0.0, 0.0, sin(robot.yaw_rad / 2))
+            self.pose = pose
+            _set_points(self.trail, walked(scene.trail, scene.imputed, self.height_m))
+        ahead = dashes(scene.ahead, self.height_m + 0.004)
+        if self.ahead_shown is None or not np.array_equal(self.ahead_shown, ahead):
+            _set_points(self.ahead, ahead)
+            self.ahead_shown = ahead
+
+
+@final
+class Actors:
+    """The runs in one browser's view; the first is in focus."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._scene = scene
+        self._actors: list[_Actor] = []
+
+    def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
+        """Makes as many actors as there are runs, in their colours.
+
+        Args:
+            here: whether a run is of the place that is shown; others are not drawn into it.
+        """
+        for actor in self._actors:
+            for part in actor.parts():
+                part.remove()
+        self._actors = [
+            self._actor(i, colour, name, here=is_here)
+            for i, (colour, name, is_here) in enumerate(zip(colours, names, here, strict=True))
+        ]
+
+    def show(self, scenes: Sequence[Scene], numbered: Sequence[Point]) -> None:
+        """Shows one moment of every run.
+
+        Args:
+            numbered: where numbers of the order of search stand.
+        """
+        for i, (actor, scene) in enumerate(zip(self._actors, scenes, strict=False)):
+            actor.show(scene)
+            others = [(p, BESIDE_M) for p in numbered]
+            if i:
+                others.append(((scenes[0].robot.x_m, scenes[0].robot.y_m), TOGETHER_M))
+            alone = not any(_apart(scene.robot, point) <= near for point, near in others)
+            actor.label.visible = actor.here and alone and len(self._actors) > 1
+
+    def _actor(self, index: int, colour: Colour, name: str, *, here: bool) -> _Actor:
+        root = f"/runs/{index}"
+        ghost = 0.4 if index else None
+        frame = self._scene.add_frame(f"{root}/robot", show_axes=False, visible=here)
+        for part, mesh, paint in (("body", robot_body(), colour), ("legs", robot_legs(), ROBOT_DARK)):
+            self._scene.add_mesh_simple(
+                f"{root}/robot/{part}", *mesh, color=paint, flat_shading=True, opacity=ghost, cast_shadow=not index
+            )
+        nothing = np.zeros((1, 2, 3), dtype=np.float32)
+        thick = 0.05 if index == 0 else 0.035
+        return _Actor(
+            frame=frame,
+            trail=self._scene.add_line_segments(f"{root}/trail", nothing, colour, thickness=thick, visible=here),
+            ahead=self._scene.add_line_segments(
+                f"{root}/ahead", nothing, colour, thickness=thick * 0.7, visible=here
+            ),
+            label=self._scene.add_label(
+                f"{root}/robot/label",
+                name,
+                position=(0, 0, 0.95 + 0.35 * index),
+                anchor="bottom-center",
+                font_screen_scale=0.8,
+                visible=False,
+            ),
+            height_m=TRAIL_M + 0.012 * max(1, 6 - index),
+            here=here,
+        )
+
+
+def _apart(robot: RobotLook, point: Point) -> float:
+    return hypot(robot.x_m - point[0], robot.y_m - point[1])
+
+
+def _set_points(handle: viser.LineSegmentsHandle, points: npt.NDArray[np.float32]) -> None:
+    handle.points = points if len(points) else np.zeros((1, 2, 3), dtype=np.float32)
