@@ -44,7 +44,8 @@ class Content:
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
     messages_lost: int = 0
-    _wanted: dict[int, bool] = field(default_factory=dict)
+    _wanted: dict[int, tuple[Channel, Schema | None]] = field(default_factory=dict)
+    _unwanted: set[int] = field(default_factory=set)
 
     def report(self, damage: Damage) -> None:
         if self.on_damage is not None:
@@ -54,7 +55,7 @@ class Content:
         """The wanted messages of one record: of a chunk many, of a message one, of others none."""
         if isinstance(record, ChunkRecord):
             try:
-                for _, inner in records_in(record.unpack_anyhow()):
+                for _, inner in records_in(record.unpack_anyhow(), unwanted=self._unwanted):
                     if type(inner) is Raw:
                         message = self._message(offset, inner)
                         if message is not None:
@@ -71,27 +72,34 @@ class Content:
             self._learn(record)
 
     def _learn(self, record: Record | None) -> None:
-        if isinstance(record, Channel):
+        if isinstance(record, Channel) and self.channels.get(record.id) is not record:
             self.channels[record.id] = record
-            self._wanted.pop(record.id, None)
-        elif isinstance(record, Schema):
+        elif isinstance(record, Schema) and self.schemas.get(record.id) is not record:
             self.schemas[record.id] = record
+        else:
+            return
+        self._wanted.clear()
+        self._unwanted.clear()
 
     def _message(self, offset: int, raw: Raw) -> Message | None:
-        channel = self.channels.get(raw.channel_id)
+        wanted = self._wanted.get(raw.channel_id) or self._sort(offset, raw.channel_id)
+        early = raw.log_time < self.start_ns
+        if wanted is None or early or (self.end_ns is not None and raw.log_time >= self.end_ns):
+            return None
+        channel, schema = wanted
+        return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
+
+    def _sort(self, offset: int, channel_id: int) -> tuple[Channel, Schema | None] | None:
+        """A channel with its schema, remembered; None, and remembered too, where it is not wanted."""
+        channel = self.channels.get(channel_id)
         if channel is None:
             if not self.messages_lost:
-                what = f"messages of channel {raw.channel_id}, which is declared nowhere before"
+                what = f"messages of channel {channel_id}, which is declared nowhere before"
                 self.report(Damage(offset, what, opcode=Opcode.MESSAGE))
             self.messages_lost += 1
             return None
-        if raw.log_time < self.start_ns or (self.end_ns is not None and raw.log_time >= self.end_ns):
+        if self.topics is not None and not self.topics(channel.topic):
+            self._unwanted.add(channel_id)
             return None
-        if self.topics is not None:
-            wanted = self._wanted.get(channel.id)
-            if wanted is None:
-                wanted = self._wanted[channel.id] = self.topics(channel.topic)
-            if not wanted:
-                return None
-        schema = self.schemas.get(channel.schema_id)
-        return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
+        self._wanted[channel_id] = channel, self.schemas.get(channel.schema_id)
+        return self._wanted[channel_id]

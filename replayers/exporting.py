@@ -19,7 +19,6 @@ import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from recorders.log_file import CannotCreate
-from replayers.arrow import BUILDERS
 from replayers.columns import SCHEMAS
 from replayers.frames import LogSource, Problem, Tables
 from workbench.errors import BadValue, OutputExists, UnknownName
@@ -143,7 +142,7 @@ def _partitioned(source: Tables, name: str, folder: Path, by: Sequence[str]) -> 
         if part is None:
             continue
         part = part.cast(plain(SCHEMAS[name]))
-        run = BUILDERS["runs"](log).to_pylist()[0]
+        run = Tables([log]).arrow("runs").to_pylist()[0]
         for column in by:
             if column not in part.column_names:
                 part = part.append_column(column, pa.array([run[column]] * part.num_rows, type=pa.string()))

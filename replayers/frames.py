@@ -10,7 +10,7 @@ Only the topics that a table needs are decoded. A log that cannot be read does n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,14 +20,14 @@ import msgspec
 import pandas as pd
 import pyarrow as pa
 
-from replayers.arrow import BUILDERS, Source
 from replayers.columns import SCHEMAS
-from replayers.data_frames import Vocabularies, data_frame
+from replayers.data_frames import Columns, arrow_table, data_frame, joined
 from replayers.log_paths import NoLogs, find_logs, shown
 from replayers.reader import messages, metadata
 from replayers.run import POSE_TOPIC, HoldsNoRun, Run
 from replayers.scanning import open_log
 from replayers.summary import read_index
+from replayers.tabulating import BUILDERS, Source
 from workbench.errors import LiosError
 from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata
@@ -56,7 +56,6 @@ class Tables:
 
     sources: Sequence[Source]
     problems: list[Problem] = field(default_factory=list)
-    _vocabularies: Vocabularies = field(default_factory=dict, repr=False)
 
     @cached_property
     def runs(self) -> pd.DataFrame:
@@ -104,22 +103,22 @@ class Tables:
         Raises:
             KeyError: no such table.
         """
-        first, *others = list(self._by_log(name)) or [SCHEMAS[name].empty_table()]
-        return pa.concat_tables([first, *others]).unify_dictionaries() if others else first
+        return arrow_table(name, joined(name, list(self._by_log(name))))
 
     def _frame(self, name: str) -> pd.DataFrame:
-        return data_frame(self.arrow(name), self._vocabularies)
+        return data_frame(name, joined(name, list(self._by_log(name))))
 
     def parts(self, name: str) -> Iterator[pa.Table]:
         """A table as Arrow: first empty, with its columns, then log by log."""
         yield SCHEMAS[name].empty_table()
-        yield from self._by_log(name)
+        for columns in self._by_log(name):
+            yield arrow_table(name, columns)
 
-    def _by_log(self, name: str) -> Iterator[pa.Table]:
+    def _by_log(self, name: str) -> Iterator[Columns]:
         for source in self.sources:
             try:
                 part = BUILDERS[name](source)
-            except (LiosError, OverflowError, pa.ArrowInvalid) as error:
+            except (LiosError, OverflowError) as error:
                 reason = str(error) if isinstance(error, LiosError) else f"{source.log}: a number beyond 64 bits"
                 problem = Problem(source.log, reason)
                 if problem not in self.problems:
@@ -175,27 +174,29 @@ class LogSource:
 @final
 @dataclass(frozen=True, slots=True)
 class RunSource:
-    """A run that was read already."""
+    """What was read of a run already; not the run itself, which holds its tables and would never be freed at once."""
 
-    run: Run
+    log: str
+    info: RunInfo
+    complete: bool
+    found: Mapping[type[msgspec.Struct], Sequence[Any]]
+    raw_poses: Sequence[tuple[int, bytes]]
 
-    @property
-    def log(self) -> str:
-        return shown(self.run.path)
-
-    @property
-    def info(self) -> RunInfo:
-        return self.run.info
-
-    @property
-    def complete(self) -> bool:
-        return self.run.complete
+    @classmethod
+    def of(cls, run: Run) -> RunSource:
+        return cls(
+            log=shown(run.path),
+            info=run.info,
+            complete=run.complete,
+            found={event_class: run.events(event_class) for event_class in TOPIC_OF},
+            raw_poses=run.raw_poses,
+        )
 
     def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
-        return self.run.events(event_class)
+        return self.found[event_class]
 
     def poses(self) -> Sequence[tuple[int, Any]]:
-        return _poses(self.run.raw_poses)
+        return _poses(self.raw_poses)
 
 
 def _poses(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, Any]]:

@@ -6,10 +6,11 @@ A log whose recorder died reads like any other, up to its last flush; `complete`
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -93,7 +94,7 @@ class Run:
         """The run as data frames, each made when it is first asked for."""
         from replayers.frames import RunSource, Tables
 
-        return Tables((RunSource(self),))
+        return Tables((RunSource.of(self),))
 
     def events(self, event_class: type[msgspec.Struct]) -> tuple[Any, ...]:
         """All events of a class of the vocabulary, in order.
@@ -101,22 +102,10 @@ class Run:
         Raises:
             KeyError: a class that a run does not hold.
         """
-        single: dict[type[msgspec.Struct], Any] = {
-            Outcome: self.outcome,
-            GroundTruth: self.truth,
-            Dropped: self.dropped,
-        }
-        if event_class in single:
-            return () if single[event_class] is None else (single[event_class],)
-        many: dict[type[msgspec.Struct], tuple[Any, ...]] = {
-            Observation: self.observations,
-            BeliefUpdate: self.beliefs,
-            FindCosts: self.find_costs,
-            PlanComputed: self.plans,
-            Timing: self.timings,
-            ActionFinished: self.actions,
-        }
-        return many[event_class]
+        held = getattr(self, _HELD_AS[event_class])
+        if isinstance(held, tuple):
+            return held
+        return () if held is None else (held,)
 
     @cached_property
     def sha256(self) -> str:
@@ -126,6 +115,22 @@ class Run:
             while block := stream.read(1 << 20):
                 digest.update(block)
         return digest.hexdigest()
+
+
+_HELD_AS: Mapping[type[msgspec.Struct], str] = MappingProxyType(
+    {
+        Observation: "observations",
+        BeliefUpdate: "beliefs",
+        FindCosts: "find_costs",
+        PlanComputed: "plans",
+        Timing: "timings",
+        ActionFinished: "actions",
+        Outcome: "outcome",
+        GroundTruth: "truth",
+        Dropped: "dropped",
+    }
+)
+"""The attribute of a run that holds the events of a class."""
 
 
 def read(path: Path | str, *, with_truth: bool = False) -> Run:

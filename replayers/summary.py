@@ -64,7 +64,8 @@ def _filled(body: bytes) -> LogIndex:
         start = offset + HEAD.size
         if start + length > len(body):
             raise Unreadable("the summary ends inside a record")
-        _take(index, parse(opcode, body[start : start + length])[0])
+        if opcode != Opcode.SUMMARY_OFFSET:
+            _take(index, parse(opcode, body[start : start + length])[0])
         offset = start + length
     return index
 

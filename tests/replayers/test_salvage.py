@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import random
 import re
@@ -324,3 +325,49 @@ def test_the_toy_run_is_fine(run_log: bytes, tmp_path: Path):
     assert [f for f in examined.findings if f.level != "info"] == []
     assert examined.loss_window_s == 1.0
     assert len(toy_events()) > 10
+
+
+def test_small_records_are_read_as_mcap_reads_them_and_refused_when_cut():
+    """Those that we parse ourselves, for speed: chunk indexes; and those that are read once: schemas and channels."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.opcode import Opcode
+    from mcap.records import Channel, ChunkIndex, Schema
+
+    from recorders.log_index import record_bytes
+    from replayers.mcap_records import HEAD, Unreadable, parse
+
+    for record, opcode in (
+        (ChunkIndex(7, 8, "zstd", 9, 10, 11, {3: 12, 4: 2**63}, 13, 14), Opcode.CHUNK_INDEX),
+        (ChunkIndex(0, 0, "", 0, 0, 0, {}, 0, 0), Opcode.CHUNK_INDEX),
+        (Schema(id=1, data=b"{}", encoding="jsonschema", name="x"), Opcode.SCHEMA),
+        (Channel(id=1, topic="/x", message_encoding="json", metadata={"a": "b"}, schema_id=1), Opcode.CHANNEL),
+    ):
+        body = record_bytes(record)[HEAD.size :]
+        assert parse(opcode, body) == (record, True)
+        assert type(record).read(ReadDataStream(io.BytesIO(body))) == record
+        assert parse(opcode, body + b"more") == (record, False)
+        for cut in range(len(body)):
+            with pytest.raises(Unreadable):
+                parse(opcode, body[:cut])
+
+
+def test_a_channel_that_is_declared_anew_is_looked_at_again():
+    from mcap.records import Channel
+
+    from replayers.content import Content
+    from replayers.mcap_records import Raw
+
+    def channel(topic: str) -> Channel:
+        return Channel(id=1, topic=topic, message_encoding="json", metadata={}, schema_id=0)
+
+    content = Content(topics="/wanted".__eq__)
+    seen = []
+    for record in (
+        channel("/not"),
+        Raw(1, 0, 0, 0, b"1"),
+        channel("/wanted"),
+        Raw(1, 0, 0, 0, b"2"),
+        channel("/not"),
+    ):
+        seen += [message.data for message in content.messages_of(0, record)]
+    assert seen + [m.data for m in content.messages_of(0, Raw(1, 0, 0, 0, b"3"))] == [b"2"]

@@ -1,21 +1,23 @@
-"""How does a run become tables? One pure function a table, from wire events to Arrow columns.
+"""How does a run become tables? One pure function a table, from wire events to columns.
 
 Beliefs and find costs, where the rows are, are laid out by numpy; nothing is looped over entry by entry.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import atan2
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any, Protocol
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
 
-from replayers.columns import SCHEMAS, TIME, WORD
+from replayers.cells import Numbers, Words, column_of
+from replayers.columns import NUMBER, SCHEMAS, TIME, WHOLE
+from replayers.data_frames import Columns
 from workbench.runs.vocabulary import (
     ActionFinished,
     BeliefUpdate,
@@ -24,7 +26,6 @@ from workbench.runs.vocabulary import (
     Outcome,
     PlanComputed,
     RunInfo,
-    Stamp,
     Timing,
 )
 
@@ -52,7 +53,7 @@ class Source(Protocol):
         ...
 
 
-def runs(source: Source) -> pa.Table:
+def runs(source: Source) -> Columns:
     info = source.info
     outcome: Outcome | None = next(iter(source.events(Outcome)[-1:]), None)
     row = {
@@ -72,7 +73,7 @@ def runs(source: Source) -> pa.Table:
     return _table("runs", {name: [value] for name, value in row.items()})
 
 
-def decisions(source: Source) -> pa.Table:
+def decisions(source: Source) -> Columns:
     plans: Sequence[PlanComputed] = source.events(PlanComputed)
     timings: dict[int, Timing] = {timing.decision: timing for timing in source.events(Timing)}
     return _table(
@@ -90,7 +91,7 @@ def decisions(source: Source) -> pa.Table:
     )
 
 
-def observations(source: Source) -> pa.Table:
+def observations(source: Source) -> Columns:
     seen: Sequence[Observation] = source.events(Observation)
     return _table(
         "observations",
@@ -103,21 +104,21 @@ def observations(source: Source) -> pa.Table:
     )
 
 
-def beliefs(source: Source) -> pa.Table:
+def beliefs(source: Source) -> Columns:
     updates: Sequence[BeliefUpdate] = source.events(BeliefUpdate)
     return _table(
         "beliefs",
         {
             **_spread(source, updates, [(u.item_types, u.containers) for u in updates], ("item_type", "container")),
             "probability": _values([update.probability for update in updates]),
-            "estimator": _repeated(
+            "estimator": Words.repeated(
                 [u.estimator for u in updates], [_size(u.item_types, u.containers) for u in updates]
             ),
         },
     )
 
 
-def find_costs(source: Source) -> pa.Table:
+def find_costs(source: Source) -> Columns:
     costs: Sequence[FindCosts] = source.events(FindCosts)
     axes = [(one.item_types, one.origins, one.targets) for one in costs]
     sizes = [_size(*each) for each in axes]
@@ -126,18 +127,18 @@ def find_costs(source: Source) -> pa.Table:
         {
             **_spread(source, costs, axes, ("item_type", "origin", "target")),
             "cost": _values([one.metres for one in costs]),
-            "kind": _repeated([one.kind for one in costs], sizes),
-            "belief_model": _repeated([one.belief_model for one in costs], sizes),
+            "kind": Words.repeated([one.kind for one in costs], sizes),
+            "belief_model": Words.repeated([one.belief_model for one in costs], sizes),
         },
     )
 
 
-def plans(source: Source) -> pa.Table:
+def plans(source: Source) -> Columns:
     steps = [(plan, i, step) for plan in source.events(PlanComputed) for i, step in enumerate(plan.steps)]
     return _table(
         "plans",
         {
-            "run_id": _repeated([source.info.run_id], [len(steps)]),
+            "run_id": Words.repeated([source.info.run_id], [len(steps)]),
             "decision": [plan.decision for plan, _, _ in steps],
             "step": [i for _, i, _ in steps],
             **_fields([step for _, _, step in steps], "action", "origin", "target", "item_types", "items", "cost"),
@@ -145,12 +146,12 @@ def plans(source: Source) -> pa.Table:
     )
 
 
-def actions(source: Source) -> pa.Table:
+def actions(source: Source) -> Columns:
     done: Sequence[ActionFinished] = source.events(ActionFinished)
     return _table(
         "actions",
         {
-            "run_id": _repeated([source.info.run_id], [len(done)]),
+            "run_id": Words.repeated([source.info.run_id], [len(done)]),
             "start": [one.start.ns for one in done],
             "end": [one.stamp.ns for one in done],
             **_fields(done, "decision", "index", "action", "origin", "target", "item_types", "items", "cost"),
@@ -159,25 +160,32 @@ def actions(source: Source) -> pa.Table:
     )
 
 
-def poses(source: Source) -> pa.Table:
+def poses(source: Source) -> Columns:
     found = source.poses()
-    places = [message.pose.position for _, message in found]
-    turns = [message.pose.orientation for _, message in found]
+    rows = [_pose(message.pose) for _, message in found]
+    x_m, y_m, z_m, yaw_rad = np.array(rows, dtype=np.float64).reshape(-1, 4).T.copy()
     return _table(
         "poses",
         {
-            "run_id": _repeated([source.info.run_id], [len(found)]),
+            "run_id": Words.repeated([source.info.run_id], [len(found)]),
             "stamp": [stamp for stamp, _ in found],
             "frame": [message.frame_id for _, message in found],
-            "x_m": [place.x for place in places],
-            "y_m": [place.y for place in places],
-            "z_m": [place.z for place in places],
-            "yaw_rad": [atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z)) for q in turns],
+            "x_m": Numbers(x_m, NUMBER),
+            "y_m": Numbers(y_m, NUMBER),
+            "z_m": Numbers(z_m, NUMBER),
+            "yaw_rad": Numbers(yaw_rad, NUMBER),
         },
     )
 
 
-BUILDERS: Mapping[str, Callable[[Source], pa.Table]] = MappingProxyType(
+def _pose(pose: Any) -> tuple[float, float, float, float]:
+    """Position and yaw of a foxglove.Pose."""
+    place, q = pose.position, pose.orientation
+    x, y, z, w = q.x, q.y, q.z, q.w
+    return place.x, place.y, place.z, atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+BUILDERS: Mapping[str, Callable[[Source], Columns]] = MappingProxyType(
     {
         "runs": runs,
         "decisions": decisions,
@@ -192,70 +200,58 @@ BUILDERS: Mapping[str, Callable[[Source], pa.Table]] = MappingProxyType(
 """Table by table, in the order of replayers.columns."""
 
 
-def _table(name: str, columns: Mapping[str, Any]) -> pa.Table:
-    schema = SCHEMAS[name]
-    arrays = [_array(columns[field.name], field.type) for field in schema]
-    return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def _array(values: Any, kind: pa.DataType) -> pa.Array:
-    if isinstance(values, pa.Array):
-        return values
-    if kind == WORD:
-        return pa.array(values, type=pa.string()).dictionary_encode()
-    return pa.array(values, type=kind)
+def _table(name: str, columns: Mapping[str, Any]) -> Columns:
+    """Columns as they are; from lists of values, columns of the types that the table has."""
+    made = ((field.name, field.type, columns[field.name]) for field in SCHEMAS[name])
+    return {
+        column: values if isinstance(values, Words | Numbers) else column_of(values, kind)
+        for column, kind, values in made
+    }
 
 
 def _common(source: Source, events: Sequence[Any]) -> dict[str, Any]:
     return {
-        "run_id": _repeated([source.info.run_id], [len(events)]),
+        "run_id": Words.repeated([source.info.run_id], [len(events)]),
         "decision": [event.decision for event in events],
         "stamp": [event.stamp.ns for event in events],
     }
 
 
-def _fields(events: Iterable[Any], *names: str) -> dict[str, list[Any]]:
-    events = list(events)
-    return {name: [getattr(event, name) for event in events] for name in names}
+def _fields(events: Sequence[Any], *names: str) -> dict[str, list[Any]]:
+    return {name: list(map(attrgetter(name), events)) for name in names}
 
 
 def _spread(
     source: Source, events: Sequence[Any], axes: Sequence[tuple[Sequence[str], ...]], names: Sequence[str]
-) -> dict[str, Any]:
+) -> dict[str, Words | Numbers]:
     """One row for every entry of every event's array: its event's columns, and the label on every axis."""
     sizes = [_size(*each) for each in axes]
-    stamps: list[Stamp] = [event.stamp for event in events]
-    columns: dict[str, Any] = {
-        "run_id": _repeated([source.info.run_id], [sum(sizes)]),
-        "decision": pa.array(np.repeat(np.array([e.decision for e in events], dtype=np.int64), sizes)),
-        "stamp": pa.array(np.repeat(np.array([s.ns for s in stamps], dtype=np.int64), sizes)).view(TIME),
+    decisions = np.array([event.decision for event in events], dtype=np.int64)
+    stamps_ns = np.array([event.stamp.ns for event in events], dtype=np.int64)
+    columns: dict[str, Words | Numbers] = {
+        "run_id": Words.repeated([source.info.run_id], [sum(sizes)]),
+        "decision": Numbers(np.repeat(decisions, sizes), WHOLE),
+        "stamp": Numbers(np.repeat(stamps_ns, sizes), TIME),
     }
     for axis, name in enumerate(names):
         columns[name] = _labels(axes, axis)
     return columns
 
 
-def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> pa.Array:
-    """The labels of one axis for every entry, C order, as a dictionary array."""
+def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> Words:
+    """The labels of one axis for every entry, C order."""
     words: dict[str, int] = {}
     parts: list[npt.NDArray[np.int32]] = []
     for each in axes:
         codes = np.array([words.setdefault(label, len(words)) for label in each[axis]], dtype=np.int32)
         inner, outer = _size(*each[axis + 1 :]), _size(*each[:axis])
         parts.append(np.tile(np.repeat(codes, inner), outer))
-    codes = np.concatenate(parts) if parts else np.zeros(0, dtype=np.int32)
-    return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(list(words), type=pa.string()))
+    return Words(np.concatenate(parts) if parts else np.zeros(0, dtype=np.int32), tuple(words))
 
 
-def _values(arrays: Sequence[Any]) -> pa.Array:
+def _values(arrays: Sequence[Any]) -> Numbers:
     flat = [np.asarray(array, dtype=np.float64).ravel() for array in arrays]
-    return pa.array(np.concatenate(flat) if flat else np.zeros(0))
-
-
-def _repeated(words: Sequence[str], counts: Sequence[int]) -> pa.Array:
-    known: dict[str, int] = {}
-    codes = np.array([known.setdefault(word, len(known)) for word in words], dtype=np.int32)
-    return pa.DictionaryArray.from_arrays(pa.array(np.repeat(codes, counts)), pa.array(list(known), type=pa.string()))
+    return Numbers(np.concatenate(flat) if flat else np.zeros(0), NUMBER)
 
 
 def _size(*axes: Sequence[str]) -> int:
