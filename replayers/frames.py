@@ -21,19 +21,25 @@ import pandas as pd
 import pyarrow as pa
 
 from replayers.columns import SCHEMAS
+from replayers.content import Message
 from replayers.data_frames import Columns, arrow_table, data_frame, joined
 from replayers.log_paths import NoLogs, find_logs, shown
 from replayers.reader import messages, metadata
-from replayers.run import POSE_TOPIC, HoldsNoRun, Run
+from replayers.run import POSE_TOPIC, TRUTH_TOPIC, HoldsNoRun, Run
 from replayers.scanning import open_log
 from replayers.summary import read_index
 from replayers.tabulating import BUILDERS, Source
 from workbench.errors import LiosError
 from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata
-from workbench.runs.vocabulary import TOPIC_OF, RunInfo
+from workbench.runs.vocabulary import TOPIC_OF, TOPICS, RunInfo
 
 __all__ = ["LogSource", "NoLogs", "Problem", "RunSource", "Tables", "find_logs", "read_many"]
+
+
+KEPT_BYTES = 16 << 20
+"""Logs that are smaller together are read once, not topic by topic."""
+_OF_TABLES = frozenset({*TOPICS, POSE_TOPIC} - {TRUTH_TOPIC})
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,27 +136,36 @@ class Tables:
 def read_many(where: str | Path | Iterable[str | Path]) -> Tables:
     """The tables of many logs, read file by file when a table is first asked for.
 
+    Of more than 16 MiB of logs, each table reads its own topics; less is read once and kept, undecoded.
+
     Args:
         where: a folder (searched whole), a pattern with * and **, one file, or several of these.
 
     Raises:
         NoLogs: nothing there.
     """
-    return Tables([LogSource(path) for path in find_logs(where)])
+    paths = find_logs(where)
+    small = sum(path.stat().st_size for path in paths) <= KEPT_BYTES
+    return Tables([LogSource(path, keep=small) for path in paths])
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class LogSource:
-    """A log on disk; every question reads only the topic that it needs."""
+    """A log on disk.
+
+    Attributes:
+        keep: read it once and keep its messages, undecoded; otherwise every question reads the topic that it needs.
+    """
 
     path: Path
+    keep: bool = False
 
     @property
     def log(self) -> str:
         return shown(self.path)
 
-    @property
+    @cached_property
     def info(self) -> RunInfo:
         pairs = metadata(self.path, INFO_METADATA)
         if pairs is None:
@@ -164,11 +179,21 @@ class LogSource:
 
     def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
         topic = TOPIC_OF[event_class]
-        return [decode(topic, message.data) for message in messages(self.path, topics=topic.__eq__)]
+        return [decode(topic, message.data) for message in self._messages(topic)]
 
     def poses(self) -> Sequence[tuple[int, Any]]:
-        found = messages(self.path, topics=POSE_TOPIC.__eq__)
+        found = self._messages(POSE_TOPIC)
         return _poses((m.log_time, m.data) for m in found if m.channel.message_encoding == "protobuf")
+
+    def _messages(self, topic: str) -> Iterable[Message]:
+        return self._kept.get(topic, ()) if self.keep else messages(self.path, topics=topic.__eq__)
+
+    @cached_property
+    def _kept(self) -> dict[str, list[Message]]:
+        found: dict[str, list[Message]] = {}
+        for message in messages(self.path, topics=_OF_TABLES.__contains__):
+            found.setdefault(message.topic, []).append(message)
+        return found
 
 
 @final

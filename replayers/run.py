@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -165,6 +165,10 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     return found.run(closed=index is not None)
 
 
+_place = lru_cache(maxsize=8)(place_from_json)
+"""Runs of one place, which nobody can change, share it."""
+
+
 @dataclass(slots=True)
 class _Found:
     """What reading has come across so far."""
@@ -203,7 +207,7 @@ class _Found:
         return Run(
             path=self.path,
             info=self.info,
-            place=place_from_json(self._attachment(PLACE_ATTACHMENT)),
+            place=_place(self._attachment(PLACE_ATTACHMENT)),
             task=task_from_json(self._attachment(TASK_ATTACHMENT)),
             costs=settings.costs,
             settings=settings.more,
