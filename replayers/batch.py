@@ -7,9 +7,11 @@ does not stop the others.
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from replayers.ground import Ground, Settings, ground_of
@@ -104,6 +106,7 @@ def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = No
 
 def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
     """Replays every strategy over one log, one by one."""
+    _settle()
     try:
         run = read(log, with_truth=wanted.settings.with_truth)
         sha256, run_id = run.sha256, run.info.run_id
@@ -128,6 +131,13 @@ def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
             if isinstance(ground, Ground)
             else LogFailed(log=str(log), strategy=name, reason=str(ground))
         )
+
+
+@cache
+def _settle() -> None:
+    """Once a process: what is loaded by now stays, and the collector need not walk through it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 def _ground(run: Run, settings: Settings) -> Ground | LiosError:

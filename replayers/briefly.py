@@ -1,7 +1,7 @@
 """How does a strategy decide when nobody reads its reasons? The same steps, without what only people look at.
 
 Thousands of branches need neither the ways not taken nor the order of looks beyond the first one, which is all that
-the loop walks.
+the loop walks. And they ask for the same searches over and over (remembered.py).
 """
 
 from __future__ import annotations
@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import final
 
+from replayers.remembered import Memory, Remembered
 from workbench.planning.composed import Composed
+from workbench.planning.scout import Scout
 from workbench.planning.solver import BuiltIn
 from workbench.planning.strategy import Strategy
 from workbench.search.find_costs import SearchStop
@@ -36,9 +38,21 @@ class FirstOnly:
         return (SearchStop(container=first, probability=0.0, reached=1.0, leg_m=leg),)
 
 
-def briefly(planner: Strategy) -> Strategy:
-    """The same strategy, without words; one that is not composed as it is."""
-    if not isinstance(planner, Composed):
-        return planner
+def briefly(planner: Strategy, memory: Memory | None = None) -> Strategy:
+    """The same strategy, without words; one that is made of other parts than ours as it is.
+
+    Args:
+        memory: of the searches over one log; strategies may share it.
+    """
+    memory = memory if memory is not None else Memory()
+    if isinstance(planner, Composed):
+        quiet = _quiet(planner, memory)
+        return replace(quiet, policy=FirstOnly(quiet.policy))
+    if isinstance(planner, Scout):  # it reads its base's orders to their ends
+        return replace(planner, base=_quiet(planner.base, memory), cooking=_quiet(planner.cooking, memory))
+    return planner
+
+
+def _quiet(planner: Composed, memory: Memory) -> Composed:
     solver = replace(planner.solver, explain=False) if isinstance(planner.solver, BuiltIn) else planner.solver
-    return replace(planner, solver=solver, policy=FirstOnly(planner.policy))
+    return replace(planner, solver=solver, policy=Remembered(planner.policy, memory))

@@ -16,10 +16,12 @@ from replayers.durations import SIMULATED, Durations, fitted_durations
 from replayers.evidence import Evidence, evidence_of
 from replayers.logged_belief import estimator_for
 from replayers.relevance import Assumptions, Relevance, relevance_of
+from replayers.remembered import Memory
 from replayers.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.errors import Unsupported
 from workbench.planning.actions import relevant_types
+from workbench.planning.added import with_added
 from workbench.runs.place import place_to_json
 from workbench.runs.vocabulary import GroundTruth, Outcome
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
@@ -68,6 +70,7 @@ class Ground:
         recorded: the end of the recorded run; None where the log is cut off before it.
         place_sha256: the plan and its travel costs, hashed.
         draws: names the drawn worlds; only replays with the same draws are paired.
+        memory: searches that strategies over this log have asked for.
     """
 
     evidence: Evidence
@@ -81,6 +84,7 @@ class Ground:
     place_sha256: str
     draws: str
     notes: tuple[str, ...] = ()
+    memory: Memory = field(default_factory=Memory, compare=False)
 
     @property
     def is_fitted(self) -> bool:
@@ -135,7 +139,8 @@ def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
         return None
     relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
     all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
-    belief = ground.estimator.believe(all_seen, relevance.types)
+    believed = ground.estimator.believe(all_seen, relevance.types)
+    belief = with_added(believed, evidence.task, evidence.place.plan)
     return draw_worlds(
         evidence,
         relevance,

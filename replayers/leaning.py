@@ -21,3 +21,8 @@ def reads_beliefs(planner: Strategy, goal: Goal) -> bool:
         return True
     by_distance = isinstance(planner.pricing, Optimistic | Pessimistic)
     return not (by_distance and isinstance(planner.policy, NearestFirst))
+
+
+def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:
+    """Whether every look of a strategy goes to the nearest unsearched container; False where that is not known."""
+    return isinstance(planner, Composed) and isinstance(planner.policy, NearestFirst) and not prepares(goal)

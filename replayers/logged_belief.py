@@ -8,7 +8,7 @@ estimator that the log names is asked again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
@@ -17,7 +17,7 @@ from replayers.evidence import Evidence
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.errors import LiosError, Unsupported
 from workbench.runs.vocabulary import BeliefUpdate
-from workbench.worlds.house import ItemType, LocationId
+from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 NAMES_ALONE = ("counts", "fcnn")
@@ -25,6 +25,9 @@ NAMES_ALONE = ("counts", "fcnn")
 
 LEARNING = ("best",)
 """Estimators that all that is seen moves, even where a short run does not show it."""
+
+MOST_BELIEFS = 10_000
+"""Remembered; beyond this, all is forgotten and made anew."""
 
 HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
 
@@ -68,16 +71,32 @@ class RecordedBeliefs:
 @final
 @dataclass(frozen=True, slots=True)
 class LoggedBelief:
-    """Answers with the first probability that the log holds; 0 for a pair that it does not name."""
+    """Answers with the first probability that the log holds; 0 for a pair that it does not name.
+
+    Attributes:
+        made: beliefs answered before; at most MOST_BELIEFS.
+    """
 
     evidence: Evidence
+    made: dict[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief] = field(
+        default_factory=dict[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief], repr=False, compare=False
+    )
 
     @property
     def name(self) -> str:
         return self.evidence.info.estimator or "logged"
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        containers, first = knowledge.unsearched, self.evidence.first_belief
+        containers = knowledge.unsearched
+        made = self.made.get((containers, item_types))
+        if made is None:
+            if len(self.made) >= MOST_BELIEFS:
+                self.made.clear()
+            made = self.made[containers, item_types] = self._about(containers, item_types)
+        return made
+
+    def _about(self, containers: tuple[ContainerId, ...], item_types: tuple[ItemType, ...]) -> Belief:
+        first = self.evidence.first_belief
         rows = [[first.get((t, c), 0.0) for c in containers] for t in item_types]
         probability = np.array(rows, dtype=np.float64).reshape(len(item_types), len(containers))
         return Belief(item_types=item_types, containers=containers, probability=probability, estimator=self.name)

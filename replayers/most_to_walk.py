@@ -1,24 +1,27 @@
 """What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
 
-Two bounds from above. One holds for every strategy: the step limit ends a run, and no step costs more than the
-longest way. The other holds for strategies that go *straight*: between two looks they only fetch what a part of
-the goal asks for and bring it there, each part once; and they do not give up while all that is needed can be found.
-Every run that is explored is checked against that; a strategy that breaks it is left with the first bound.
+Three bounds from above. One holds for every strategy: the step limit ends a run, and no step costs more than the
+longest way. The others hold for strategies that go *straight*: between two looks they only fetch what a part of
+the goal asks for and bring it there, each part once; they look only while something is missing; and they do not give
+up while all that is needed can be found. Every run that is explored is checked against that; a strategy that breaks
+it is left with the first bound. The third is for those that look into the nearest container first (nearest_legs).
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
+from scipy.cluster.hierarchy import linkage
 from scipy.optimize import linear_sum_assignment
 
 from replayers.evidence import Evidence
 from replayers.relevance import most_instances
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
-from workbench.worlds.house import LocationId
+from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 Floats = npt.NDArray[np.float64]
@@ -26,15 +29,22 @@ Floats = npt.NDArray[np.float64]
 
 @final
 class MostToWalk:
-    """The bounds for one log and one task."""
+    """The bounds for one log and one task.
 
-    def __init__(self, evidence: Evidence, *, max_steps: int) -> None:
+    Args:
+        nearest_first: for a strategy whose looks go to the nearest unsearched container.
+    """
+
+    def __init__(self, evidence: Evidence, *, max_steps: int, nearest_first: bool = False) -> None:
         travel = evidence.place.travel
         self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
         self._goal = evidence.task.goal
         self._max_steps = max_steps
+        self._nearest_first = nearest_first
+        self._stuck, self._barred = evidence.stuck, evidence.barred
+        self._one_way = not _has_ways(self._goal)
         self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
         self.fits_straight = _plain(self._goal)
         self.most_picks = most_instances(self._goal)
@@ -43,6 +53,14 @@ class MostToWalk:
         """For every strategy: the cost of a run, wherever it is now."""
         dearest = max(float(self._metres.max(initial=0.0)), self._costs.manipulation, self._costs.search)
         return self._max_steps * dearest
+
+    def nothing_missing(self, knowledge: Knowledge) -> bool:
+        """Whether an instance of its own is known, within reach, for every part that is left: no look is needed."""
+        if not self._one_way:
+            return False
+        parts = [part for part in _leaves(self._goal) if not is_met(part, knowledge)]
+        wanted = Counter(part.item_type for part in _leaves(self._goal))
+        return all(self._known(part.item_type, knowledge) >= wanted[part.item_type] for part in parts)
 
     def going_straight(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
@@ -53,31 +71,71 @@ class MostToWalk:
         what they can come to (an assignment problem); to it comes the dearest way to bring each part.
         """
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
+        if self.nothing_missing(knowledge):
+            looks = []
         parts = [part for part in _leaves(self._goal) if not is_met(part, knowledge) and part.at in self._index]
         sources = [self._sources(part, knowledge, looks) for part in parts]
         here = [self._index[knowledge.robot_at]] if knowledge.robot_at in self._index else []
-        starts = [*here, *looks, *(self._index[part.at] for part in parts)]
+        ends = [self._index[part.at] for part in parts]
+        starts = [*here, *looks, *ends]
         if not starts:
             return 0.0
         among = self._metres[starts]
         to_items = [among[:, at].max(axis=1) if at else np.zeros(len(starts)) for at in sources]
-        brought = [
-            float(self._metres[at, self._index[part.at]].max()) if at else 0.0
-            for part, at in zip(parts, sources, strict=True)
-        ]
+        brought = [float(self._metres[at, end].max()) if at else 0.0 for end, at in zip(ends, sources, strict=True)]
         fetches = min(self.most_picks, len(parts))
-        legs = np.array([*(among[:, look] for look in looks), *_dearest(to_items, fetches)])
-        rows, columns = linear_sum_assignment(legs, maximize=True) if legs.size else ((), ())
         carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
-        return float(legs[rows, columns].sum() if legs.size else 0.0) + self._costs.search * len(looks) + carried
+        legs = _dearest_legs(np.array([*among[:, looks].T, *_dearest(to_items, fetches)]))
+        if self._nearest_first and looks:
+            into = nearest_legs(self._metres, looks, [*here, *ends])
+            fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
+            legs = min(legs, into + fetched)
+        return legs + self._costs.search * len(looks) + carried
+
+    def _known(self, item_type: ItemType, knowledge: Knowledge) -> int:
+        held = knowledge.holding is not None and knowledge.holding.type == item_type
+        places = knowledge.where(item_type)
+        return held + sum(
+            at in self._index and at not in self._barred and item.id not in self._stuck for at, item in places
+        )
 
     def _sources(self, part: Delivered | Holding, knowledge: Knowledge, looks: list[int]) -> list[int]:
         """Where an instance for a part may be picked up or is in hand: known, or in a container that is left."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         places = [at for at, _ in knowledge.where(part.item_type)]
         places += [knowledge.robot_at] if held else []
-        known = [self._index[at] for at in dict.fromkeys(places) if at in self._index]
-        return [*known, *(look for look in looks if look not in known)]
+        known = dict.fromkeys(self._index[at] for at in places if at in self._index)
+        return [*known, *[look for look in looks if look not in known]]
+
+
+def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
+    """At most so many metres go into looks that are always at the nearest place left, in any number of pieces.
+
+    Of two looks, the way on from the earlier is no longer than the distance between them: the later one was left. So
+    those from which the way on is longer than t are more than t apart from one another, and lie each in a cluster of
+    its own, where no cluster is wider than t (complete linkage). Added up over t, all ways on from looks come to the
+    heights of the merges and the widest distance; to it come the ways from elsewhere, each to the farthest look.
+    (The idea by which a nearest-neighbour tour is bounded: Rosenkrantz, Stearns and Lewis, SIAM J. Comput. 6, 1977.)
+
+    Args:
+        looks: indices of the places that are left.
+        starts: where else a way into a look can begin, each once.
+    """
+    from_elsewhere = float(metres[np.ix_(starts, looks)].max(axis=1).sum()) if starts else 0.0
+    if len(looks) < 2:
+        return from_elsewhere
+    between = metres[np.ix_(looks, looks)]
+    apart = np.maximum(between, between.T)[np.triu_indices(len(looks), 1)]
+    heights = linkage(apart, "complete")[:, 2]
+    return from_elsewhere + float(heights[1:].sum() + heights[-1])  # the last look has no way on: not heights[0]
+
+
+def _dearest_legs(legs: Floats) -> float:
+    """The dearest way to give every leg (rows) a start (columns) of its own."""
+    if not legs.size:
+        return 0.0
+    rows, columns = linear_sum_assignment(legs, maximize=True)
+    return float(legs[rows, columns].sum())
 
 
 def _dearest(to_items: list[Floats], count: int) -> list[Floats]:
@@ -90,6 +148,13 @@ def _dearest(to_items: list[Floats], count: int) -> list[Floats]:
 def _plain(goal: Goal) -> bool:
     """Only deliveries and finds: no preparation, so each part needs one fetch."""
     return all(isinstance(leaf, Holding) or not leaf.properties for leaf in _leaves(goal))
+
+
+def _has_ways(goal: Goal) -> bool:
+    """Whether there are alternatives: then something may be sought though something else is known."""
+    if isinstance(goal, AllOf):
+        return any(_has_ways(part) for part in goal.parts)
+    return isinstance(goal, AnyOf)
 
 
 def _leaves(goal: Goal) -> tuple[Delivered | Holding, ...]:

@@ -175,4 +175,4 @@ def _finishing(goal: Goal, types: tuple[ItemType, ...]) -> dict[ItemType, Goal]:
     if not all(isinstance(part, Delivered) and not part.properties for part in parts):
         return {}
     named = {t: tuple(p for p in parts if isinstance(p, Delivered) and p.item_type == t) for t in types}
-    return {t: AllOf(parts=mine) for t, mine in named.items() if mine}
+    return {t: mine[0] if len(mine) == 1 else AllOf(parts=mine) for t, mine in named.items() if mine}

@@ -14,15 +14,16 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from replayers.bounds import NEAR, Bounds, bounds_of
+from replayers.bounds import NEAR, Bounds
 from replayers.briefly import briefly
 from replayers.estimates import Estimate, costs_in, estimate_of
 from replayers.ground import Ground, Settings, ground_of
-from replayers.leaning import reads_beliefs
+from replayers.leaning import looks_nearest_first, reads_beliefs
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
+from replayers.settling import bounds_of
 from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
@@ -135,13 +136,14 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), settings.assumptions)
     tree = Unfolding(
         evidence,
-        briefly(planner),
+        briefly(planner, ground.memory),
         ground.estimator,
         relevance,
         seed=evidence.info.seed,
         merge=canonical_name(planner.name) is not None and not isinstance(planner, Sandboxed),
         steady=ground.steady,
         reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+        nearest_first=looks_nearest_first(planner, evidence.task.goal),
         durations=ground.durations,
     )
     bounds = bounds_of(tree, budget=settings.budget)
@@ -170,13 +172,13 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         if_beliefs_stand=standing,
         stretches=tree.stretches,
         asked=tuple(tree.asked),
-        worlds=MappingProxyType(dict(_told_in(worlds, ground, tree, bounds, drawn))),
+        worlds=MappingProxyType(dict(_told_in(worlds, ground, tree, planner, bounds, drawn))),
         notes=(*ground.notes, *_wavers(tree, ended)),
     )
 
 
 def _told_in(
-    worlds: Sequence[str], ground: Ground, tree: Unfolding, bounds: Bounds, drawn: Floats | None
+    worlds: Sequence[str], ground: Ground, tree: Unfolding, planner: Strategy, bounds: Bounds, drawn: Floats | None
 ) -> Iterator[tuple[str, tuple[Event, ...]]]:
     """The run in the cheapest and the dearest world found, and in the drawn world of median cost."""
     found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
@@ -186,7 +188,7 @@ def _told_in(
     for name in worlds:
         leaf = found.get(name)
         if leaf is not None:
-            yield name, tree.events(leaf)
+            yield name, tree.events(leaf, told_by=planner)
 
 
 def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:

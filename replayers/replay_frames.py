@@ -29,6 +29,7 @@ def replays_frame(records: Iterable[StoredReplay]) -> pd.DataFrame:
                 "estimate_ci95_high": r.estimate.ci95[1],
                 "interval90_low": r.estimate.interval90[0],
                 "interval90_high": r.estimate.interval90[1],
+                "interval90_mass": r.estimate.interval90_mass,
                 "success": r.estimate.success,
             }
         row |= {f"steps_{support}": r.support.get(support, 0) for support in ("logged", "implied", "imputed")}

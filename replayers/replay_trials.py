@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
 from recorders.trial import Trial, Wish, record_trial, trial_events, trial_for
-from replayers.estimates import share_within
+from replayers.calibration import Stretch, pit_stretch, share_within
 from replayers.ground import Settings, ground_of
-from replayers.replay import Replay, replay_on
+from replayers.replay import replay_on
 from replayers.run import read
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.splits import split_indices
@@ -81,7 +79,7 @@ class Counterfactual:
     complete: bool
     estimate: float | None
     interval: tuple[float, float] | None
-    within: float | None
+    pit: Stretch | None
     mass: float | None
     lower_if_beliefs_stand: float
     upper_if_beliefs_stand: float
@@ -107,6 +105,11 @@ class Counterfactual:
     @property
     def narrow(self) -> bool:
         return self.exact or (self.lower > 0 and (self.upper - self.lower) / self.lower <= NARROW)
+
+    @property
+    def within(self) -> float | None:
+        """How much of the truth lies in the central 90 % of the drawn costs."""
+        return None if self.pit is None else share_within(self.pit)
 
     @property
     def covered(self) -> bool | None:
@@ -209,52 +212,13 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
                     complete=made.bounds.complete,
                     estimate=made.estimate.mean if made.estimate else None,
                     interval=made.estimate.interval90 if made.estimate else None,
-                    within=None if made.drawn is None else share_within(made.drawn, truth[other].cost),
-                    mass=_mass(made),
+                    pit=None if made.drawn is None else pit_stretch(made.drawn, truth[other].cost),
+                    mass=made.estimate.interval90_mass if made.estimate else None,
                     lower_if_beliefs_stand=standing.lower,
                     upper_if_beliefs_stand=standing.upper,
                     open=len(ground.evidence.open),
                     stretches=made.stretches,
                 )
-
-
-def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
-    """The figures, shares in 0..1.
-
-    Coverage is over the replays that are not exact (an exact one covers by itself). Costs come in lumps, so that an
-    interval which holds at least nine of ten drawn worlds holds more on average: interval_mass says how much. Hence
-    two figures: interval_coverage counts a truth at an end of the interval by the share of its probability that lies
-    within the central 90 % (estimates.share_within), and is 0.9 for calibrated draws; interval_coverage_closed counts
-    both ends whole, and is interval_mass for calibrated draws.
-    """
-    open_ended = [c for c in found if not c.exact]
-    drawn = [c for c in open_ended if c.within is not None]
-    return {
-        "counterfactuals": len(found),
-        "inside_bounds": _share(c.inside for c in found),
-        "exact": _share(c.exact for c in found),
-        "exact_or_within_10_percent": _share(c.narrow for c in found),
-        "interval_coverage": _mean(c.within for c in drawn if c.within is not None),
-        "interval_coverage_closed": _share(c.covered for c in drawn),
-        "interval_mass": _mean(c.mass for c in drawn if c.mass is not None),
-        "not_exact": len(open_ended),
-        "both_sides_reached": _share(c.lower_proof == c.upper_proof == "exact" for c in found),
-        "complete_trees": _share(c.complete for c in found),
-        "undetermined_alone": _share(c.status == "undetermined" for c in found),
-        "estimate_bias": _mean((c.estimate or 0.0) - c.true_cost for c in open_ended if c.estimate is not None),
-        "inside_if_beliefs_stand": _share(c.inside_if_beliefs_stand for c in found),
-        "exact_if_beliefs_stand": _share(c.exact_if_beliefs_stand for c in found),
-        "houses": len({c.house for c in found}),
-        "tasks": len({(c.house, c.scenario, c.seed) for c in found}),
-    }
-
-
-def _mass(made: Replay) -> float | None:
-    """The share of drawn worlds that the estimate's interval holds, both ends included."""
-    if made.drawn is None or made.estimate is None:
-        return None
-    low, high = made.estimate.interval90
-    return float(np.mean((made.drawn >= low - NEAR) & (made.drawn <= high + NEAR)))
 
 
 def outside(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
@@ -274,13 +238,3 @@ def _trial(place: Place, plan: Plan, strategy: str) -> Trial:
 
 def _measured(task: tuple[Place, Plan]) -> list[Counterfactual | Skipped]:
     return list(measure(*task))
-
-
-def _share(values: Iterable[bool | None]) -> float | None:
-    counted = [bool(v) for v in values]
-    return sum(counted) / len(counted) if counted else None
-
-
-def _mean(values: Iterable[float]) -> float | None:
-    counted = list(values)
-    return sum(counted) / len(counted) if counted else None

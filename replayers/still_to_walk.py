@@ -23,6 +23,9 @@ from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+Sources = dict[ItemType, Indices]
+"""Per item type, where an instance may stand: indices into the travel costs."""
 
 ROUNDING = 1e-12
 """Relative; sums of legs in another order must not come out above a bound."""
@@ -48,33 +51,34 @@ class StillToWalk:
 
     def from_here(self, knowledge: Knowledge) -> float:
         """At least this much is still to pay from a state on; infinite when the goal cannot be met any more."""
-        return self._least(self._evidence.task.goal, knowledge)
+        return self._least(self._evidence.task.goal, knowledge, {})
 
     def certainly_possible(self, knowledge: Knowledge) -> bool:
         """Whether every world that agrees with the log still holds, within reach, all that the goal needs."""
         return self._certain(self._evidence.task.goal, knowledge, Counter())
 
-    def _least(self, goal: Goal, knowledge: Knowledge) -> float:
+    def _least(self, goal: Goal, knowledge: Knowledge, sources: Sources) -> float:
+        """sources: filled type by type for this state."""
         if is_met(goal, knowledge):
             return 0.0
         if isinstance(goal, AnyOf):
-            return min((self._least(part, knowledge) for part in goal.parts), default=0.0)
+            return min((self._least(part, knowledge, sources) for part in goal.parts), default=0.0)
         if isinstance(goal, AllOf):
-            parts = [self._least(part, knowledge) for part in goal.parts]
-            return max([*parts, sum(self._carried(part, knowledge) for part in goal.parts)], default=0.0)
+            parts = [self._least(part, knowledge, sources) for part in goal.parts]
+            return max([*parts, sum(self._carried(part, knowledge, sources) for part in goal.parts)], default=0.0)
         here, to = self._index.get(knowledge.robot_at), self._index.get(goal.at)
         if here is None or to is None:
             return inf
         place = self._handle if isinstance(goal, Delivered) else 0.0
         if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
             return float(self._metres[here, to]) + place
-        sources = self._sources(goal.item_type, knowledge)
-        ways = [float(self._metres[here, s] + self._metres[s, to]) + self._handle + place for s in sources]
-        if isinstance(goal, Delivered) and to in sources:
-            ways.append(float(self._metres[here, to]))
-        return min(ways, default=inf)
+        at = self._sources(goal.item_type, knowledge, sources)
+        if not len(at):
+            return inf
+        least = float((self._metres[here, at] + self._metres[at, to]).min()) + self._handle + place
+        return min(least, float(self._metres[here, to])) if isinstance(goal, Delivered) and to in at else least
 
-    def _carried(self, goal: Goal, knowledge: Knowledge) -> float:
+    def _carried(self, goal: Goal, knowledge: Knowledge, sources: Sources) -> float:
         """Loaded metres and manipulations of one part alone; those of different parts add up: one hand."""
         if not isinstance(goal, Delivered) or is_met(goal, knowledge):
             return 0.0
@@ -83,18 +87,22 @@ class StillToWalk:
             return inf
         if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
             return self._handle
-        sources = self._sources(goal.item_type, knowledge)
-        if to in sources:
+        at = self._sources(goal.item_type, knowledge, sources)
+        if to in at:
             return 0.0
-        return min((float(self._metres[s, to]) + 2 * self._handle for s in sources), default=inf)
+        return float(self._metres[at, to].min()) + 2 * self._handle if len(at) else inf
 
-    def _sources(self, item_type: ItemType, knowledge: Knowledge) -> tuple[int, ...]:
+    def _sources(self, item_type: ItemType, knowledge: Knowledge, known: Sources) -> Indices:
         """Where an instance may stand: known, told by the log, or in a container that is still open."""
-        places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
-        places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
-        if item_type in self._may:
-            places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
-        return tuple(self._index[p] for p in places if p in self._index)
+        found = known.get(item_type)
+        if found is None:
+            places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
+            places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
+            if item_type in self._may:
+                places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
+            at = [self._index[p] for p in places if p in self._index]
+            found = known[item_type] = np.array(at, dtype=np.intp)
+        return found
 
     def _told(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
         """Instances that the log shows in containers that this run has not looked into yet."""

@@ -21,7 +21,7 @@ from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile
 from workbench.execution.events import Acted
 
-RECORD_VERSION = 2
+RECORD_VERSION = 3
 SUFFIX = ".replay.json"
 
 
@@ -86,6 +86,7 @@ class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
     mean: float
     ci95: tuple[float, float]
     interval90: tuple[float, float]
+    interval90_mass: float
     success: float
     worlds: int
 

@@ -132,6 +132,7 @@ class Unfolding:
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
         reads_beliefs: the strategy's decisions depend on beliefs.
+        nearest_first: its looks go to the nearest unsearched container.
         durations: how long actions take where a run is told.
 
     Attributes:
@@ -153,6 +154,7 @@ class Unfolding:
         merge: bool = False,
         steady: bool = True,
         reads_beliefs: bool = True,
+        nearest_first: bool = False,
         durations: Durations = SIMULATED,
     ) -> None:
         self.evidence = evidence
@@ -162,6 +164,7 @@ class Unfolding:
         self.largest_picks = 0
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = max_steps
+        self.nearest_first = nearest_first
         self._planner = Remembering(strategy, self._key) if merge else strategy
         self._estimator = estimator
         self._seed = seed
@@ -205,13 +208,17 @@ class Unfolding:
         """Whether the run from a node on is the same whatever else the open containers on the way held."""
         return not (node.imputed and self.advance(node).leans)
 
-    def events(self, leaf: Leaf) -> tuple[Event, ...]:
-        """The events of the run that ends in a leaf, from the start and with the ways walked."""
+    def events(self, leaf: Leaf, *, told_by: Strategy | None = None) -> tuple[Event, ...]:
+        """The events of the run that ends in a leaf, from the start and with the ways walked.
+
+        Args:
+            told_by: the same strategy with its reasons (briefly.py left them out).
+        """
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(
             self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c), durations=self._durations
         )
-        return tuple(self._events(world))
+        return tuple(self._events(world, planner=told_by))
 
     def _after(self, node: Node, answer: Answer) -> Node:
         stretch = self.advance(node)
@@ -228,15 +235,20 @@ class Unfolding:
     def _key(self, knowledge: Knowledge) -> Hashable:
         """What a decision can depend on: where things that still matter stand, and where one may still look."""
         live = self.relevance.live(knowledge)
-        items = tuple(
-            (location, item.id)
-            for location in sorted(knowledge.items_at)
-            for item in knowledge.items_at[location]
-            if item.type in live
-        )
+        items = [(at, item.id) for at, there in knowledge.items_at.items() for item in there if item.type in live]
+        items.sort(key=lambda pair: pair[0])
         held = knowledge.holding.id if knowledge.holding else None
         told = () if self._steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen))
-        return (live, knowledge.robot_at, held, items, knowledge.unsearched, knowledge.facts, knowledge.closed, told)
+        return (
+            live,
+            knowledge.robot_at,
+            held,
+            tuple(items),
+            knowledge.unsearched,
+            knowledge.facts,
+            knowledge.closed,
+            told,
+        )
 
     def _run(self, node: Node) -> Stretch:
         self.stretches += 1
@@ -266,11 +278,16 @@ class Unfolding:
         return made.find_costs is not None or not self._merge or prepares(self.evidence.task.goal)
 
     def _events(
-        self, world: LoggedWorld, *, begin_with: Knowledge | None = None, steps_left: int = MAX_STEPS
+        self,
+        world: LoggedWorld,
+        *,
+        begin_with: Knowledge | None = None,
+        steps_left: int = MAX_STEPS,
+        planner: Strategy | None = None,
     ) -> Iterator[Event]:
         return run_task(
             world,
-            self._planner,
+            planner or self._planner,
             self._estimator,
             self.evidence.task,
             costs=self.evidence.costs,

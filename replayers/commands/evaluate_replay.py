@@ -42,9 +42,10 @@ def replay(
     """Measure replay: bounds and estimates against a truth that the replayer does not see.
 
     Every strategy records a log of every task; every other strategy is replayed over it and also run in the
-    simulator. inside_bounds should be 1. Coverage is over the replays that are not exact. Costs come in lumps:
-    interval_coverage counts a truth at an end of the interval by the share of its probability that lies within the
-    central 90 %; interval_coverage_closed counts it whole, against the interval_mass that such intervals hold.
+    simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in lumps, so
+    that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against interval_mass.
+    The probability integral transform is free of that: its share within the central 90 % is interval_coverage, its
+    distance from the even distribution pit_distance, its ten bars pit (with --json).
 
     Examples:
 
@@ -57,7 +58,8 @@ def replay(
     from replayers.batch import strategies_named
     from replayers.bounds import Budget
     from replayers.ground import Settings
-    from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for, summary
+    from replayers.replay_figures import summary
+    from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for
     from replayers.sandbox import is_foreign
     from workbench.errors import BadValue, Failed, OutputExists
     from workbench.planning.scenarios import family_of
@@ -87,7 +89,13 @@ def replay(
     if not found:
         raise Failed(f"no counterfactual could be measured: {skipped[0].reason if skipped else 'no tasks'}")
     if output is not None:
-        _write(output, [asdict(c) | {"inside": c.inside, "exact": c.exact, "covered": c.covered} for c in found])
+        _write(
+            output,
+            [
+                asdict(c) | {"inside": c.inside, "exact": c.exact, "covered": c.covered, "within": c.within}
+                for c in found
+            ],
+        )
     answer: dict[str, Any] = dict(summary(found))
     by_scenario = [{"scenario": s, **summary([c for c in found if c.scenario == s])} for s in wanted]
     faults = outside(found)
@@ -108,9 +116,11 @@ def replay(
 
 
 def _shown(title: str, row: dict[str, Any]) -> dict[str, Any]:
-    names = ("counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent", "interval_coverage",
-        "interval_coverage_closed", "interval_mass",
-             "not_exact", "both_sides_reached", "undetermined_alone")  # fmt: skip
+    names = (
+        "counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent", "interval_coverage_closed",
+        "interval_mass", "interval_coverage", "pit_distance", "not_exact", "both_sides_reached",
+        "undetermined_alone",
+    )  # fmt: skip
     return {"scenario": title, **{name: row[name] for name in names}}
 
 

@@ -170,6 +170,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "if_beliefs_stand": {"lower": standing.lower, "upper": standing.upper} if standing else None,
         "estimate_ci95": estimate.ci95 if estimate else None,
         "interval90": estimate.interval90 if estimate else None,
+        "interval90_mass": estimate.interval90_mass if estimate else None,
         "success": estimate.success if estimate else None,
         "unseen": outcome.unseen,
         "true_cost": outcome.true_cost,
@@ -212,7 +213,6 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
 
     shown = []
     for row in rows:
-        interval = row.get("interval90")
         shown.append(
             {
                 **({"log": Path(row["log"]).name} if several else {}),
@@ -223,7 +223,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
                 "bounds": _proof(row),
                 "if beliefs stand": _between(row.get("if_beliefs_stand")),
                 "estimate": row["estimate"],
-                "90 % of drawn worlds": f"{interval[0]:.1f} to {interval[1]:.1f}" if interval else None,
+                "90 % of drawn worlds": _interval(row),
                 "in truth": row.get("true_cost"),
                 "not opened": row.get("unseen"),
                 "seconds": _seconds(row),
@@ -243,6 +243,14 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     if next_look is not None:
         for look in next_look[:3]:
             emit_text(f"{Path(look['log']).name}: look into {look['container']}: {look['words']}")
+
+
+def _interval(row: dict[str, Any]) -> str | None:
+    """The shortest range that holds at least nine of ten drawn worlds, and how many it holds."""
+    if row.get("interval90") is None:
+        return None
+    low, high = row["interval90"]
+    return f"{low:.1f} to {high:.1f} ({row['interval90_mass'] * 100:.0f} %)"
 
 
 def _between(bounds: dict[str, float] | None) -> str | None:

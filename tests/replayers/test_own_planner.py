@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from toy_logs import Even, simulated_log, task_of, toy_evidence
 
-from replayers.bounds import Budget, bounds_of
+from replayers.bounds import Budget
 from replayers.relevance import Assumptions, relevance_of
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
 from replayers.sandbox import load_foreign
+from replayers.settling import bounds_of
 from replayers.unfolding import Unfolding
 from workbench.execution.events import RunStatus
 from workbench.planning.tasks import AllOf

@@ -11,12 +11,13 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings, task_of, toy_evidence
 
-from replayers.bounds import Bounds, Budget, Proof, bounds_of
+from replayers.bounds import Bounds, Budget, Proof
 from replayers.briefly import briefly
 from replayers.evidence import Evidence
 from replayers.leaning import reads_beliefs
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import Assumptions, demand, imputed_items, relevance_of
+from replayers.settling import bounds_of
 from replayers.unfolding import Filled, Unfolding, no_time
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import MUG, PENCIL, InOrder, toy_evidence, toy_run
 
+from replayers.calibration import pit_below, pit_distance, pit_histogram, pit_stretch, share_within
 from replayers.drawn_worlds import DrawnWorlds, draw_worlds
-from replayers.estimates import beats, estimate_of, predictive_interval, share_within
+from replayers.estimates import beats, estimate_of, mass_within, predictive_interval
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.replay import Settings, ground_of, replay_strategy
 from replayers.telling_look import rank_looks
@@ -88,6 +92,7 @@ def test_more_worlds_narrow_the_interval_of_the_mean_but_not_of_the_cost() -> No
     a, b = (estimate_of(c, np.ones(len(c), dtype=bool)) for c in (few, many))
     assert b.ci95[1] - b.ci95[0] < (a.ci95[1] - a.ci95[0]) / 5
     assert b.interval90[1] - b.interval90[0] == pytest.approx(2 * 1.645 * 10, rel=0.05)
+    assert b.interval90_mass == pytest.approx(0.9)
 
 
 def test_one_world_gives_a_point() -> None:
@@ -95,28 +100,50 @@ def test_one_world_gives_a_point() -> None:
     assert one.ci95 == one.interval90 == (7.0, 7.0)
 
 
-def test_the_predictive_interval_holds_about_nine_in_ten() -> None:
-    costs = np.arange(1000.0)
-    low, high = predictive_interval(costs)
-    assert np.mean((costs >= low) & (costs <= high)) == pytest.approx(0.9, abs=0.01)
+def test_the_predictive_interval_is_the_shortest_that_holds_nine_in_ten() -> None:
+    assert predictive_interval(np.arange(1000.0)) == (0.0, 899.0)
+    lumps = np.array([10.0] * 60 + [20.0] * 32 + [400.0] * 8)
+    assert predictive_interval(lumps) == (10.0, 20.0)
+    assert mass_within(lumps, (10.0, 20.0)) == 0.92
+    assert predictive_interval(np.array([1.0, 2.0])) == (1.0, 2.0)
+
+
+@given(st.lists(st.integers(0, 12), min_size=1, max_size=40), st.sampled_from([0.5, 0.9, 1.0]))
+def test_no_shorter_interval_holds_as_much(costs: list[int], mass: float) -> None:
+    drawn = np.array(costs, dtype=np.float64)
+    low, high = predictive_interval(drawn, mass)
+    assert mass_within(drawn, (low, high)) >= mass - 1e-9
+    for a, b in itertools.combinations_with_replacement(sorted(set(costs)), 2):
+        if b - a < high - low:
+            assert mass_within(drawn, (a, b)) < mass
 
 
 def test_a_truth_at_an_end_counts_by_what_lies_inside() -> None:
     """Costs 10 (half) and 20 (half): the central 90 % holds 0.45 of each half, so each counts nine tenths."""
     costs = np.array([10.0] * 50 + [20.0] * 50)
-    assert [share_within(costs, c) for c in (10.0, 20.0)] == pytest.approx([0.9, 0.9])
-    assert share_within(costs, 15.0) == 1.0
-    assert share_within(costs, 5.0) == share_within(costs, 25.0) == 0.0
-    assert share_within(np.full(100, 7.0), 7.0) == pytest.approx(0.9)
+    within = {c: share_within(pit_stretch(costs, c)) for c in (5.0, 10.0, 15.0, 20.0, 25.0)}
+    assert [within[10.0], within[20.0]] == pytest.approx([0.9, 0.9])
+    assert [within[5.0], within[15.0], within[25.0]] == [0.0, 1.0, 0.0]
+    assert share_within(pit_stretch(np.full(100, 7.0), 7.0)) == pytest.approx(0.9)
+    assert pit_stretch(costs, 20.0) == (0.5, 1.0)
+    assert pit_below((0.5, 1.0), 0.6) == pytest.approx(0.2)
 
 
-def test_counted_so_calibrated_lumps_cover_exactly_what_they_aim_at() -> None:
+def test_calibrated_lumps_give_an_even_transform_and_cover_what_they_aim_at() -> None:
     rng = np.random.default_rng(3)
     values, chances = np.array([1.0, 2.0, 3.0]), np.array([0.2, 0.7, 0.1])
     draws = rng.choice(values, size=20_000, p=chances)
     truths = rng.choice(values, size=2_000, p=chances)
-    counted = {v: share_within(draws, v) for v in values.tolist()}
-    assert np.mean([counted[t] for t in truths.tolist()]) == pytest.approx(0.9, abs=0.01)
+    stretches = [pit_stretch(draws, t) for t in truths.tolist()]
+    assert np.mean([share_within(s) for s in stretches]) == pytest.approx(0.9, abs=0.01)
+    assert pit_histogram(stretches) == pytest.approx([0.1] * 10, abs=0.01)
+    distance = pit_distance(stretches)
+    assert distance is not None
+    assert distance < 0.02
+    too_low = [pit_stretch(draws - 1, t) for t in truths.tolist()]
+    assert (pit_distance(too_low) or 0.0) > 0.3
+    assert pit_histogram([]) == ()
+    assert pit_distance([]) is None
 
 
 def test_chances_are_counted_in_the_same_worlds() -> None:

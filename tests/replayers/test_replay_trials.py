@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from replayers.durations import Durations
-from replayers.replay_trials import Counterfactual, places_for, summary
+from replayers.replay_figures import summary
+from replayers.replay_trials import Counterfactual, places_for
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.execution.events import Acted
@@ -16,11 +17,13 @@ from workbench.planning.plans import PlanStep
 from workbench.worlds.house import START
 
 
-def counted(lower: float, upper: float, true: float, *, within: float | None, mass: float | None) -> Counterfactual:
+def counted(
+    lower: float, upper: float, true: float, *, pit: tuple[float, float], mass: float, house: str = "h"
+) -> Counterfactual:
     return Counterfactual(
-        house="h", scenario="find", seed=0, recorded="a", strategy="b", true_cost=true, true_status="done",
+        house=house, scenario="find", seed=0, recorded="a", strategy="b", true_cost=true, true_status="done",
         status="undetermined", lower=lower, upper=upper, lower_proof="exact", upper_proof="exact", complete=True,
-        estimate=(lower + upper) / 2, interval=(lower, upper - 1), within=within, mass=mass,
+        estimate=(lower + upper) / 2, interval=(lower, upper - 1), pit=pit, mass=mass,
         lower_if_beliefs_stand=lower, upper_if_beliefs_stand=upper, open=3, stretches=5,
     )  # fmt: skip
 
@@ -28,19 +31,31 @@ def counted(lower: float, upper: float, true: float, *, within: float | None, ma
 def test_by_hand_coverage_is_over_what_is_not_exact() -> None:
     """Two of three are not exact: one truth in the closed interval, one beyond its end but within the bounds."""
     found = [
-        counted(10, 10, 10, within=0.9, mass=1.0),
-        counted(10, 20, 12, within=0.8, mass=0.96),
-        counted(10, 20, 20, within=0.0, mass=0.92),
+        counted(10, 10, 10, pit=(0.0, 1.0), mass=1.0),
+        counted(10, 20, 12, pit=(0.0, 0.5), mass=0.96),
+        counted(10, 20, 20, pit=(1.0, 1.0), mass=0.92),
     ]
     answer = summary(found)
     assert answer["inside_bounds"] == 1.0
     assert answer["exact"] == pytest.approx(1 / 3)
-    assert answer["interval_coverage"] == pytest.approx(0.4)
+    assert answer["interval_coverage"] == pytest.approx(0.45)
     assert answer["interval_coverage_closed"] == 0.5
     assert answer["interval_mass"] == pytest.approx(0.94)
+    assert answer["pit"] == pytest.approx((0.1, 0.1, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 0.5))
+    assert answer["pit_distance"] == pytest.approx(0.49)
     assert answer["not_exact"] == 2
-    outside = summary([*found, counted(10, 20, 21, within=0.0, mass=0.9)])
+    outside = summary([*found, counted(10, 20, 21, pit=(1.0, 1.0), mass=0.9)])
     assert outside["inside_bounds"] == 0.75
+
+
+def test_the_interval_of_coverage_draws_whole_houses() -> None:
+    """All of one house covered, none of the other: one house says nothing of how houses vary, two say all is open."""
+    found = [counted(1, 2, 1, pit=(0.4, 0.6), mass=1.0, house="a") for _ in range(5)]
+    found += [counted(1, 2, 1, pit=(0.0, 0.01), mass=1.0, house="b") for _ in range(5)]
+    answer = summary(found)
+    assert answer["interval_coverage"] == 0.5
+    assert answer["interval_coverage_ci95"] == (0.0, 1.0)
+    assert summary([])["interval_coverage_ci95"] is None
 
 
 def test_houses_that_cannot_support_a_scenario_are_passed_over() -> None:

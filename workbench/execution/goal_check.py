@@ -17,6 +17,8 @@ def is_met(goal: Goal, knowledge: Knowledge) -> bool:
 def _met_by(goal: Goal, knowledge: Knowledge, used: frozenset[ItemId]) -> frozenset[ItemId] | None:
     """The items used after meeting the goal with items that are not used yet, or None."""
     if isinstance(goal, AllOf):
+        if any(isinstance(part, Delivered) and not _candidates(part, knowledge) for part in goal.parts):
+            return None
         return _all_met(goal.parts, knowledge, used)
     if isinstance(goal, AnyOf):
         answers = (_met_by(part, knowledge, used) for part in goal.parts)
@@ -54,8 +56,7 @@ def _candidates(goal: Delivered | Holding, knowledge: Knowledge) -> tuple[Item, 
         held = knowledge.holding
         there = knowledge.robot_at == goal.at and held is not None and held.type == goal.item_type
         return (held,) if there and held is not None else ()
-    return tuple(
-        item
-        for item in knowledge.items_at.get(goal.at, ())
-        if item.type == goal.item_type and all((prop, (item.id,)) in knowledge.facts for prop in goal.properties)
-    )
+    there = tuple([item for item in knowledge.items_at.get(goal.at, ()) if item.type == goal.item_type])
+    if not goal.properties:
+        return there
+    return tuple(i for i in there if all((prop, (i.id,)) in knowledge.facts for prop in goal.properties))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal
 
@@ -120,6 +121,7 @@ def producers(item_type: ItemType, prop: str) -> tuple[tuple[Preparation, int], 
     )
 
 
+@lru_cache(maxsize=256)
 def relevant_types(goal: Goal) -> tuple[ItemType, ...]:
     """The item types that meeting a goal may need, those of its preparations included; sorted."""
     needed: dict[tuple[ItemType, str], None] = {}
@@ -127,6 +129,7 @@ def relevant_types(goal: Goal) -> tuple[ItemType, ...]:
     return tuple(sorted({item_type for item_type, _ in needed}))
 
 
+@lru_cache(maxsize=256)
 def prepares(goal: Goal) -> bool:
     """Whether some part of the goal asks for a property that a preparation gives."""
     if isinstance(goal, AllOf | AnyOf):

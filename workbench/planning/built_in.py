@@ -318,9 +318,23 @@ def _fetch(problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.F
     costs = problem.find_costs
     if costs is None:
         return np.full_like(d, np.inf)
+    table = costs.metres[costs.item_types.index(thing.type)]
+    if costs.origins == problem.locations == costs.targets:
+        return table
     rows = [costs.origins.index(location) for location in problem.locations]
     columns = [costs.targets.index(location) for location in problem.locations]
-    return costs.metres[costs.item_types.index(thing.type)][np.ix_(rows, columns)]
+    return table[np.ix_(rows, columns)]
+
+
+def _fetch_cost(
+    problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray, i: int, j: int
+) -> float:
+    """One entry of _fetch."""
+    at = _place_of(problem, thing)
+    if at is None:
+        return float(_fetch(problem, thing, where, d)[i, j])
+    k = where[at]
+    return float(d[i, k] + problem.costs.manipulation + d[k, j])
 
 
 def _steps(problem: Problem, attempt: _Attempt, moves: rs.IntArray) -> tuple[PlanStep, ...]:
@@ -371,7 +385,7 @@ class _Walk:
         if slot not in self.chosen:
             where = {location: i for i, location in enumerate(d.locations)}
             i, j = where[self.robot], where[b]
-            options = [(float(_fetch(d, t, where, self.attempt.arrays.d)[i, j]), t.id, t) for t in self.fitting(slot)]
+            options = [(_fetch_cost(d, t, where, self.attempt.arrays.d, i, j), t.id, t) for t in self.fitting(slot)]
             cost, _, thing = min(options, key=lambda option: option[:2])
             self.chosen[slot] = thing
             if thing.missing:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from workbench.planning.actions import BY_NAME, relevant_types
 from workbench.planning.plans import PlanStep
@@ -167,6 +168,7 @@ def _want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
     return there and all((prop, (item,)) in state.facts for prop in want.properties)
 
 
+@lru_cache(maxsize=256)
 def ways_of(goal: Goal) -> tuple[tuple[Delivered | Holding, ...], ...]:
     """The goal as alternatives of wants that must all hold: its disjunctive normal form, without repetitions."""
     if isinstance(goal, AnyOf):

@@ -123,6 +123,8 @@ def _expand(recipe: Recipe, wanted: tuple[_Open, ...], problem: Problem) -> list
 
 def _first_things_first(recipe: Recipe) -> Recipe:
     """The recipe with every operation behind those that it comes after."""
+    if not recipe.operations:
+        return recipe
     order: list[int] = []
     while len(order) < len(recipe.operations):
         ready = (
@@ -176,7 +178,7 @@ def _cast(
 
 def _filled(recipe: Recipe, problem: Problem) -> list[Recipe]:
     """The recipe with its slots' instances; where two slots share a type, one recipe for each assignment."""
-    filled = [recipe]
+    filled = [recipe.slots]
     types = [slot.type for slot in recipe.slots]
     for i, slot in enumerate(recipe.slots):
         fitting = tuple(thing.id for thing in problem.of_type(slot.type) if _fits(slot, thing.id, problem))
@@ -185,12 +187,12 @@ def _filled(recipe: Recipe, problem: Problem) -> list[Recipe]:
         else:
             choices = [(thing,) for thing in fitting]
         filled = [
-            replace(each, slots=_with(each.slots, i, replace(each.slots[i], things=things)))
-            for each in filled
+            _with(slots, i, replace(slots[i], things=things))
+            for slots in filled
             for things in choices
-            if types.count(slot.type) == 1 or all(things != other.things for other in each.slots[:i])
+            if types.count(slot.type) == 1 or all(things != other.things for other in slots[:i])
         ]
-    return filled
+    return [replace(recipe, slots=slots) for slots in filled]
 
 
 def _fits(slot: Slot, thing: ItemId, problem: Problem) -> bool:

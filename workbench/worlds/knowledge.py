@@ -50,20 +50,15 @@ class Knowledge:
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
         """Containers that can be reached and have not been looked into, in the plan's order."""
-        return tuple(
-            c.id
-            for c in self.plan.containers
-            if c.id not in self.first_seen and c.id not in self.closed and self.travel.reaches(LocationId(c.id))
-        )
+        seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
+        names = [c.id for c in self.plan.containers]
+        return tuple([c for c in names if c not in seen and c not in closed and reaches(LocationId(c))])
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
         """Known instances of a type that stand somewhere (not the held one), in sorted order of place."""
-        return tuple(
-            (location, item)
-            for location in sorted(self.items_at)
-            for item in self.items_at[location]
-            if item.type == item_type
-        )
+        found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
+        found.sort(key=lambda pair: pair[0])
+        return tuple(found)
 
     def knows(self, item_type: ItemType) -> bool:
         """Whether an instance's place is known, the hand included."""

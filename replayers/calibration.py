@@ -1,0 +1,68 @@
+"""Do estimates promise what comes true? The calibration of forecasts whose costs come in lumps.
+
+An interval of a discrete forecast cannot hold exactly nine tenths: with 60 % at one cost and 40 % at another it
+holds six, four or ten tenths. The standard check of such forecasts is the probability integral transform (PIT). A
+true cost y stands for the stretch from P(cost < y) to P(cost <= y), spread evenly; over calibrated forecasts these
+stretches add up to the even distribution on 0..1, whatever the lumps (Czado, Gneiting and Held, "Predictive Model
+Assessment for Count Data", Biometrics 65, 2009: the nonrandomized PIT).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+Stretch = tuple[float, float]
+"""P(cost < y) and P(cost <= y) of a true cost y, by the drawn worlds."""
+
+MASS = 0.9
+BINS = 10
+NEAR = 1e-4
+"""Costs closer than this are one: logs round to six decimals."""
+
+
+def pit_stretch(costs: Floats, truth: float) -> Stretch:
+    """The stretch for which a true cost stands; empty where no drawn world has that cost."""
+    return float(np.mean(costs < truth - NEAR)), float(np.mean(costs <= truth + NEAR))
+
+
+def pit_below(stretch: Stretch, u: float) -> float:
+    """How much of a stretch lies below u: the conditional distribution function of the PIT."""
+    low, high = stretch
+    if high <= low:
+        return float(u >= low)
+    return min(max((u - low) / (high - low), 0.0), 1.0)
+
+
+def share_within(stretch: Stretch, mass: float = MASS) -> float:
+    """How much of a stretch lies in the central part: its mean over calibrated forecasts is `mass`."""
+    tail = (1 - mass) / 2
+    low, high = stretch
+    if high <= low:
+        return float(tail <= low <= 1 - tail)
+    return pit_below(stretch, 1 - tail) - pit_below(stretch, tail)
+
+
+def pit_histogram(stretches: Sequence[Stretch], bins: int = BINS) -> tuple[float, ...]:
+    """Shares of the PIT in equal parts of 0..1; all 1 / bins when calibrated. Empty without stretches.
+
+    A hump says that forecasts are too wide, a bowl too narrow, a slope that they are too high or too low.
+    """
+    if not stretches:
+        return ()
+    edges = [i / bins for i in range(1, bins)]
+    upto = [0.0, *(float(np.mean([pit_below(s, u) for s in stretches])) for u in edges), 1.0]
+    return tuple(b - a for a, b in pairwise(upto))
+
+
+def pit_distance(stretches: Sequence[Stretch], points: int = 100) -> float | None:
+    """The largest distance of the mean PIT from the even distribution (Kolmogorov, Smirnov); None without any."""
+    if not stretches:
+        return None
+    grid = [i / points for i in range(1, points)]
+    return max(abs(float(np.mean([pit_below(s, u) for s in stretches])) - u) for u in grid)

@@ -1,0 +1,61 @@
+"""How far is the cost from a node on known? An interval, from outside and of what was reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+
+@dataclass(slots=True)
+class Interval:
+    """The cost from a node on.
+
+    Attributes:
+        low, high: of the worlds in which the task is done; (inf, -inf) when there is none.
+        may_fail: some world may fail.
+        found_low, found_high, fails: the same, of ends that were reached.
+        whole: every end below is known.
+        spent: nothing below can be followed any further, whole or not.
+    """
+
+    low: float
+    high: float
+    may_fail: bool
+    found_low: float = inf
+    found_high: float = -inf
+    fails: bool = False
+    whole: bool = False
+    spent: bool = False
+
+    def lower(self, cost: float, failure: float) -> float:
+        return min(cost + self.low, failure if self.may_fail else inf)
+
+    def upper(self, cost: float, failure: float) -> float:
+        return max(cost + self.high, failure if self.may_fail else -inf)
+
+    def least_found(self, cost: float, failure: float) -> float:
+        return min(cost + self.found_low, failure if self.fails else inf)
+
+    def largest_found(self, cost: float, failure: float) -> float:
+        return max(cost + self.found_high, failure if self.fails else -inf)
+
+    @classmethod
+    def at_end(cls, cost: float, *, done: bool) -> Interval:
+        """Of a run that has ended."""
+        if done:
+            return cls(cost, cost, may_fail=False, found_low=cost, found_high=cost, whole=True, spent=True)
+        return cls(inf, -inf, may_fail=True, fails=True, whole=True, spent=True)
+
+    @classmethod
+    def over(cls, below: list[Interval], cost: float) -> Interval:
+        """Of a node, from its children's; cost is paid on the way to them."""
+        return cls(
+            low=cost + min(b.low for b in below),
+            high=cost + max(b.high for b in below),
+            may_fail=any(b.may_fail for b in below),
+            found_low=cost + min(b.found_low for b in below),
+            found_high=cost + max(b.found_high for b in below),
+            fails=any(b.fails for b in below),
+            whole=all(b.whole for b in below),
+            spent=all(b.spent for b in below),
+        )

@@ -1,0 +1,69 @@
+"""Which searches are asked for again and again? Those over one log; each is worked out once.
+
+Thousands of branches differ in what was found and where it was brought, and ask for the same search: the same item
+type, from the same place to the same place, among the same containers with the same chances. Strategies over one log
+share what is remembered; what a policy answers is a value of its query, so that nothing else changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import final
+
+from workbench.search.find_costs import SearchStop
+from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
+from workbench.worlds.house import ContainerId
+
+MOST_REMEMBERED = 20_000
+"""Searches; beyond this, all is forgotten and remembered anew."""
+
+Order = tuple[SearchStop, ...]
+
+
+@final
+@dataclass(slots=True)
+class Memory:
+    """What was answered over one log: its travel costs are the same for every query."""
+
+    orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
+    firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
+
+    def forget_if_full(self) -> None:
+        if len(self.orders) + len(self.firsts) >= MOST_REMEMBERED:
+            self.orders.clear()
+            self.firsts.clear()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Remembered:
+    """A policy that works out each search once."""
+
+    policy: SearchPolicy
+    memory: Memory
+
+    @property
+    def name(self) -> str:
+        return self.policy.name
+
+    def order(self, query: SearchQuery) -> Order:
+        key = self._key(query)
+        found = self.memory.orders.get(key)
+        if found is None:
+            self.memory.forget_if_full()
+            found = self.memory.orders[key] = self.policy.order(query)
+        return found
+
+    def first(self, query: SearchQuery) -> ContainerId | None:
+        """Where the policy looks first."""
+        key = self._key(query)
+        if key not in self.memory.firsts:
+            self.memory.forget_if_full()
+            self.memory.firsts[key] = first_stop(self.policy, query)
+        return self.memory.firsts[key]
+
+    def _key(self, query: SearchQuery) -> Hashable:
+        belief = query.belief
+        chances = belief.of(query.item_type).tobytes()
+        return (self.policy, query.item_type, query.origin, query.target, belief.containers, chances, query.costs)

@@ -1,0 +1,233 @@
+"""Which branches settle the least and the largest cost over every world that agrees with the log?
+
+Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
+outside where nobody has been yet (still_to_walk.py, most_to_walk.py), and from its children otherwise. The search
+goes where the interval of the whole can still shrink: down the branch that could be cheapest, then down the branch
+that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
+says which side is exact.
+
+Where beliefs follow all that is seen (unfolding.Unfolding.certain), a run that goes by them is not followed beyond
+its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
+outside holds whatever is believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from math import inf
+from typing import Literal, final
+
+from replayers.bounds import MOST_TOLD, NEAR, Bounds, Budget, Proof
+from replayers.intervals import Interval
+from replayers.most_to_walk import MostToWalk
+from replayers.relevance import Answer
+from replayers.still_to_walk import StillToWalk
+from replayers.unfolding import Filled, Leaf, Node, Question, Told, Unfolding
+from workbench.worlds.knowledge import Knowledge
+
+Side = Literal["low", "high"]
+
+
+def bounds_of(tree: Unfolding, *, budget: Budget, whatever_is_believed: bool = True) -> Bounds:
+    """The bounds of a strategy's cost over one log.
+
+    Args:
+        whatever_is_believed: follow a run only as far as it is the same whatever else open containers held;
+            otherwise as if they held nothing but the task's types.
+    """
+    return Settling(tree, budget, only_certain=whatever_is_believed).bounds()
+
+
+@final
+class Settling:
+    """One search from both ends."""
+
+    def __init__(self, tree: Unfolding, budget: Budget, *, only_certain: bool) -> None:
+        self._tree = tree
+        self._only_certain = only_certain
+        self._is_straight = True
+        self._budget = budget
+        self._failure = tree.evidence.task.failure_cost
+        self._least = StillToWalk(tree.evidence, tree.relevance)
+        self._most = MostToWalk(tree.evidence, max_steps=tree.max_steps, nearest_first=tree.nearest_first)
+        self._intervals: dict[Node, Interval] = {}
+        self._others: dict[Node, Interval] = {}
+        self._followed: set[Node] = set()
+        self._waiting = 1
+
+    def bounds(self) -> Bounds:
+        root = self._tree.root
+        self._expand(root)
+        began = self._tree.stretches
+        while not self._intervals[root].spent:
+            spent = self._tree.stretches - began
+            side = self._open_side()
+            if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
+                break
+            if side == "high" and self._waiting > self._budget.stretches - spent:
+                break  # the dearest world is certain only when nearly every branch was followed: out of reach
+            self._deepen(side)
+        return self._result()
+
+    def _open_side(self) -> Side | None:
+        """Which side of the whole is not settled; the one that has the more room."""
+        whole = self._intervals[self._tree.root]
+        below = whole.least_found(0, self._failure) - whole.lower(0, self._failure)
+        above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
+        if max(below, above) <= NEAR:
+            return None
+        if below > NEAR and (self._tree.stretches % 2 or above <= NEAR):
+            return "low"
+        return "high" if above > NEAR else "low"
+
+    def _deepen(self, side: Side | None) -> None:
+        """Goes down the branch that decides a side (or any that is not spent), expands its end, and goes back."""
+        node, cost, way = self._tree.root, 0.0, list[Node]()
+        while node in self._followed:
+            way.append(node)
+            stretch = self._tree.advance(node)
+            if stretch.question is None or not self._opened(node):
+                break
+            cost += stretch.cost
+            node = self._tree.child(node, self._choice(node, stretch.question, side, cost))
+        self._expand(node)
+        for passed in reversed(way):
+            self._gather(passed)
+
+    def _choice(self, node: Node, question: Question, side: Side | None, cost: float) -> Answer:
+        """The answer below which a side of the whole is decided."""
+        below = {a: self._intervals[node.children[a]] for a in question.options}
+        left = [a for a in question.options if not below[a].spent]
+        among = left or list(question.options)
+        if side == "low":
+            return min(among, key=lambda a: below[a].lower(cost, self._failure))
+        if side == "high":
+            return max(among, key=lambda a: below[a].upper(cost, self._failure))
+        return among[0]
+
+    def _expand(self, node: Node) -> None:
+        """Runs on from a node and bounds its children from outside."""
+        if node in self._followed:
+            return
+        self._followed.add(node)
+        self._waiting -= 1
+        before = self._intervals.get(node)
+        if not self._opened(node):
+            assert before is not None, "the start is always certain"
+            before.spent = True
+            return
+        stretch = self._tree.advance(node)
+        question = stretch.question
+        if question is None:
+            self._intervals[node] = Interval.at_end(stretch.cost, done=stretch.done)
+        else:
+            self._is_straight = self._is_straight and not self._most.nothing_missing(question.knowledge)
+            for answer in question.options:
+                child = self._tree.child(node, answer)
+                if child not in self._intervals:
+                    self._intervals[child] = self._from_outside(child.knowledge)
+                    self._waiting += 1
+            if question.others:
+                self._others[node] = self._from_outside(question.knowledge)
+                self._others[node].spent = True
+            self._gather(node)
+        after = self._intervals[node]
+        if before is not None and (after.found_high > before.high + NEAR or (after.fails and not before.may_fail)):
+            self._is_straight = False
+
+    def _from_outside(self, knowledge: Knowledge) -> Interval:
+        low = self._least.from_here(knowledge)
+        certain = self._most.fits_straight and self._least.certainly_possible(knowledge)
+        high = self._most.going_straight(knowledge) if self._most.fits_straight else self._most.by_step_limit()
+        return Interval(low, high, may_fail=not certain)
+
+    def _gather(self, node: Node) -> None:
+        """A node's interval from its children's."""
+        stretch = self._tree.advance(node)
+        question = stretch.question
+        if question is None or not self._opened(node):
+            return
+        cost = stretch.cost
+        below = [self._intervals[node.children[a]] for a in question.options]
+        below += [self._others[node]] if question.others else []
+        self._intervals[node] = Interval.over(below, cost)
+
+    def _reaching(self, side: Side) -> Leaf | None:
+        """An end that costs the least, or the most, that was found."""
+
+        def choose(question: Question) -> Answer:
+            nonlocal node, cost
+            cost += self._tree.advance(node).cost
+            below = {a: self._intervals[node.children[a]] for a in question.options}
+            answer = (
+                min(question.options, key=lambda a: below[a].least_found(cost, self._failure))
+                if side == "low"
+                else max(question.options, key=lambda a: below[a].largest_found(cost, self._failure))
+            )
+            node = self._tree.child(node, answer)
+            return answer
+
+        node, cost = self._tree.root, 0.0
+        whole = self._intervals[node]
+        if not whole.fails and whole.found_low == inf:
+            return None
+        return self._tree.follow(choose)
+
+    def _told(self) -> Iterator[Told]:
+        """What is known of the cost, group of worlds by group of worlds."""
+        waiting: list[tuple[Node, float, tuple[Filled, ...]]] = [(self._tree.root, 0.0, ())]
+        while waiting:
+            node, cost, filled = waiting.pop()
+            open_node = node in self._followed and self._opened(node)
+            question = self._tree.advance(node).question if open_node else None
+            if question is None:
+                yield self._group(self._intervals[node], cost, filled)
+                continue
+            cost += self._tree.advance(node).cost
+            if question.others:
+                yield self._group(self._others[node], cost, filled)
+            for answer in reversed(question.options):
+                told = Filled(container=question.container, live=question.live, answer=answer)
+                waiting.append((node.children[answer], cost, (*filled, told)))
+
+    def _opened(self, node: Node) -> bool:
+        """Whether the search may go on below a node that it has come to."""
+        return not (self._only_certain and not self._tree.certain(node))
+
+    def _group(self, interval: Interval, cost: float, filled: tuple[Filled, ...]) -> Told:
+        lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)
+        if not interval.whole and not self._straight:
+            lower = min(lower, self._failure)
+            upper = max(upper, self._failure, self._most.by_step_limit())
+        return Told(filled=filled, least=lower, most=upper)
+
+    @property
+    def _straight(self) -> bool:
+        picks = self._tree.largest_picks <= self._most.most_picks
+        return self._most.fits_straight and picks and self._is_straight
+
+    def _result(self) -> Bounds:
+        whole, failure = self._intervals[self._tree.root], self._failure
+        lower, upper = whole.lower(0, failure), whole.upper(0, failure)
+        least, largest = whole.least_found(0, failure), whole.largest_found(0, failure)
+        straight = self._straight
+        if not whole.whole and not straight:
+            upper = max(failure, self._most.by_step_limit())
+            lower = min(lower, failure)
+        told = tuple(islice(self._told(), MOST_TOLD + 1))
+        above = Proof.STRAIGHT if straight else Proof.OUTER
+        return Bounds(
+            lower=least if least - lower <= NEAR else lower,
+            upper=largest if upper - largest <= NEAR else upper,
+            lower_proof=Proof.EXACT if least - lower <= NEAR else Proof.OUTER,
+            upper_proof=Proof.EXACT if upper - largest <= NEAR else above,
+            least_found=least,
+            largest_found=largest,
+            complete=whole.whole,
+            stretches=self._tree.stretches,
+            can_fail=whole.fails,
+            cheapest=self._reaching("low"),
+            dearest=self._reaching("high"),
+            told=told if len(told) <= MOST_TOLD else (),
+        )
