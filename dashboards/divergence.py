@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dashboards.timeline import Timeline, describe
+from dashboards.phases import describe
+from dashboards.timeline import Timeline
 from workbench.runs.vocabulary import ActionFinished
 
 

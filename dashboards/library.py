@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
+from typing import TypeVar
 
 from dashboards.counterfactual import kept_beside
 from dashboards.geometry.house import HouseShape, house_shape
@@ -20,7 +21,9 @@ from workbench.worlds.house import FloorPlan
 SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
 """How long the sensors of a growing log are not looked for anew: that many seconds, or times as long as it took."""
 MOST_OPEN = 24
-"""Runs that are kept in memory; the longest unused is dropped first."""
+"""Runs, and places, that are kept in memory; the longest unused is dropped first."""
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 class NoLogs(NotFound):
@@ -50,7 +53,7 @@ class Library:
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
         self._senses: OrderedDict[int, Senses | None] = OrderedDict()
         self._senses_fresh_until: dict[int, float] = {}
-        self._shapes: dict[FloorPlan, HouseShape] = {}
+        self._shapes: OrderedDict[FloorPlan, HouseShape] = OrderedDict()
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
         self.unreadable: list[str] = []
@@ -69,10 +72,7 @@ class Library:
                 self._timelines[index] = timeline_of(
                     read(self.paths[index]), counterfactual=kept_beside(self.paths[index])
                 )
-            self._timelines.move_to_end(index)
-            while len(self._timelines) > MOST_OPEN:
-                self._timelines.popitem(last=False)
-            return self._timelines[index]
+            return _newest(self._timelines, index)
 
     def senses(self, index: int) -> Senses | None:
         """What the robot of the index-th log sensed; None for a log without sensors, or one that cannot be read."""
@@ -85,10 +85,7 @@ class Library:
                     self._senses[index] = None
                 ended = time.monotonic()
                 self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
-            self._senses.move_to_end(index)
-            while len(self._senses) > MOST_OPEN:
-                self._senses.popitem(last=False)
-            return self._senses[index]
+            return _newest(self._senses, index)
 
     def rows(self) -> list[RunRow]:
         """A row per run, from indexes and tables; no run is read for it."""
@@ -111,7 +108,15 @@ class Library:
         with self._lock:
             if plan not in self._shapes:
                 self._shapes[plan] = house_shape(plan)
-            return self._shapes[plan]
+            return _newest(self._shapes, plan)
+
+
+def _newest(kept: OrderedDict[K, V], key: K) -> V:
+    """What is kept under a key, now the last to be dropped; the longest unused goes once there are too many."""
+    kept.move_to_end(key)
+    while len(kept) > MOST_OPEN:
+        kept.popitem(last=False)
+    return kept[key]
 
 
 def logs_of(paths: Sequence[Path]) -> list[Path]:

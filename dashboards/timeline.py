@@ -7,21 +7,20 @@ however long the run; nothing is ever replayed from the start.
 
 from __future__ import annotations
 
-import itertools
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import atan2, hypot
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from dashboards.action_way import way_of_actions
 from dashboards.counterfactual import Counterfactual
+from dashboards.phases import Phase, phases_of
 from dashboards.robot_way import way_of_poses
 from dashboards.ways_ahead import WaysAhead
-from dashboards.words import place_words, told
 from workbench.runs.vocabulary import (
     NANO,
     ActionFinished,
@@ -31,9 +30,7 @@ from workbench.runs.vocabulary import (
     PlanComputed,
     SeenItem,
 )
-from workbench.worlds.geometry import Point
-from workbench.worlds.house import START, ContainerId, FloorPlan, LocationId
-from workbench.worlds.names import readable_name
+from workbench.worlds.house import ContainerId, FloorPlan
 
 if TYPE_CHECKING:
     from dashboards.first_looks import FirstLook
@@ -41,21 +38,6 @@ if TYPE_CHECKING:
 
 NEVER = np.iinfo(np.int64).max
 """The stamp of what does not happen in a run."""
-
-Kind = Literal["moving", "searching", "manipulating"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
-"""Kinds of action, which are phases of a run; "planning" and "waiting" are the others."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Phase:
-    """A stretch of a run in which the robot does one kind of thing."""
-
-    start_ns: int
-    end_ns: int
-    name: str
-    title: str
-    support: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +140,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
     actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))
     start_ns, end_ns = _span(run, actions)
     decisions = _decisions(run, actions)
-    way_s, way_xy, facing, imputed = _way(run, actions, start_ns)
+    way_s, way_xy, facing, imputed = way_of_actions(run.place, actions, start_ns)
     told = way_of_poses(run, start_ns, end_ns)
     if told is not None:
         (way_s, way_xy, facing), imputed = told, np.zeros(len(told[0]), dtype=np.bool_)
@@ -184,7 +166,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
         known=known,
         contents=contents,
         held=_held(actions, start_ns),
-        phases=_phases(actions, decisions, start_ns, end_ns),
+        phases=phases_of(actions, [d.stamp_ns for d in decisions], start_ns, end_ns),
         item_types=tuple(types),
         top_belief=_top_belief(run.beliefs),
         counterfactual=counterfactual,
@@ -227,50 +209,6 @@ def _decisions(run: Run, actions: Sequence[ActionFinished]) -> tuple[DecisionFra
     return tuple(sorted(frames, key=lambda f: (f.stamp_ns, f.number)))
 
 
-def _way(
-    run: Run, actions: Sequence[ActionFinished], start_ns: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Corners of the way walked, each with its second, the heading from there on, and whether it was assumed."""
-    at = _first_place(run, actions)
-    seconds: list[float] = [0.0]
-    corners: list[Point] = [at]
-    facing: list[float] = [run.place.plan.start.yaw_rad]
-    imputed: list[bool] = [False]
-    for action in actions:
-        path = [(float(x), float(y)) for x, y in action.path]
-        began, ended = (action.start.ns - start_ns) / NANO, (action.stamp.ns - start_ns) / NANO
-        if len(path) >= 2:
-            lengths = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(path)]
-            total, gone = sum(lengths) or 1.0, 0.0
-            for i, point in enumerate(path):
-                heading = _heading(path[i], path[i + 1]) if i + 1 < len(path) else facing[-1]
-                seconds.append(began + (ended - began) * gone / total)
-                corners.append(point)
-                facing.append(heading)
-                imputed.append(action.support == "imputed")
-                gone += lengths[i] if i < len(lengths) else 0.0
-        standing = run.place.standing.get(LocationId(action.target))
-        if standing is not None and action.success:
-            seconds.append(max(ended, seconds[-1]))
-            corners.append(standing.point if len(path) < 2 and action.action == "move" else corners[-1])
-            facing.append(standing.yaw_rad)
-            imputed.append(False)
-    corner_array = np.array(corners, dtype=np.float64)
-    return np.maximum.accumulate(np.array(seconds)), corner_array, np.array(facing), np.array(imputed)
-
-
-def _first_place(run: Run, actions: Sequence[ActionFinished]) -> Point:
-    for action in actions:
-        if action.path:
-            return (float(action.path[0][0]), float(action.path[0][1]))
-    standing = run.place.standing.get(START)
-    return standing.point if standing is not None else run.place.plan.start.point
-
-
-def _heading(a: Point, b: Point) -> float:
-    return atan2(b[1] - a[1], b[0] - a[0])
-
-
 def _costs(
     actions: Sequence[ActionFinished], start_ns: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -308,57 +246,6 @@ def _held(actions: Sequence[ActionFinished], start_ns: int) -> tuple[tuple[int, 
         elif action.success and action.action == "place":
             held.append((action.stamp.ns, None))
     return tuple(held)
-
-
-def _phases(
-    actions: Sequence[ActionFinished], decisions: Sequence[DecisionFrame], start_ns: int, end_ns: int
-) -> tuple[Phase, ...]:
-    """Actions as phases; a gap before an action is planning if a decision fell into it, else waiting."""
-    stamps = [d.stamp_ns for d in decisions]
-    phases: list[Phase] = []
-    at = start_ns
-
-    def gap(until: int) -> None:
-        if until > at:
-            thought = bisect_right(stamps, until) - bisect_right(stamps, at - 1) > 0
-            name = "planning" if thought else "waiting"
-            phases.append(Phase(start_ns=at, end_ns=until, name=name, title=name))
-
-    for action in actions:
-        gap(action.start.ns)
-        begin, end = max(at, action.start.ns), max(at, action.stamp.ns)
-        title = describe(action)
-        phases.append(
-            Phase(
-                start_ns=begin,
-                end_ns=end,
-                name=kind_of(action),
-                title=title,
-                support=action.support,
-            )
-        )
-        at = end
-    gap(end_ns)
-    return tuple(phases)
-
-
-def kind_of(action: ActionFinished) -> Kind:
-    """What the robot does in an action: whatever is no walk and no look manipulates."""
-    if action.action == "move":
-        return "moving"
-    return "searching" if action.action == "search" else "manipulating"
-
-
-def describe(action: ActionFinished) -> str:
-    """An action in words: "move to fridge 1", "pick mug at desk 1"."""
-    target = place_words(action.target)
-    if action.action == "move":
-        words = f"move to {target}"
-    elif action.action == "search":
-        words = f"search {target}"
-    else:
-        words = " ".join([action.action, *(readable_name(t) for t in action.item_types), "at", target])
-    return words if action.success else f"{words} (refused: {told(action.reason)})"
 
 
 def _top_belief(beliefs: Sequence[BeliefUpdate]) -> Mapping[str, float]:

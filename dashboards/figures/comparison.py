@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 
 from dashboards.figures.style import label_of
 from dashboards.palette import PHASES
-from dashboards.timeline import KINDS, Timeline, kind_of
+from dashboards.phases import KINDS, kind_of
+from dashboards.timeline import Timeline
 
 SAME = 0.05
 """A charge that differs by less from what was spent reads the same."""

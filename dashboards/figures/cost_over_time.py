@@ -41,14 +41,15 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     if plans:
         at = [first.seconds(p.stamp.ns) for p in plans]
         total = np.interp(at, first.cost_s, first.cost) + [p.expected_cost for p in plans]
+        whose = f" by {label_of(first)}" if len(timelines) > 1 else ""
         ax.step(
-            at,
-            total,
+            [*at, first.duration_s],
+            [*total, total[-1]],
             where="post",
             color=unit(run_colour(0)),
             linewidth=0.9,
             linestyle=(0, (4, 2)),
-            label="expected in all",
+            label=f"expected in all{whose}",
         )
     ax.set_xlabel("time (s)")
     ax.set_ylabel("cost")

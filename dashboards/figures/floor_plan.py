@@ -50,7 +50,7 @@ def draw_floor_plan(
                 va="center",
                 fontsize=6,
                 color="#5a6068",
-                zorder=4,
+                zorder=6.5,
                 path_effects=[withStroke(linewidth=1.8, foreground="white", alpha=0.85)],
             )
     ax.autoscale_view()

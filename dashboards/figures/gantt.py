@@ -6,7 +6,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from dashboards.palette import PHASES
-from dashboards.timeline import KINDS, Timeline, kind_of
+from dashboards.phases import KINDS, kind_of
+from dashboards.timeline import Timeline
 from workbench.runs.vocabulary import ActionFinished
 from workbench.worlds.names import readable_name
 

@@ -76,7 +76,7 @@ def chart(
         f'<div class="strip" data-strip="{end}" {command("strip")}>'
         f'<svg width="100%" height="{HEIGHT_PX}" viewBox="0 0 {WIDE} {HEIGHT_PX}" preserveAspectRatio="none">'
         f'{rules}{drawn}</svg><div class="cursor"></div></div></div>'
-        f'<div class="ends"><span>0</span><span>{text(f"{end:.4g} {unit}".strip())}</span></div>'
+        f'<div class="ends"><span>0</span><span>{f"{end:.1f} {unit}" if unit else f"{end:g}"}</span></div>'
         f'<div class="legend">{legend}</div></div>'
     )
 

@@ -21,12 +21,12 @@ def text(value: object) -> str:
     return escape(str(value), quote=True)
 
 
-def name(value: object) -> str:
+def name(value: object, *, most: int = LONGEST_NAME) -> str:
     """A name, shortened if very long, with the whole as a tooltip."""
     whole = str(value)
-    if len(whole) <= LONGEST_NAME:
+    if len(whole) <= most:
         return text(whole)
-    return f'<span title="{text(whole)}">{text(whole[: LONGEST_NAME - 1])}…</span>'
+    return f'<span title="{text(whole)}">{text(whole[: most - 1])}…</span>'
 
 
 def place(location: str) -> str:

@@ -9,6 +9,9 @@ from dashboards.timeline import Timeline
 from dashboards.words import told
 from workbench.worlds.names import readable_name
 
+LONGEST_TASK = 300
+"""Characters of a task that are shown."""
+
 
 def title(timeline: Timeline) -> str:
     """Whose run this is: task, place, strategy."""
@@ -24,7 +27,7 @@ def title(timeline: Timeline) -> str:
     warned = "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
     task = told(timeline.run.task.title or info.title or info.scenario)
     facts = " · ".join(name(p) for p in parts if p)
-    return f'<div class="lp"><h2>{name(task)}</h2><p class="muted">{facts}</p>{warned}</div>'
+    return f'<div class="lp"><h2>{name(task, most=LONGEST_TASK)}</h2><p class="muted">{facts}</p>{warned}</div>'
 
 
 def now(scene: Scene) -> str:

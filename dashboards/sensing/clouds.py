@@ -26,14 +26,14 @@ NOTHING: Points = np.zeros((0, 3), dtype=np.float32)
 
 def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Points:
     """The points of a foxglove.PointCloud on the map; none when it cannot be read or placed."""
-    columns = [_column(message, name) for name in ("x", "y", "z")]
+    columns = [column for name in ("x", "y", "z") if (column := _column(message, name)) is not None]
     map_from_frame = frames.on_map(message.frame_id, stamp_ns)
     frame_from_cloud = (
         matrix(message.pose.position, message.pose.orientation) if message.HasField("pose") else np.eye(4)
     )
-    if any(column is None for column in columns) or map_from_frame is None or frame_from_cloud is None:
+    if len(columns) < 3 or map_from_frame is None or frame_from_cloud is None:
         return NOTHING
-    return placed(np.column_stack(columns), map_from_frame @ frame_from_cloud)  # type: ignore[arg-type]
+    return placed(np.column_stack(columns), map_from_frame @ frame_from_cloud)
 
 
 def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:

@@ -98,7 +98,7 @@ class Senses:
                 stamp = int(track.stamps_ns[index])
                 if message is not None:
                     read = cloud_points if track.schema.name == CLOUD else depth_points
-                    yield stamp, read(message, self._frames, stamp)
+                    yield stamp, _cubes(read(message, self._frames, stamp))
 
     def _grids(self) -> list[Track]:
         return [t for t in self._tracks.of_kind(GRID) if t.topic != "/map"]
@@ -134,15 +134,29 @@ def _may_hold_points(track: Track) -> bool:
     return track.schema.name == CLOUD or "depth" in track.topic
 
 
+def _cubes(points: Points) -> Points:
+    """One point for each cube of space, the first, between floor and cut: so much less of a cloud is kept."""
+    points = points[(points[:, 2] > FLOOR_M) & (points[:, 2] < CUT_M)]
+    return points[_first_of_cubes(points)]
+
+
+def _first_of_cubes(points: Points) -> npt.NDArray[np.intp]:
+    """The index of the first point in each cube, in order."""
+    _, first = np.unique(np.round(points / CUBE_M).astype(np.int64), axis=0, return_index=True)
+    return np.sort(first)
+
+
 def _gathered(clouds: list[tuple[int, Points]]) -> tuple[npt.NDArray[np.int64], Points]:
-    """Each cube of space once, by the first moment in which a point lay in it."""
-    clouds = [(stamp, p[(p[:, 2] > FLOOR_M) & (p[:, 2] < CUT_M)]) for stamp, p in clouds]
+    """Each cube of space once, by the first moment in which a point lay in it.
+
+    Args:
+        clouds: stamps with points, each cloud's cubes once.
+    """
     clouds = sorted((c for c in clouds if len(c[1])), key=lambda cloud: cloud[0])
     if not clouds:
         return np.zeros(0, dtype=np.int64), NOTHING
     points = np.concatenate([p for _, p in clouds])
     stamps = np.repeat(np.array([s for s, _ in clouds], dtype=np.int64), [len(p) for _, p in clouds])
-    _, first = np.unique(np.round(points / CUBE_M).astype(np.int64), axis=0, return_index=True)
-    first = np.sort(first)
+    first = _first_of_cubes(points)
     first = first[:: max(1, -(-len(first) // MOST_SITE_POINTS))]
     return stamps[first], points[first]

@@ -20,7 +20,7 @@ TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus lies on top."""
 TOGETHER_M = 0.5
 """A ghost so close to the run in focus is not named: their names would lie over each other."""
-BESIDE_M = 1.0
+BESIDE_M = 1.6
 """A robot so close to a numbered container is not named either: the number matters more."""
 
 

@@ -18,6 +18,8 @@ FILL = 0.92
 """Share of the picture that the house fills."""
 TALL_M = 1.2
 """What stands in a house is about this high."""
+MARKS_M = 0.9
+"""So much of what stands over a container (its bar, its number) is to be seen as well."""
 Vector = tuple[float, float, float]
 
 
@@ -49,7 +51,8 @@ def fitted(
     right = np.array([-sin(turn), cos(turn), 0.0])
     up = np.cross(back, right)
     ground = np.concatenate([floor.vertices for floor in shape.floors] or [_corners(shape)]).astype(np.float64)
-    points = np.concatenate([ground, ground + np.array([0.0, 0.0, TALL_M])])
+    over = np.array(shape.tops_m, dtype=np.float64).reshape(-1, 3) + np.array([0.0, 0.0, MARKS_M])
+    points = np.concatenate([ground, ground + np.array([0.0, 0.0, TALL_M]), over])
     half = tan(FIELD_OF_VIEW / 2)
     at, distance = np.array([*shape.centre, 0.0]), 2 * shape.reach_m / half
     for _ in range(40):

@@ -1,0 +1,81 @@
+"""What does a robot do when? A run as phases: moving, searching, manipulating, planning, waiting."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from dashboards.words import place_words, told
+from workbench.runs.vocabulary import ActionFinished
+from workbench.worlds.names import readable_name
+
+Kind = Literal["moving", "searching", "manipulating"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+"""Kinds of action, which are phases of a run; "planning" and "waiting" are the others."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Phase:
+    """A stretch of a run in which the robot does one kind of thing."""
+
+    start_ns: int
+    end_ns: int
+    name: str
+    title: str
+    support: str = ""
+
+
+def phases_of(
+    actions: Sequence[ActionFinished], decision_ns: Sequence[int], start_ns: int, end_ns: int
+) -> tuple[Phase, ...]:
+    """Actions as phases; a gap before an action is planning if a decision fell into it, else waiting.
+
+    Args:
+        actions: in order of their ends. decision_ns: stamps of decisions, in order.
+    """
+    phases: list[Phase] = []
+    at = start_ns
+
+    def gap(until: int) -> None:
+        if until > at:
+            thought = bisect_right(decision_ns, until) - bisect_right(decision_ns, at - 1) > 0
+            name = "planning" if thought else "waiting"
+            phases.append(Phase(start_ns=at, end_ns=until, name=name, title=name))
+
+    for action in actions:
+        gap(action.start.ns)
+        begin, end = max(at, action.start.ns), max(at, action.stamp.ns)
+        title = describe(action)
+        phases.append(
+            Phase(
+                start_ns=begin,
+                end_ns=end,
+                name=kind_of(action),
+                title=title,
+                support=action.support,
+            )
+        )
+        at = end
+    gap(end_ns)
+    return tuple(phases)
+
+
+def kind_of(action: ActionFinished) -> Kind:
+    """What the robot does in an action: whatever is no walk and no look manipulates."""
+    if action.action == "move":
+        return "moving"
+    return "searching" if action.action == "search" else "manipulating"
+
+
+def describe(action: ActionFinished) -> str:
+    """An action in words: "move to fridge 1", "pick mug at desk 1"."""
+    target = place_words(action.target)
+    if action.action == "move":
+        words = f"move to {target}"
+    elif action.action == "search":
+        words = f"search {target}"
+    else:
+        words = " ".join([action.action, *(readable_name(t) for t in action.item_types), "at", target])
+    return words if action.success else f"{words} (refused: {told(action.reason)})"

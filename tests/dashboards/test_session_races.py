@@ -1,0 +1,144 @@
+"""Callbacks of a browser come from several threads: a seek is never lost, a state never half changed."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from toy_run import other_run, toy_run
+
+from dashboards.clock import Clock
+from dashboards.library import MOST_OPEN, Library
+from dashboards.timeline import timeline_of
+from dashboards.viser_app.bridge import changes_of, obey
+from dashboards.viser_app.options import Options
+from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
+
+CLOCK = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
+SAMPLES = Path(__file__).parents[2] / "logs"
+
+
+class Client(SimpleNamespace):
+    """As much of a browser as a session that is not started asks for."""
+
+    def __init__(self) -> None:
+        super().__init__(client_id=1, scene=SimpleNamespace())
+        self.told: list[str] = []
+
+    def add_notification(self, title: str, words: str, **_: Any) -> None:
+        self.told.append(f"{title}: {words}")
+
+
+def session(**state: Any) -> Session:
+    made = Session(Client(), Library([SAMPLES]), ViewState(runs=(0,), **state))  # type: ignore[arg-type]
+    made.clock = CLOCK
+    return made
+
+
+class SlowClock(SimpleNamespace):
+    """A clock that a person's seek falls into: while the view works out its next moment."""
+
+    def __init__(self, of: Session) -> None:
+        super().__init__(timelines=CLOCK.timelines)
+        self._session = of
+        self.seeking: threading.Thread | None = None
+
+    @property
+    def end(self) -> float:
+        if self.seeking is None:
+            self.seeking = threading.Thread(target=self._session.change, kwargs={"at": 3.0, "playing": False})
+            self.seeking.start()
+            self.seeking.join(timeout=0.2)
+        return CLOCK.end
+
+
+def test_a_seek_while_the_run_plays_is_not_lost() -> None:
+    made = session(playing=True, at=5.0)
+    clock = SlowClock(made)
+    made.clock = clock  # type: ignore[assignment]
+    made._advance(1.0)
+    assert clock.seeking is not None
+    clock.seeking.join()
+    assert (made.state.at, made.state.playing) == (3.0, False)
+
+
+def test_play_at_the_end_begins_anew_and_pauses_in_place() -> None:
+    made = session(at=CLOCK.end)
+    made.toggle_playing()
+    assert (made.state.at, made.state.playing) == (0.0, True)
+    made.change(at=2.0)
+    made.toggle_playing()
+    assert (made.state.at, made.state.playing) == (2.0, False)
+
+
+def test_a_view_without_runs_plays_nothing() -> None:
+    made = session(playing=True, alignment="distance")
+    made.clock = Clock(timelines=(), alignment="distance")
+    made._advance(1.0)
+    assert made.state.at == 0.0
+
+
+def test_who_looks_elsewhere_is_no_longer_live() -> None:
+    made = session(live=True, at=CLOCK.end)
+    made.change(speed=2.0)
+    assert made.state.live
+    made.change(at=1.0)
+    assert not made.state.live
+
+
+def test_no_more_runs_are_laid_over_each_other_than_fit() -> None:
+    made = session()
+    made.state = ViewState(runs=tuple(range(MOST_RUNS)))
+    made.toggle_run(MOST_RUNS)
+    assert made.state.runs == tuple(range(MOST_RUNS))
+    assert "At most 16" in made.client.told[0]
+    made.toggle_run(3)
+    assert 3 not in made.state.runs
+
+
+def test_addresses_of_strangers_change_what_makes_sense() -> None:
+    many = "&".join(f"x{i}=1" for i in range(500))
+    assert changes_of(f"?at=12.5&{many}", runs=3) == {"at": 12.5}
+    assert changes_of(f"?runs={'9' * 5000},1", runs=3) == {"runs": (1,)}
+
+
+def test_commands_with_numbers_beyond_reason_do_nothing() -> None:
+    made = session()
+    before = made.state
+    for words in (f"open {'9' * 5000}", "open ²", "decision 1e11", "look 1e11", f"decision {'9' * 400}"):
+        obey(made, words)
+    assert made.state == before
+
+
+def test_what_the_server_sets_itself_is_nobodys_choice() -> None:
+    made = session()
+    options = object.__new__(Options)
+    options._session = made
+    options._change(SimpleNamespace(client=None), speed=8.0)  # type: ignore[arg-type]
+    assert made.state.speed == 1.0
+    options._change(SimpleNamespace(client=made.client), speed=8.0)  # type: ignore[arg-type]
+    assert made.state.speed == 8.0
+
+
+def test_places_are_forgotten_like_runs() -> None:
+    library = Library([SAMPLES])
+    from dataclasses import replace
+
+    plan = CLOCK.timelines[0].plan
+    for i in range(MOST_OPEN + 5):
+        library.shape(replace(plan, name=f"place {i}"))
+    assert len(library._shapes) == MOST_OPEN
+    assert library.shape(replace(plan, name="place 28")) is library.shape(replace(plan, name="place 28"))
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_first_looks_go_with_their_run(number: int) -> None:
+    from dashboards.first_looks import first_looks
+
+    timeline = timeline_of(toy_run())
+    frame = timeline.decisions[number - 1]
+    assert first_looks(timeline, frame) is first_looks(timeline, frame)
+    assert list(timeline.first_looks) == [number]
