@@ -13,6 +13,7 @@ from recorders.log_index import LogIndex
 from replayers.copying import Loss
 from replayers.mcap_records import ChunkRecord, Raw, Record, Unreadable, records_in
 from replayers.scanning import open_log, record_at, scan
+from replayers.several_runs import run_and_name
 from replayers.summary import read_index
 from workbench.errors import LiosError
 from workbench.runs.run_info import INFO_METADATA, OUTCOME_METADATA, info_from_metadata
@@ -41,6 +42,12 @@ class Description:
     @property
     def outcome(self) -> dict[str, str]:
         return self.metadata.get(OUTCOME_METADATA, {})
+
+    @property
+    def runs(self) -> int:
+        """How many runs it holds."""
+        members = {run for run, name in map(run_and_name, self.metadata) if name == INFO_METADATA and run is not None}
+        return len(members) or int(self.info is not None)
 
     @property
     def duration_s(self) -> float:

@@ -16,8 +16,9 @@ from mcap.records import Attachment, Metadata
 from replayers.content import Message
 from replayers.doctor_container import Walk, walk_container
 from replayers.doctor_run import RunChecks
-from replayers.findings import Finding, Findings, Verdict
+from replayers.findings import Finding, Findings, Level, Verdict
 from replayers.scanning import open_log
+from replayers.several_runs import taken_out
 
 Told = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
 
@@ -55,12 +56,21 @@ def examine(path: Path | str, *, told: Told = iter) -> Examination:
         FileMissing, NoMcap: there is nothing to examine.
     """
     path, findings = Path(path), Findings()
-    walk, checks, count = Walk(findings), RunChecks(findings), 0
+    walk, runs, count = Walk(findings), dict[int | None, RunChecks](), 0
     with open_log(path) as stream:
         for part in told(walk_container(path, stream, walk)):
             count += isinstance(part, Message)
-            checks.take(part)
-    checks.finish(cut_off=walk.cut_off, damaged=walk.damaged)
+            run, plain = taken_out(part)
+            if run not in runs:
+                runs[run] = RunChecks(findings)
+            runs[run].take(plain)
+    if len(runs) > 1:
+        runs.pop(None, None)  # what was added to a log of several runs
+    if None not in runs and runs:
+        findings.add(Level.INFO, "runs", f"{len(runs)} in one log", "Take them apart: lios log split --by run")
+    checks = next(iter(runs.values()), RunChecks(findings))
+    for each in runs.values() or (checks,):
+        each.finish(cut_off=walk.cut_off, damaged=walk.damaged)
     longest_s, promised_s = walk.chunk_span_ns / 1e9, checks.promised_s
     measured = checks.real_time or promised_s is None
     return Examination(

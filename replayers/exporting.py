@@ -21,11 +21,19 @@ import pyarrow.parquet as pq
 from recorders.log_file import CannotCreate
 from replayers.columns import SCHEMAS
 from replayers.frames import LogSource, Problem, Tables
-from workbench.errors import BadValue, OutputExists, UnknownName
+from workbench.errors import BadValue, Malformed, OutputExists, UnknownName
 
 Format = Literal["parquet", "csv"]
 Told = Callable[[Iterator[str]], Iterable[str]]
 PARTITIONS = ("place", "scenario", "strategy", "source", "run_id")
+
+
+class NothingToExport(Malformed):
+    """Not one of the logs could be read; nothing was written."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        more = f" {len(problems) - 1} more could not be read." if len(problems) > 1 else ""
+        super().__init__(f"nothing to export: {problems[0].reason}{more}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +82,7 @@ def export(
         told: wraps the tables on their way, for a progress bar.
 
     Raises:
+        NothingToExport: none of the logs holds a run.
         OutputExists: the folder holds something, and force is not given.
         CannotCreate: it is a file, or cannot be made.
         BadValue: partitions of CSV, or by a column that is none of PARTITIONS.
@@ -88,6 +97,7 @@ def export(
     draft = folder / f".{os.getpid()}.part"
     source = Tables([LogSource(path) for path in paths])
     rows: dict[str, int] = {}
+    there_before = folder.exists()
     try:
         _make(draft, folder)
         for name in told(iter(tables)):
@@ -96,10 +106,15 @@ def export(
                 if partition_by
                 else _one_file(source, name, draft, file_format)
             )
+        left_out = {problem.path for problem in source.problems}
+        if not any(rows.values()) and left_out >= {log.log for log in source.sources}:
+            raise NothingToExport(source.problems)
         for made in sorted(draft.iterdir()):
             _replace(made, folder / made.name)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
+        if not there_before and folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
     return Exported(folder=folder, rows=rows, problems=tuple(source.problems))
 
 

@@ -27,6 +27,7 @@ from replayers.log_paths import NoLogs, find_logs, shown
 from replayers.reader import messages, metadata
 from replayers.run import POSE_TOPIC, TRUTH_TOPIC, HoldsNoRun, Run
 from replayers.scanning import open_log
+from replayers.several_runs import HoldsRuns, named
 from replayers.summary import read_index
 from replayers.tabulating import BUILDERS, Source
 from workbench.errors import LiosError
@@ -169,6 +170,8 @@ class LogSource:
     def info(self) -> RunInfo:
         pairs = metadata(self.path, INFO_METADATA)
         if pairs is None:
+            if metadata(self.path, named(INFO_METADATA, 0)) is not None:
+                raise HoldsRuns(self.path)
             raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
         return info_from_metadata(pairs)
 

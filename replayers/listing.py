@@ -104,7 +104,7 @@ def row_of(path: Path) -> Row:
         source=info.source if info else "",
         run_id=info.run_id if info else "",
         started_ns=info.started.ns if info else 0,
-        problem="" if info else "holds no run",
+        problem="" if info else f"holds {found.runs or 'no'} run{'s' if found.runs else ''}",
     )
 
 

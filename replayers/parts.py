@@ -31,7 +31,7 @@ class Parts:
     ) -> None:
         if (part_s is None) == (part_bytes is None):
             given = "neither" if part_s is None else "both"
-            raise BadValue("which of --every and --size", given, "one: seconds, or bytes, a part")
+            raise BadValue("which of --every and --size", given, "one: seconds, or bytes, a part; or --by run")
         if part_s is not None and part_s <= 0:
             raise BadValue("--every", part_s, "more than 0 seconds")
         if part_bytes is not None and part_bytes < 1:

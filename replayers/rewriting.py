@@ -8,7 +8,7 @@ from __future__ import annotations
 import heapq
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from mcap.records import Attachment, Header, Metadata
@@ -16,6 +16,7 @@ from mcap.records import Attachment, Header, Metadata
 from recorders.sinks import PART_METADATA, REPEATED
 from replayers.content import Message
 from replayers.copying import Copier, Loss, Style, contents, profile_of
+from replayers.several_runs import Marks, named, runs_of, split_by_run
 from workbench.errors import BadValue, Malformed
 
 COMPACT_CHUNK_BYTES = 4 << 20
@@ -29,7 +30,7 @@ class MixedRuns(Malformed):
     def __init__(self, name: str, path: Path) -> None:
         super().__init__(
             f"{path}: its {name} is another one than that of the logs before it. "
-            "Merge logs of one run, or give --allow-duplicates."
+            "Merge logs of one run, or give --runs for several, or --allow-duplicates."
         )
 
 
@@ -114,11 +115,20 @@ def _flow(source: Path, loss: Loss, copier: Copier, wanted: Wanted) -> Iterator[
 
 
 def merged(
-    sources: Sequence[Path], output: Path, style: Style, *, allow_duplicates: bool = False, told: Told = iter
+    sources: Sequence[Path],
+    output: Path,
+    style: Style,
+    *,
+    several_runs: bool = False,
+    allow_duplicates: bool = False,
+    told: Told = iter,
 ) -> Rewritten:
     """One log of several, by log time. Equal attachments, metadata and channels become one.
 
     Parts of a split log become the log again: what later parts only repeat is left out.
+
+    Args:
+        several_runs: each log is a run, or a part of one, and stays told apart from the others.
 
     Raises:
         MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
@@ -127,14 +137,17 @@ def merged(
     not_itself(sources, output)
     _each_once(sources)
     loss, count = Loss(), 0
+    runs = runs_of(sources) if several_runs else [None] * len(sources)
     with Copier(output, style, profile=_common_profile(sources)) as copier:
-        around = _Around(copier, allow_duplicates)
-        flows = [_flow_of(number, source, loss, around) for number, source in enumerate(sources)]
+        arounds = {run: _Around(copier, allow_duplicates, run) for run in runs}
+        flows = [_flow_of(number, source, loss, arounds[runs[number]]) for number, source in enumerate(sources)]
         ordered = heapq.merge(*flows, key=lambda entry: (entry[0], entry[1]))
         for message in told(message for _, _, message in ordered):
             copier.copy(message)
             count += 1
-    return Rewritten(outputs=(output,), messages=count, dropped=around.repeated, loss=loss)
+    return Rewritten(
+        outputs=(output,), messages=count, dropped=sum(around.repeated for around in arounds.values()), loss=loss
+    )
 
 
 def split_up(
@@ -144,12 +157,22 @@ def split_up(
     *,
     part_s: float | None = None,
     part_bytes: int | None = None,
+    by_run: bool = False,
     told: Told = iter,
 ) -> Rewritten:
-    """A log in parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ..."""
+    """A log in parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
+
+    Raises:
+        BadValue: not one way of splitting was given.
+    """
     from replayers.parts import Parts
 
     loss, count = Loss(), 0
+    if by_run:
+        if part_s is not None or part_bytes is not None:
+            raise BadValue("which of --by run, --every and --size", "several", "one")
+        paths, count = split_by_run(source, output, style, loss, told)
+        return Rewritten(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
     with Parts(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
         for message in told(parts.messages(loss)):
             parts.copy(message)
@@ -163,6 +186,7 @@ class _Around:
 
     copier: Copier
     allow_duplicates: bool
+    run: int | None
     seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)
     repeated: int = 0
 
@@ -177,6 +201,8 @@ class _Around:
         if known and not self.allow_duplicates:
             raise MixedRuns(f"{kind} {part.name}", path)
         known.add(content)
+        if self.run is not None:
+            part = replace(part, name=named(part.name, self.run))
         if isinstance(part, Attachment):
             self.copier.attach(part)
         else:
@@ -185,12 +211,13 @@ class _Around:
 
 def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator[tuple[int, int, Message]]:
     key, value = REPEATED
+    marks = None if around.run is None else Marks(around.run)
     for part in contents(source, loss):
         if isinstance(part, Message):
             if part.channel.metadata.get(key) == value:
                 around.repeated += 1
             else:
-                yield part.log_time, number, part
+                yield part.log_time, number, marks.message(part) if marks else part
         elif not isinstance(part, Header):
             around.take(part, source)
 

@@ -20,6 +20,7 @@ from replayers.content import Content, Message
 from replayers.mcap_records import Record
 from replayers.reader import wanted_chunks
 from replayers.scanning import Damage, open_log, record_at, scan
+from replayers.several_runs import HoldsRuns, run_and_name
 from replayers.summary import read_index
 from workbench.errors import MalformedFile
 from workbench.planning.tasks import Task
@@ -141,6 +142,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
 
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
+        HoldsRuns: several runs in one file.
         HoldsNoRun: an MCAP file without a run's identity, place or task.
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
@@ -180,12 +182,15 @@ class _Found:
     info: RunInfo | None = None
     events: dict[type[DomainEvent], list[DomainEvent]] = field(default_factory=dict)
     poses: list[tuple[int, bytes]] = field(default_factory=list)
+    several: bool = False
 
     def wants(self, topic: str) -> bool:
         return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
 
     def take(self, record: Record | None) -> None:
-        if isinstance(record, Metadata) and record.name == INFO_METADATA:
+        if isinstance(record, Metadata | Attachment) and run_and_name(record.name)[0] is not None:
+            self.several = True
+        elif isinstance(record, Metadata) and record.name == INFO_METADATA:
             self.info = info_from_metadata(record.metadata)
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
@@ -201,6 +206,8 @@ class _Found:
 
     def run(self, *, closed: bool) -> Run:
         if self.info is None:
+            if self.several:
+                raise HoldsRuns(self.path)
             raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
         settings = settings_from_json(self._attachment(SETTINGS_ATTACHMENT))
         outcome = self._last(Outcome)

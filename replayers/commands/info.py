@@ -53,6 +53,7 @@ def _answer(found: Description) -> dict[str, Any]:
         "chunks": len(index.chunks),
         "compression_ratio": found.compression_ratio,
         "run": _run(found),
+        "runs": found.runs,
         "outcome": found.outcome,
         "channels": found.channels(),
         "attachments": [
@@ -83,6 +84,8 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         if outcome:
             end = f"{outcome.get('status')}, cost {_rounded(outcome.get('cost', ''))}, {outcome.get('reason')}"
         lines.append(("outcome", end))
+    elif found.runs:
+        lines.append(("runs", f"{found.runs}; lios log split --by run takes them apart"))
     state = "closed" if found.indexed else "not closed; lios recover makes its index anew"
     if found.loss.count and found.indexed:
         state += f"; {found.loss.count} damages, see lios doctor"

@@ -25,7 +25,7 @@ from replayers.commands.log_options import (
     wanted_of,
     warn,
 )
-from workbench.errors import Unsupported
+from workbench.errors import BadValue, Unsupported
 from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
@@ -65,6 +65,9 @@ def filter_log(
 def merge(
     logs: Annotated[list[Path], typer.Argument(help="Logs, or the parts of one.")],
     output: Output,
+    runs: Annotated[
+        bool, typer.Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
+    ] = False,
     allow_duplicates: Annotated[
         bool, typer.Option("--allow-duplicates", help="Keep metadata and attachments of one name that differ.")
     ] = False,
@@ -78,11 +81,14 @@ def merge(
     Examples:
 
         lios log merge run_0000.mcap run_0001.mcap -o run.mcap
+
+        lios log merge monday/*.mcap -o monday.mcap --runs
     """
     from replayers.rewriting import merged
 
     style = style_of(compression, chunk_size, force)
-    _tell(merged(logs, output, style, allow_duplicates=allow_duplicates, told=bar("merge")), as_json)
+    done = merged(logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, told=bar("merge"))
+    _tell(done, as_json)
 
 
 def split(
@@ -90,6 +96,7 @@ def split(
     output: Output,
     every: Annotated[float | None, typer.Option("--every", help="Seconds of log time a part.")] = None,
     size: Annotated[int | None, typer.Option("--size", help="Bytes a part.")] = None,
+    by: Annotated[str | None, typer.Option("--by", help="run: a file for each run of merge --runs.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -98,11 +105,18 @@ def split(
     Examples:
 
         lios log split run.mcap -o parts/run.mcap --every 60
+
+        lios log split monday.mcap -o runs/run.mcap --by run
     """
     from replayers.copying import Style
     from replayers.rewriting import split_up
 
-    _tell(split_up(log, output, Style(force=force), part_s=every, part_bytes=size, told=bar("split")), as_json)
+    if by not in (None, "run"):
+        raise BadValue("--by", by, "run")
+    done = split_up(
+        log, output, Style(force=force), part_s=every, part_bytes=size, by_run=by == "run", told=bar("split")
+    )
+    _tell(done, as_json)
 
 
 def compact(
