@@ -10,7 +10,7 @@ import getpass
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -148,8 +148,8 @@ class Connection:
 
     def close(self) -> None:
         """Ends background threads and closes channels. Safe to call twice."""
-        self.robot._shutdown()
-        self.robot.shutdown()
+        self.robot.__exit__(None, None, None)  # ends its threads
+        self.robot.shutdown()  # closes its channels
         self.robot.channels_by_authority.clear()
         self.robot.service_clients_by_name.clear()
 
@@ -202,7 +202,7 @@ def reason_of(error: Exception) -> str:
 
 
 @contextmanager
-def talking_to(host: RobotAddress) -> Iterator[None]:
+def talking_to(host: RobotAddress) -> Generator[None]:
     """Turns what bosdyn raises into one line."""
     try:
         yield

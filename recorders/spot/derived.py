@@ -77,8 +77,8 @@ class Derivation:
         with self._lock:
             self._heard(stamp_ns)
             self._walk.add(point)
-            moved = self._still_at is None or hypot(point[0] - self._still_at[0], point[1] - self._still_at[1])
-            if self._still_at is None or moved > STILL_M:
+            still = self._still_at
+            if still is None or hypot(point[0] - still[0], point[1] - still[1]) > STILL_M:
                 self._look_is_over(stamp_ns)
                 self._still_at, self._still_ns = point, stamp_ns
                 return

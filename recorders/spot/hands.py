@@ -98,7 +98,7 @@ class ArmHands:
         return ""
 
     def _find(self, item: ItemId) -> TagSighting | None:
-        """The item's tag as it is seen now, or as it was last seen."""
+        """The item's tag as it is seen now."""
         for sighting in self._world.sightings() or ():
             known = self._world.site.tags.get(sighting.tag)
             if known is not None and known.id == item:

@@ -13,11 +13,12 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Protocol, Self, final
+from functools import partial
+from types import FrameType, TracebackType
+from typing import Any, Protocol, Self, final
 
 STOP_KEYS = (" ", "s", "\x03")
 ENTER, ESCAPE, ERASE, CLEAR, INTERRUPT = "\r\n", "\x1b", "\x7f\b", "\x15", "\x03"
@@ -28,7 +29,14 @@ LINE_CHARS = 2000
 
 
 class Operator(Protocol):
-    """Answers questions about the world that the robot cannot settle."""
+    """Answers questions about the world that the robot cannot settle.
+
+    Attributes:
+        present: whether there is anybody to answer; where there is not, what a person would do counts as done.
+    """
+
+    @property
+    def present(self) -> bool: ...
 
     def confirm(self, question: str) -> bool: ...
 
@@ -37,6 +45,8 @@ class Operator(Protocol):
 class Nobody:
     """No operator: every question is answered no."""
 
+    present = False
+
     def confirm(self, question: str) -> bool:
         return False
 
@@ -44,6 +54,8 @@ class Nobody:
 @final
 class Agreeing:
     """Answers yes, and remembers what was asked: for simulations and tests."""
+
+    present = True
 
     def __init__(self) -> None:
         self.asked: list[str] = []
@@ -102,7 +114,7 @@ class KeyBoard:
         self._line: _Line | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
-        self._saved: list[object] | None = None
+        self._saved: list[Any] | None = None
 
     def __enter__(self) -> Self:
         if _at_a_terminal():
@@ -126,8 +138,12 @@ class KeyBoard:
         if self._saved is not None:
             import termios
 
-            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._saved)  # type: ignore[arg-type]
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._saved)
             self._saved = None
+
+    @property
+    def present(self) -> bool:
+        return self._thread is not None
 
     def confirm(self, question: str) -> bool:
         """Asks; y is yes, n is no, the stop key stops the run."""
@@ -136,10 +152,12 @@ class KeyBoard:
         _show(f"{question} [y/n] ")
         self._answered.clear()
         self._asked.set()
-        while not self._answered.wait(0.1):
-            if self._stop.is_pressed or not self._thread.is_alive():
-                return False
-        self._asked.clear()
+        try:
+            while not self._answered.wait(0.1):
+                if self._stop.is_pressed or not self._thread.is_alive():
+                    return False
+        finally:
+            self._asked.clear()
         _show("\n")
         return self._answer
 
@@ -202,7 +220,7 @@ class KeyBoard:
 
 
 @contextmanager
-def signals_press(stop: StopSwitch) -> Iterator[None]:
+def signals_press(stop: StopSwitch) -> Generator[None]:
     """Ctrl-C, SIGTERM and a closed terminal press the stop instead of breaking off what must end well."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -213,11 +231,15 @@ def signals_press(stop: StopSwitch) -> Iterator[None]:
     before = {number: signal.getsignal(number) for number in words}
     try:
         for number, reason in words.items():
-            signal.signal(number, lambda *_, reason=reason: stop.press(reason))
+            signal.signal(number, partial(_press, stop, reason))
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _press(stop: StopSwitch, reason: str, _number: int, _frame: FrameType | None) -> None:
+    stop.press(reason)
 
 
 def _at_a_terminal() -> bool:

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from recorders.background import Background
-from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from recorders.ring_buffer import RingBuffer
 from recorders.sinks import LogFiles, Sink, Split
 from recorders.spot.connection import Connection
 from recorders.spot.derived import Derivation
+from recorders.spot.identity import robot_run_info
 from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
 from recorders.spot.senses import check_cameras
 from recorders.spot.session import Rates, Session
 from recorders.spot.site_tasks import session_task
 from recorders.spot.spot_run import place_of
-from workbench import __version__
 from workbench.errors import OutputExists
 from workbench.execution.events import Ended, RunStatus
 from workbench.planning.tasks import Task
-from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.runs.vocabulary import RunInfo
 from workbench.search.costs import ROBOT
 from workbench.terminal import say
 from workbench.worlds.site import Site
+
+ASKED_LATER = "best"
+"""Who is to believe when a session is replayed: nobody believed anything while it was driven."""
+POLL_S = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,13 +99,6 @@ class SessionReport:
         )
 
 
-ASKED_LATER = "best"
-"""Who is to believe when a session is replayed: nobody believed anything while it was driven."""
-
-
-POLL_S = 0.05
-
-
 class Ending:
     """Set by a key: how the session ends."""
 
@@ -149,13 +144,14 @@ def record_session(
         with signals_press(stop), session, keys:
             while not ending.over and not stop.is_pressed and time.monotonic() < until:
                 time.sleep(POLL_S)
+        seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)
         if kept is not None:
             kept.save_the_end(recorder.sink)
         dropped = recorder.sink.dropped if isinstance(recorder.sink, Background) else {}
     return SessionReport(
         ended=ended,
-        seconds=time.monotonic() - began,
+        seconds=seconds,
         taken=dict(sorted(session.taken.items())),
         skipped=dict(sorted(session.skipped.items())),
         dropped=dropped,
@@ -213,21 +209,4 @@ def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending, kep
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of a session that somebody else drives."""
-    code, started_ns = revision(), connection.clock.now_ns()
-    name = f"{connection.serial}|{started_ns}|session"
-    return RunInfo(
-        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
-        schema_version=SCHEMA_VERSION,
-        place=site.name,
-        scenario=task.scenario,
-        strategy="operator",
-        estimator=ASKED_LATER,
-        seed=0,
-        started=Stamp.of(started_ns),
-        title=task.title,
-        source="spot",
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        inertial_frame="odom",
-    )
+    return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")

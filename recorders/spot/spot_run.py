@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
-from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from recorders.spot.clock import Stepped
 from recorders.spot.connection import Connection
 from recorders.spot.control import Control
 from recorders.spot.errors import NotLocalized
+from recorders.spot.identity import robot_run_info
 from recorders.spot.map_upload import read_graph, upload_map
 from recorders.spot.operator import KeyBoard, Nobody, Operator, StopSwitch
 from recorders.spot.running import guarded
 from recorders.spot.senses import check_cameras
 from recorders.spot.session import Rates, Session
 from recorders.spot.world import RunSettings, SpotWorld
-from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.execution.events import Ended, Event, Planned
@@ -29,7 +28,7 @@ from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
 from workbench.runs.place import Place
-from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.runs.vocabulary import RunInfo
 from workbench.search.costs import ROBOT, ActionCosts
 from workbench.worlds.house import Contents, House
 from workbench.worlds.site import Site
@@ -120,16 +119,11 @@ def run_and_record(
         ) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             if isinstance(operator, KeyBoard):
-                operator.on_key = lambda key: session.note("mark") if key in "mMnN" else None
+                operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
-                events = guarded(
-                    run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed),
-                    world,
-                    control,
-                    run.task,
-                )
-                seen = _follow(events, recorder, session, hear)
+                events = run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed)
+                seen = _follow(guarded(events, world, control, run.task), recorder, session, hear)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
@@ -198,15 +192,20 @@ def place_of(site: Site) -> Place:
     return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
 
 
+def _marked(session: Session, key: str) -> None:
+    if key in "mMnN":
+        session.note("mark")
+
+
 def _follow(
-    events: object, recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
+    events: Iterable[Event], recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
 ) -> list[Event]:
     """Takes the events one by one into the log while the session goes on."""
     seen: list[Event] = []
     clock = session.connection.clock
 
     def take() -> None:
-        for event in events:  # type: ignore[attr-defined]
+        for event in events:
             recorder.record(event)
             seen.append(event)
             if hear is not None:
@@ -251,22 +250,13 @@ def _settings(run: RobotRun) -> dict[str, object]:
 
 
 def _info(connection: Connection, run: RobotRun, strategy: Strategy, estimator: Estimator) -> RunInfo:
-    code, started_ns = revision(), connection.clock.now_ns()
-    name = f"{connection.serial}|{started_ns}|{strategy.name}|{run.seed}|{run.title}"
-    return RunInfo(
-        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
-        schema_version=SCHEMA_VERSION,
-        place=run.site.name,
-        scenario=run.task.scenario,
+    return robot_run_info(
+        connection,
+        run.site,
+        run.task,
         strategy=strategy.name,
         estimator=estimator.name,
         seed=run.seed,
-        started=Stamp.of(started_ns),
-        title=run.title or run.task.title,
-        source="spot",
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        weights_sha256=estimator.name.partition("@")[2],
-        inertial_frame="odom",
+        title=run.title,
+        told_apart_by=f"{strategy.name}|{run.seed}|{run.title}",
     )

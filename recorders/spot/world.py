@@ -16,7 +16,6 @@ from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
-from bosdyn.client.graph_nav import CommandExpiredError, GraphNavClient, RobotImpairedError, UnrecongizedCommandError
 from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.math_helpers import SE3Pose
 
@@ -27,9 +26,10 @@ from recorders.spot.frame_trees import tform
 from recorders.spot.hands import ArmHands, Hands, HelperHands
 from recorders.spot.localized import is_localized
 from recorders.spot.operator import Nobody, Operator, StopSwitch
-from recorders.spot.seed import in_seed, on_map
+from recorders.spot.seed import on_map
 from recorders.spot.tags import TagSighting, read_tags, within
 from recorders.spot.walk_log import WalkLog
+from recorders.spot.walking import LEASE_LOST, walk
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
 from workbench.worlds.site import Site, starting_at
@@ -37,13 +37,6 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import Done, Looked, Refused, Unseen
 
 Answer = TypeVar("Answer")
-_Goal = Callable[[int | None], int]
-"""Sends the robot on its way, as a new command or as the one with this number; returns the number."""
-
-TURN_LIMIT = 1.0
-"""Radians per second, under a speed limit."""
-LEASE_LOST = "the lease was lost: another client commands the robot"
-IMPAIRED = "the robot is impaired: stopped, or its motors are off"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +79,6 @@ class SpotWorld:
     settings: RunSettings = field(default_factory=RunSettings)
     operator: Operator = field(default_factory=Nobody)
     stop: StopSwitch = field(default_factory=StopSwitch)
-    seen: dict[ItemId, TagSighting] = field(default_factory=dict)
     at: LocationId | None = None
     _hands: Hands = field(init=False)
 
@@ -119,7 +111,7 @@ class SpotWorld:
             if attempt:
                 self.wait(self.settings.retry_s)
                 self._localize()
-            reason = self._walk(location, walked)
+            reason = walk(self, location, walked)
             if not reason:
                 self.at, end_ns = location, self.now_ns()
                 return Done(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
@@ -130,8 +122,8 @@ class SpotWorld:
     def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
         start_ns = self.now_ns()
         closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
-        if closed and not isinstance(self.operator, Nobody):
-            self.operator.confirm(f"Open {container}, then press y.")
+        if closed and self.operator.present and not self.operator.confirm(f"Open {container}, then press y."):
+            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
         found: dict[ItemId, TagSighting] = {}
         box, placed = self.site.plan.container(container), self._localize()
         while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
@@ -146,7 +138,6 @@ class SpotWorld:
         if not placed:
             reason = "the robot does not know where it is, so what it sees cannot be placed"
             return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
-        self.seen.update(found)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
         items = tuple(by_id[name] for name in sorted(found))
         return Looked(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
@@ -173,7 +164,7 @@ class SpotWorld:
             NoMap: the robot has none.
             WaypointMissing: the site's waypoints are not on it.
         """
-        graph = self.call(lambda: self._graph_nav().download_graph(timeout=self.connection.timeout_s))
+        graph = self.call(lambda: self.graph_nav().download_graph(timeout=self.connection.timeout_s))
         if not graph.waypoints:
             raise NoMap(str(self.connection.address))
         named: dict[str, list[str]] = {}
@@ -220,7 +211,7 @@ class SpotWorld:
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """Where the body is on the map, or None while it is not localised."""
-        state = self.call(lambda: self._graph_nav().get_localization_state(timeout=self.connection.timeout_s))
+        state = self.call(lambda: self.graph_nav().get_localization_state(timeout=self.connection.timeout_s))
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
@@ -257,19 +248,20 @@ class SpotWorld:
                     raise RunStopped(reason) from error
                 self.wait(self.settings.poll_s)
 
+    def graph_nav(self) -> Any:
+        """The SDK's client of GraphNav."""
+        return self.connection.client("graph-nav-service")
+
     def _handled(self, start_ns: int, reason: str) -> Done | Refused:
         if reason:
             return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
         return Done(start_ns=start_ns, end_ns=self.now_ns())
 
-    def _graph_nav(self) -> Any:
-        return self.connection.client("graph-nav-service")
-
     def _localize(self) -> bool:
         def find() -> None:
             state = self.connection.client("robot-state").get_robot_state(timeout=self.connection.timeout_s)
             body = tform(state.kinematic_state.transforms_snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
-            self._graph_nav().set_localization(
+            self.graph_nav().set_localization(
                 initial_guess_localization=nav_pb2.Localization(),
                 ko_tform_body=None if body is None else body.to_proto(),
                 fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
@@ -283,96 +275,3 @@ class SpotWorld:
         except ResponseError:
             return False
         return self.body_pose() is not None
-
-    def _walk(self, location: LocationId, walked: WalkLog) -> str:
-        """Walks once; empty when it arrived, else why it did not."""
-        answer = graph_nav_pb2.NavigationFeedbackResponse
-        pose = self.site.paths.standing_pose(location)
-        if pose is None:
-            return f"no way leads to {location}"
-        self._note_place(walked)
-        limit_ns = self.now_ns() + round((20.0 + self.settings.walk_factor * self._expected_s(pose)) * 1e9)
-        goal, number, sent_ns = self._goal(location, pose), None, 0
-        status = answer.STATUS_FOLLOWING_ROUTE
-        while status in _GOING:
-            if self.now_ns() > limit_ns:
-                self.control.stop()
-                return "navigation took too long"
-            try:
-                if status == answer.STATUS_COMMAND_TIMED_OUT:
-                    number = None
-                if number is None or self.now_ns() - sent_ns > self.settings.dead_man_s / 3 * 1e9:
-                    number, sent_ns = self._keep_going(goal, number), self.now_ns()
-                self.wait(self.settings.poll_s)
-                status = self._walk_status(number)
-            except RobotImpairedError as error:
-                raise RunStopped(IMPAIRED) from error
-            except ResponseError as error:
-                return f"the robot refuses to go ({reason_of(error)})"
-            self._note_place(walked)
-        if status == answer.STATUS_LEASE_ERROR:
-            raise RunStopped(LEASE_LOST)
-        if status == answer.STATUS_ROBOT_IMPAIRED:
-            raise RunStopped(IMPAIRED)
-        if status == answer.STATUS_REACHED_GOAL:
-            return ""
-        return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
-
-    def _walk_status(self, number: int) -> int:
-        answer = self.call(lambda: self._graph_nav().navigation_feedback(number, timeout=self.connection.timeout_s))
-        return int(answer.status)
-
-    def _keep_going(self, goal: _Goal, number: int | None) -> int:
-        """Sends the robot to a goal for dead_man_s more; the number of the command, a new one when it forgot the old.
-
-        A robot that no longer hears us stops by itself, whatever happened to us or the network.
-        """
-        self.connection.clock.refresh()
-        try:
-            return self.call(lambda: goal(number))
-        except (UnrecongizedCommandError, CommandExpiredError):
-            self.connection.clock.refresh()
-            return self.call(lambda: goal(None))
-
-    def _note_place(self, walked: WalkLog) -> None:
-        body = self.body_pose()
-        if body is not None:
-            walked.add((body.position.x, body.position.y))
-
-    def _goal(self, location: LocationId, pose: Pose) -> _Goal:
-        """Where to go, as GraphNav is told: a waypoint, else a pose in its seed frame at the height of the body."""
-        client, timeout, lasts_s = self._graph_nav(), self.connection.timeout_s, self.settings.dead_man_s
-        travel = GraphNavClient.generate_travel_params(0.25, 0.2, _limit(self.settings.speed_mps))
-        waypoint = self.site.waypoints.get(location)
-        if waypoint:
-            return lambda number: client.navigate_to(
-                waypoint, lasts_s, travel_params=travel, command_id=number, timeout=timeout
-            )
-        place = in_seed(self.site, pose)
-        state = self.call(lambda: client.get_localization_state(timeout=timeout))
-        place.position.z = state.localization.seed_tform_body.position.z
-        return lambda number: client.navigate_to_anchor(
-            place, lasts_s, travel_params=travel, command_id=number, timeout=timeout
-        )
-
-    def _expected_s(self, goal: Pose) -> float:
-        body = self.body_pose()
-        away = 20.0 if body is None else 2 * hypot(body.position.x - goal.x_m, body.position.y - goal.y_m)
-        return away / (self.settings.speed_mps or self.site.robot.speed_mps)
-
-
-def _limit(speed_mps: float | None) -> geometry_pb2.SE2VelocityLimit | None:
-    """A speed limit in every direction; None leaves it to the robot."""
-    if speed_mps is None:
-        return None
-    top = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=speed_mps, y=speed_mps), angular=TURN_LIMIT)
-    least = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=-speed_mps, y=-speed_mps), angular=-TURN_LIMIT)
-    return geometry_pb2.SE2VelocityLimit(max_vel=top, min_vel=least)
-
-
-_GOING = (
-    graph_nav_pb2.NavigationFeedbackResponse.STATUS_FOLLOWING_ROUTE,
-    graph_nav_pb2.NavigationFeedbackResponse.STATUS_UNKNOWN,
-    graph_nav_pb2.NavigationFeedbackResponse.STATUS_COMMAND_TIMED_OUT,
-)
-"""A command that timed out did so because we were away; it is given again."""

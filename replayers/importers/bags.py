@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,7 +106,7 @@ class Bag:
 
 
 @contextmanager
-def open_bag(path: Path) -> Iterator[Bag]:
+def open_bag(path: Path) -> Generator[Bag]:
     """Opens a bag of ROS 1 or ROS 2.
 
     Raises:

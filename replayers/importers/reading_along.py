@@ -121,9 +121,8 @@ class ReadingAlong:
 
     def _results(self, message: BagMessage, at: int) -> None:
         for result in decoding.results(message.message):
-            if result.key and result.key in self._done:
+            if self._told_before(result):
                 continue
-            self._done.add(result.key)
             goal, self._goal = self._goal, None
             if goal is None or goal.target is None:
                 continue
@@ -139,9 +138,8 @@ class ReadingAlong:
             self.derived.holding(at, holds)
             return
         for result in decoding.results(message.message):
-            if not result.success or result.key in self._done:
+            if not result.success or self._told_before(result):
                 continue
-            self._done.add(result.key)
             visit = (self.derived.knowledge.robot_at, self.derived.visits)
             if kind == "either" and visit == self._handled_on:
                 continue
@@ -151,6 +149,14 @@ class ReadingAlong:
                 self.derived.holding(at, True)
             elif holding:
                 self.derived.holding(at, False)
+
+    def _told_before(self, result: decoding.Result) -> bool:
+        """Whether an action's end was told already: status messages repeat it. What has no key is always new."""
+        if result.key in self._done:
+            return True
+        if result.key:
+            self._done.add(result.key)
+        return False
 
     def _tf(self, message: BagMessage, at: int) -> None:
         for link in message.message.transforms:

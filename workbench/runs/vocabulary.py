@@ -58,6 +58,11 @@ class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
     probability: tuple[tuple[float, ...], ...]
     estimator: str
 
+    def __post_init__(self) -> None:
+        rows, columns = len(self.item_types), len(self.containers)
+        if len(self.probability) != rows or any(len(row) != columns for row in self.probability):
+            raise ValueError(f"probability is not of {rows} item types in {columns} containers")
+
 
 class FindCosts(msgspec.Struct, frozen=True, kw_only=True):
     """metres[i][j][k]: finding item_types[i] from origins[j], carried to targets[k]."""
@@ -70,6 +75,14 @@ class FindCosts(msgspec.Struct, frozen=True, kw_only=True):
     metres: tuple[tuple[tuple[float, ...], ...], ...]
     kind: str
     belief_model: str
+
+    def __post_init__(self) -> None:
+        rows, origins, targets = len(self.item_types), len(self.origins), len(self.targets)
+        fits = len(self.metres) == rows and all(
+            len(table) == origins and all(len(row) == targets for row in table) for table in self.metres
+        )
+        if not fits:
+            raise ValueError(f"metres is not of {rows} item types from {origins} origins to {targets} targets")
 
 
 class Step(msgspec.Struct, frozen=True, kw_only=True):

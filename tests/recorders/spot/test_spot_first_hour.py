@@ -37,6 +37,7 @@ from recorders.spot.simulated.clock import RunningClock
 from recorders.spot.simulated.faults import FaultKind
 from recorders.spot.simulated.local_grids import LocalGrids
 from recorders.spot.spot_run import first_decision, run_and_record
+from recorders.spot.walking import keep_going, speed_limit, way_to
 from recorders.spot.world import RunSettings, SpotWorld
 from replayers.run import read
 from workbench.errors import FileMissing, MalformedFile, UnknownName
@@ -163,7 +164,7 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
         bed = LocationId("bed")
         standing = world.site.paths.standing_pose(bed)
         assert standing is not None
-        number = world._keep_going(world._goal(bed, standing), None)
+        number = keep_going(world, way_to(world, bed, standing), None)
         connection.clock.sleep(2.0)
         with spot.state.alive() as state:
             assert state.body.walk is not None
@@ -171,18 +172,17 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
         connection.clock.sleep(2.0)
         with spot.state.alive() as state:
             assert state.body.walk.state == "expired", "three seconds of silence and it stands"
-        assert world._keep_going(world._goal(bed, standing), number) != number, "a new command, the old is forgotten"
+        again = keep_going(world, way_to(world, bed, standing), number)
+        assert again != number, "a new command, the old is forgotten"
         assert isinstance(world.go_to(bed), Done)
 
 
 def test_a_speed_limit_holds_backwards_too() -> None:
-    from recorders.spot.world import _limit
-
-    limit = _limit(0.4)
+    limit = speed_limit(0.4)
     assert limit is not None
     assert (limit.max_vel.linear.x, limit.min_vel.linear.x) == (0.4, -0.4)
     assert limit.min_vel.angular < 0
-    assert _limit(None) is None
+    assert speed_limit(None) is None
 
 
 def test_poses_of_the_map_are_sent_at_the_height_of_the_body() -> None:
@@ -194,7 +194,7 @@ def test_poses_of_the_map_are_sent_at_the_height_of_the_body() -> None:
         site = replace(placed()[0], waypoints={})
         world = SpotWorld(connection=connection, control=Control(connection), site=site)
         client.navigate_to_anchor = lambda goal, *_, **__: sent.append(goal) or 1
-        world._goal(LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
+        way_to(world, LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
     assert sent[0].position.z == pytest.approx(0.22), "it lies"
 
 
