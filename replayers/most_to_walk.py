@@ -121,7 +121,9 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
         looks: indices of the places that are left.
         starts: where else a way into a look can begin, each once.
     """
-    from_elsewhere = float(metres[np.ix_(starts, looks)].max(axis=1).sum()) if starts else 0.0
+    if not looks:
+        return 0.0
+    from_elsewhere = float(metres[np.ix_(starts, looks)].max(axis=1).sum())
     if len(looks) < 2:
         return from_elsewhere
     between = metres[np.ix_(looks, looks)]

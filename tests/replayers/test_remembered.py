@@ -1,0 +1,97 @@
+"""What is remembered of searches is what the policy would answer again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from toy import BED, COUNTER, DESK
+from toy_logs import MUG, PENCIL, toy_evidence
+
+from replayers.briefly import briefly
+from replayers.remembered import Memory, Remembered
+from replayers.replay import Settings, ground_of, replay_on
+from replayers.run import read
+from workbench.beliefs.belief import Belief
+from workbench.planning.strategies import strategy
+from workbench.search.find_costs import SearchStop
+from workbench.search.policies import POLICIES, policy
+from workbench.search.policy import SearchQuery, first_stop
+from workbench.worlds.house import START, ContainerId, LocationId
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Looks in the belief's order, and counts how often it is asked."""
+
+    asked: list[str] = field(default_factory=list[str], hash=False, compare=False)
+    name: str = "counts-calls"
+
+    def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
+        self.asked.append(query.item_type)
+        return tuple(
+            SearchStop(container=c, probability=0.5, reached=1.0, leg_m=1.0) for c in query.belief.containers
+        )
+
+
+def query(
+    folder: Path, p: float, *, origin: str = START, containers: tuple[ContainerId, ...] = (BED, DESK)
+) -> SearchQuery:
+    evidence = toy_evidence(folder)
+    belief = Belief(
+        item_types=(MUG, PENCIL),
+        containers=containers,
+        probability=np.full((2, len(containers)), p),
+        estimator="by hand",
+    )
+    return SearchQuery(
+        item_type=MUG, origin=LocationId(origin), target=START, belief=belief, travel=evidence.place.travel,
+        costs=evidence.costs,
+    )  # fmt: skip
+
+
+def test_the_same_search_is_worked_out_once(tmp_path: Path) -> None:
+    counts = Counts()
+    remembered = Remembered(counts, Memory())
+    asked = [
+        query(tmp_path, 0.2),
+        query(tmp_path, 0.2),
+        query(tmp_path, 0.3),
+        query(tmp_path, 0.2, origin=COUNTER),
+        query(tmp_path, 0.2, containers=(BED,)),
+    ]
+    answers = [remembered.order(q) for q in asked]
+    assert len(counts.asked) == 4
+    assert answers == [counts.order(q) for q in asked]
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_a_policy_that_remembers_answers_as_it_does(tmp_path: Path, name: str) -> None:
+    ours = policy(name)
+    remembered = Remembered(ours, Memory())
+    for p in (0.2, 0.3, 0.2):
+        asked = query(tmp_path, p)
+        assert remembered.order(asked) == ours.order(asked)
+        assert remembered.first(asked) == first_stop(ours, asked)
+    assert remembered.name == ours.name
+
+
+def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("replayers.remembered.MOST_REMEMBERED", 3)
+    memory = Memory()
+    for i in range(10):
+        Remembered(Counts(), memory).order(query(tmp_path, i / 10))
+        assert len(memory.orders) <= 3
+
+
+def test_strategies_over_one_log_share_a_memory(tmp_path: Path) -> None:
+    toy_evidence(tmp_path)
+    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=0))
+    replay_on(ground, "opt-lios")
+    known = len(ground.memory.firsts)
+    assert known
+    replay_on(ground, "pes-lios")
+    assert len(ground.memory.firsts) == known
+    assert briefly(strategy("opt-lios"), ground.memory).name == "opt-lios"
