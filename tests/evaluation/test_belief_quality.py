@@ -186,3 +186,9 @@ def test_figures(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert {p.name for p in folder.iterdir()} == {"reliability.png", "heat_maps.png", "learning_curve.png"}
     assert all(p.stat().st_size > 5000 for p in folder.iterdir())
     assert run(["evaluate", "belief", "--figures", str(folder)]) == 2
+
+
+def test_what_an_estimator_says_of_its_first_choice() -> None:
+    """The largest probability of each query, on average: 0.9 for all of them."""
+    judged = judge(Says({FRIDGE: 0.9, COUNTER: 0.5}), [toy_house()])
+    assert quality(judged, rng=np.random.default_rng(0))["top1_said"] == pytest.approx(0.9)

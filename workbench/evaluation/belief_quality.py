@@ -100,7 +100,11 @@ def missing_types(house: House, knowledge: Knowledge) -> tuple[ItemType, ...]:
 
 
 def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
-    """The figures over queries, each with a bootstrap interval that draws whole houses."""
+    """The figures over queries, each with a bootstrap interval that draws whole houses.
+
+    `top1_said` is what the estimator itself says of its first choice, on average: where it is calibrated, top-1 can
+    be no larger unless something else is known that tells containers apart.
+    """
     if not judged:
         return {"queries": 0}
     houses = [j.house for j in judged]
@@ -117,6 +121,7 @@ def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, 
         estimate = ratio_with_interval(top, bottom, houses, rng=rng)
         answer[name] = round(estimate.value, 5)
         answer[f"{name}_ci95"] = [round(v, 5) for v in estimate.interval]
+    answer["top1_said"] = round(float(np.mean([j.probability.max() for j in judged])), 5)
     answer["ece"] = round(calibration_error(judged), 5)
     answer["ece_ci95"] = _calibration_interval(judged, rng)
     return answer

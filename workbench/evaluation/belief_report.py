@@ -100,13 +100,32 @@ def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
     for name in watched(list(estimators)):
         judged[name] = judge(estimators[name], houses, seen_share=request.seen_share, seed=request.seed)
         seconds[name] = belief_seconds(estimators[name], houses)
+    identities = {name: chosen.name for name, chosen in estimators.items()}
+    return report_of(request, judged, identities, seconds, houses=len(houses))
+
+
+def report_of(
+    request: BeliefRequest,
+    judged: Mapping[str, Sequence[Judged]],
+    identities: Mapping[str, str],
+    seconds: Mapping[str, float],
+    *,
+    houses: int,
+) -> BeliefReport:
+    """The figures of what was judged, a row an estimator.
+
+    Args:
+        identities: what each estimator calls itself.
+        seconds: of a whole-house belief, by estimator.
+        houses: how many there were.
+    """
     base = judged.get(BASE)
-    rows = [_row(name, estimators[name].name, judged[name], base, seconds[name], request.seed) for name in estimators]
+    rows = [_row(name, identities[name], judged[name], base, seconds[name], request.seed) for name in judged]
     answer = {
         "file": str(request.houses or shipped_houses()),
         "split": request.part,
         "assets": None if request.sizes is None else str(request.sizes),
-        "houses": len(houses),
+        "houses": houses,
         "seen_share": request.seen_share,
         "seed": request.seed,
         "rows": rows,

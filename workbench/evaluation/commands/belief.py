@@ -16,6 +16,16 @@ def belief(
         str, typer.Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
     ] = "all",
     part: Split = "test",
+    folds: Annotated[
+        int | None,
+        typer.Option(
+            "--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."
+        ),
+    ] = None,
+    also: Annotated[
+        list[Path] | None,
+        typer.Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
+    ] = None,
     seen: Annotated[
         float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
     ] = 0.0,
@@ -39,6 +49,8 @@ def belief(
 
         lios evaluate belief --houses multi_room_train.jsonl.gz --estimators all --json
 
+        lios evaluate belief --houses mine.jsonl.gz --folds 5 --estimators counts,fcnn
+
         lios evaluate belief --houses mine.jsonl.gz --estimators best,mine.safetensors --seen 0.3 --figures out
     """
     from workbench.errors import BadValue, OutputExists
@@ -48,6 +60,7 @@ def belief(
     names = tuple(name.strip() for name in estimators.split(",") if name.strip())
     if not names:
         raise BadValue("--estimators", estimators, "all, or names with commas between them")
+    _check_folds(folds, also, figures)
     if figures is not None and figures.exists():
         if not figures.is_dir():
             raise BadValue("--figures", str(figures), "a folder")
@@ -61,7 +74,13 @@ def belief(
         assets=assets,
         seed=seed,
     )
-    report = measure(request, watched=lambda names: progress(list(names), title="Believing"))
+    if folds is None:
+        report = measure(request, watched=lambda names: progress(list(names), title="Believing"))
+    else:
+        from workbench.evaluation.cross_validation import Folds, cross_validate
+
+        dealt = Folds(count=folds, also=tuple(also or ()))
+        report = cross_validate(request, dealt, watched=lambda them: progress(list(them), title="Training"))
     if figures is not None:
         from workbench.evaluation.figures.belief_figures import draw_all
 
@@ -77,6 +96,15 @@ def belief(
     emit_json(report.answer) if json else _show(report.answer)
     if figures is not None and not json:
         say(f"figures in {figures}")
+
+
+def _check_folds(folds: int | None, also: list[Path] | None, figures: Path | None) -> None:
+    from workbench.errors import BadValue
+
+    if folds is not None and figures is not None:
+        raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
+    if folds is None and also:
+        raise BadValue("--also", ", ".join(map(str, also)), "given with --folds: houses that are only learnt from")
 
 
 SHOWN = ("estimator", "log_loss", "top1", "top3", "mrr", "ece", "ms_a_belief")
