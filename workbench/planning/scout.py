@@ -7,6 +7,8 @@ It plans as its base does, with find costs under the `marginal` belief that coun
   that worth taken off each stop.
 - Looks in passing. While the plan fetches or carries, a container that lies near the way is looked into when the look
   is worth more than the detour.
+- Rollouts. What is decided so is tried against other first steps in worlds drawn from the belief (first_steps.py),
+  and the one whose mean cost is least is taken.
 
 For goals with preparation it decides as its base for cooking.
 """
@@ -23,13 +25,16 @@ from workbench.planning.composed import Composed, types_to_believe
 from workbench.planning.look_worth import search_of, worth_of_looks
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, View
-from workbench.planning.tasks import Task
+from workbench.planning.tasks import Holding, Task
 from workbench.search.find_costs import SearchStop
 from workbench.search.orders import along
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 
 PASSES = 20
 """Passes of small changes to an order."""
+
+WORLDS, LOOKS = 300, 16
+"""Worlds in which first steps are tried, and how many looks are among them."""
 
 
 @final
@@ -43,6 +48,10 @@ class Scout:
         share_in_passing: which share of a look's worth counts against a detour. The finds that it serves would pass
             by some of these containers anyway.
         margin: what a look in passing must save beyond its detour.
+        worlds: in which other first steps are tried; 0 tries none.
+        looks: how many looks are tried, at most.
+        pauses: decides anew after every pick and every place while something is missing, so that looks are thought
+            of with a thing in hand too.
     """
 
     base: Composed
@@ -50,6 +59,9 @@ class Scout:
     name: str = "scout-lios"
     share_in_passing: float = 0.5
     margin: float = 3.0
+    worlds: int = WORLDS
+    looks: int = LOOKS
+    pauses: bool = True
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         return types_to_believe(task)
@@ -57,6 +69,16 @@ class Scout:
     def decide(self, view: View) -> Decision:
         if prepares(view.task.goal):
             return self.cooking.decide(view)
+        made = self._by_worth(view)
+        if made.plan.status is not PlanStatus.SOLVED:
+            return made
+        searching = any(step.action == "find" for step in made.plan.steps)
+        if self.worlds:
+            made = self._tried(made, view)
+        return _up_to_next_choice(made) if self.pauses and searching else made
+
+    def _by_worth(self, view: View) -> Decision:
+        """The base's decision with its looks where they are worth most."""
         made = self.base.decide(view)
         finds = [step for step in made.plan.steps if step.action == "find"]
         if made.plan.status is not PlanStatus.SOLVED or not finds:
@@ -67,6 +89,21 @@ class Scout:
         if len(finds) == 1 or not made.search_order:
             return made
         return replace(made, search_order=self._for_all(finds, view))
+
+    def _tried(self, made: Decision, view: View) -> Decision:
+        """The decision, or the same with another first step that costs less in worlds drawn from the belief."""
+        from workbench.planning import first_steps, situations
+
+        delivery = None if isinstance(view.task.goal, Holding) else situations.delivery_of(view)
+        own = None if delivery is None else first_steps.first_step_of(made, delivery)
+        if delivery is None or own is None:
+            return made
+        steps = (own, *first_steps.other_first_steps(own, delivery, looks=self.looks))
+        if len(steps) == 1:
+            return made
+        rng = np.random.default_rng((view.seed % 2**32, len(view.knowledge.visited), delivery.situation.robot))
+        best = first_steps.cheapest(steps, delivery, worlds=self.worlds, rng=rng)
+        return made if best == own else first_steps.beginning_with(best, made, delivery, view)
 
     def _for_all(self, finds: list[PlanStep], view: View) -> tuple[SearchStop, ...]:
         """The first find's order, with what each look is worth to the other finds taken off its cost."""
@@ -103,6 +140,16 @@ class Scout:
         if best is None or saved[best] <= self.margin:
             return None
         return LocationId(best)
+
+
+def _up_to_next_choice(made: Decision) -> Decision:
+    """The decision with its plan's steps up to the first pick or place, unless a find comes before it."""
+    steps = made.plan.steps
+    end = next((i + 1 for i, step in enumerate(steps) if step.action in ("pick", "place", "find")), len(steps))
+    if end == len(steps) or steps[end - 1].action == "find":
+        return made
+    note = "; ".join(filter(None, (made.plan.note, "the steps after these are decided anew")))
+    return replace(made, plan=replace(made.plan, steps=steps[:end], note=note))
 
 
 def _detour(view: View, container: ContainerId, onward: LocationId) -> float:

@@ -11,13 +11,9 @@ from functools import cache
 import numpy as np
 
 from workbench.beliefs.belief import Belief, Estimator
-from workbench.planning.built_in import solve
-from workbench.planning.find_pricing import Expected, FindQuestion
-from workbench.planning.problem import problem_of
-from workbench.planning.tasks import Delivered
+from workbench.planning.strategy import View
+from workbench.planning.tasks import Delivered, Task
 from workbench.search.costs import SIMULATION
-from workbench.search.policies import policy
-from workbench.search.policy import SearchQuery
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -40,24 +36,18 @@ def _warm() -> set[str]:
 
 
 def _plan_once(knowledge: Knowledge) -> None:
-    """Bring a thing from where the robot stands to where it stands."""
+    """Bring a thing to where the robot stands, as scout-lios would: it uses all that is compiled."""
+    from workbench.planning.strategies import strategy
+
     knowledge = Knowledge(plan=knowledge.plan, travel=knowledge.travel)  # a known thing may be out of reach
-    here, kind = knowledge.robot_at, ItemType("Mug")
+    kind = ItemType("Mug")
     belief = Belief(
         item_types=(kind,),
         containers=knowledge.unsearched,
         probability=np.full((1, len(knowledge.unsearched)), 0.5),
         estimator="none",
     )
-    question = FindQuestion(
-        belief=belief, travel=knowledge.travel, origins=(here,), targets=(here,), costs=SIMULATION
-    )
-    goal = Delivered(item_type=kind, at=here)
-    problem = problem_of(
-        goal, knowledge, SIMULATION, locations=(here,), find_costs=Expected(belief_model="exists").price(question)
-    )
-    solve(problem)
-    query = SearchQuery(
-        item_type=kind, origin=here, target=here, belief=belief, travel=knowledge.travel, costs=SIMULATION
-    )
-    policy("full-lios").order(query)
+    goal = Delivered(item_type=kind, at=knowledge.robot_at)
+    task = Task(scenario="none", goal=goal, failure_cost=0.0, budget_s=1.0)
+    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=1.0)
+    strategy("scout-lios").decide(view)

@@ -1,0 +1,272 @@
+"""What does a first step cost on average when a simple policy goes on? Rollouts in believed worlds, compiled.
+
+A world says for every wanted type which unsearched containers hold it. It is drawn from the belief: one instance at
+least of what is missing and exists, anything of what is known already. The policy that goes on replans after every
+look, as ConditionedLIOS does: legs of known things by their metres, legs of missing ones by Eq. 1 over their
+candidates given what has been searched; the cheapest order of the deliveries; its first leg is walked, or the first
+look of its search taken. Every first step is tried in the same worlds, so that their costs can be compared in pairs.
+
+Import this module only when it is needed: numba itself takes most of a second.
+"""
+
+# pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+FETCH, LOOK = 0, 1
+"""Kinds of first steps: fetch (or carry on with) a wanted thing and deliver it; look into a container."""
+
+MOST_STEPS = 400
+HOPELESS = 1e4
+"""Charged in a world in which the policy finds no way."""
+
+NOTHING_LEFT = 1e-12
+
+
+class Situation(NamedTuple):
+    """A moment of a delivery in arrays; K wants, n unsearched containers, L locations, c candidates.
+
+    Attributes:
+        metres: shape (L, L).
+        containers, targets: locations of the containers, shape (n,), and of the wants, shape (K,).
+        ways: bit masks of wants, any of which is enough.
+        done: bit mask of the wants that are met.
+        hand: the want that is held, or -1.
+        robot: location.
+        places, known: where instances are known, shape (K, any), and how many of them, shape (K,).
+        sought: whether a find is offered, shape (K,).
+        chance: before it is known that an instance exists (remaining.unconditioned), shape (K, n).
+        candidates: of Eq. 1, shape (K, c); number: the reverse, -1 for none, shape (K, n).
+        missing: remaining.still_missing_by_subset, shape (K, 2**c).
+        onward: what is still to come after a subset whose last was searched last, shape (K, 2**c, c).
+        beyond: a find's cost once all candidates have been searched, shape (K,).
+        look, handle: costs.
+    """
+
+    metres: Array
+    containers: Indices
+    targets: Indices
+    ways: Indices
+    done: int
+    hand: int
+    robot: int
+    places: Indices
+    known: Indices
+    sought: Mask
+    chance: Array
+    candidates: Indices
+    number: Indices
+    missing: Array
+    onward: Array
+    beyond: Array
+    look: float
+    handle: float
+
+
+@njit(cache=True, nogil=True)
+def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
+    """Eq. 1's table for one type: reference.cost_table before its last step, shape (2**c, c)."""
+    c = len(found)
+    everything = (1 << c) - 1
+    table = np.zeros((1 << c, c))
+    table[everything] = missing[everything] * beyond
+    for subset in range(everything - 1, 0, -1):
+        r = missing[subset]
+        for i in range(c):
+            if subset >> i & 1:
+                best = np.inf
+                for a in range(c):
+                    if not subset >> a & 1:
+                        after = subset | 1 << a
+                        cost = r * (between_m[i, a] + look) + (r - missing[after]) * found[a] + table[after, a]
+                        best = min(best, cost)
+                table[subset, i] = best
+    return table
+
+
+@njit(cache=True, nogil=True)
+def draw(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -> None:
+    """Worlds of one type.
+
+    Args:
+        chance: of each container, below 1, shape (n,).
+        exists: at least one container holds it; `even` then says which the first is, so that worlds drawn with
+            evenly spread numbers differ as evenly.
+        even, uniform: in [0, 1), shapes (worlds,) and (worlds, n).
+        held: filled, shape (worlds, n).
+    """
+    worlds, n = held.shape
+    none = 1.0
+    for a in range(n):
+        none *= 1.0 - chance[a]
+    for w in range(worlds):
+        first = 0
+        if exists:
+            upto, miss = 0.0, 1.0
+            wanted = even[w] * (1.0 - none)
+            for first in range(n):
+                upto += miss * chance[first]
+                miss *= 1.0 - chance[first]
+                if wanted < upto:
+                    break
+        for a in range(n):
+            held[w, a] = uniform[w, a] < chance[a]
+            if exists and a <= first:
+                held[w, a] = a == first
+
+
+@njit(cache=True, nogil=True)
+def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> Array:
+    """What each first step costs in each world, the policy going on, shape (steps, worlds).
+
+    Args:
+        kinds: FETCH or LOOK; targets: a want or a container; shape (steps,).
+        held: shape (worlds, K, n).
+    """
+    answer = np.empty((len(kinds), len(held)))
+    for w in range(len(held)):
+        for step in range(len(kinds)):
+            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w])
+    return answer
+
+
+@njit(cache=True, nogil=True)
+def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
+    wants, n = len(here.targets), len(here.containers)
+    at, hand, done = here.robot, here.hand, here.done
+    searched = np.zeros(n, np.bool_)
+    subset = np.zeros(wants, np.int64)
+    known, places = here.known.copy(), here.places.copy()
+    legs, rest = np.empty((wants + 1, wants)), np.zeros((1 << wants, wants + 1))
+    cost = 0.0
+    for step in range(MOST_STEPS):
+        for way in here.ways:
+            if way & ~done == 0:
+                return cost
+        if step > 0:
+            kind, target = FETCH, hand
+            if hand < 0:
+                _fill_legs(legs, here, at, done, known, places, subset)
+                target = _first_of_cheapest(legs, rest, here.ways, done)
+                if target < 0:
+                    return cost + HOPELESS
+                if known[target] == 0:
+                    kind, target = LOOK, _next_look(here, target, at, subset[target], searched)
+                    if target < 0:
+                        return cost + HOPELESS
+        if kind == FETCH:
+            goal = here.targets[target]
+            if hand == target:
+                cost += here.metres[at, goal] + here.handle
+            else:
+                cost += _by_known(here, target, at, known, places) + 2.0 * here.handle
+            at, hand, done = goal, -1, done | 1 << target
+            continue
+        place = here.containers[target]
+        cost += here.metres[at, place] + here.look
+        at = place
+        searched[target] = True
+        for k in range(wants):
+            if here.number[k, target] >= 0:
+                subset[k] |= 1 << here.number[k, target]
+            if held[k, target]:
+                places[k, known[k]] = place
+                known[k] += 1
+    return cost + HOPELESS
+
+
+@njit(cache=True, nogil=True)
+def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indices) -> float:
+    """Metres by the best known instance to its target."""
+    best = np.inf
+    for i in range(known[want]):
+        via = places[want, i]
+        best = min(best, here.metres[at, via] + here.metres[via, here.targets[want]])
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _fill_legs(
+    legs: Array, here: Situation, at: int, done: int, known: Indices, places: Indices, subset: Indices
+) -> None:
+    """What delivering each want costs from the robot's place (row 0) and from each target."""
+    wants = len(here.targets)
+    for row in range(wants + 1):
+        start = at if row == 0 else here.targets[row - 1]
+        for k in range(wants):
+            if done >> k & 1:
+                continue
+            if known[k] > 0:
+                legs[row, k] = _by_known(here, k, start, known, places) + 2.0 * here.handle
+            elif here.sought[k]:
+                legs[row, k] = _find(here, k, start, subset[k])[0] + here.handle
+            else:
+                legs[row, k] = np.inf
+
+
+@njit(cache=True, nogil=True)
+def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, int]:
+    """Eq. 1's cost of finding a want once a subset of its candidates has been searched, and the first look."""
+    r = here.missing[want, subset]
+    best, look = np.inf, -1
+    for j in range(here.candidates.shape[1]):
+        if not subset >> j & 1:
+            a, after = here.candidates[want, j], subset | 1 << j
+            place = here.containers[a]
+            found = here.handle + here.metres[place, here.targets[want]]
+            cost = r * (here.metres[start, place] + here.look) + (r - here.missing[want, after]) * found
+            cost += here.onward[want, after, j]
+            if cost < best:
+                best, look = cost, a
+    if look < 0 or r < NOTHING_LEFT:
+        return here.beyond[want], look
+    return best / r, look
+
+
+@njit(cache=True, nogil=True)
+def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> int:
+    """The first want of the cheapest order of what is left of some way, or -1; rest is room to work in."""
+    wants = legs.shape[1]
+    for mask in range(1, 1 << wants):
+        if mask & done:
+            continue
+        for row in range(wants + 1):
+            best = np.inf
+            for k in range(wants):
+                if mask >> k & 1:
+                    best = min(best, legs[row, k] + rest[mask ^ 1 << k, k + 1])
+            rest[mask, row] = best
+    best, first = np.inf, -1
+    for way in ways:
+        left = way & ~done
+        for k in range(wants):
+            if left >> k & 1:
+                cost = legs[0, k] + rest[left ^ 1 << k, k + 1]
+                if cost < best:
+                    best, first = cost, k
+    return first
+
+
+@njit(cache=True, nogil=True)
+def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask) -> int:
+    """Eq. 1's next candidate; after them always the container of greatest chance against the way; -1 for none."""
+    look = _find(here, want, at, subset)[1]
+    if look >= 0:
+        return look
+    best = -1.0
+    for a in range(len(searched)):
+        if not searched[a]:
+            place = here.containers[a]
+            way = 1.0 + here.metres[at, place] + here.metres[place, here.targets[want]] / 2.0
+            if (here.chance[want, a] + NOTHING_LEFT) / way > best:
+                best, look = (here.chance[want, a] + NOTHING_LEFT) / way, a
+    return look
