@@ -4,9 +4,18 @@ Rooms, each knowing only those before it:
 worlds <- beliefs <- search <- planning <- execution <- runs <- evaluation.
 """
 
-from importlib.metadata import PackageNotFoundError, version
+__version__: str
 
-try:
-    __version__ = version("lios-workbench")
-except PackageNotFoundError:  # a source tree that was never installed
-    __version__ = "0.0.0"
+
+def __getattr__(name: str) -> str:
+    """`__version__`, looked up when it is asked for: that takes longer than all else that a start imports."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        found = version("lios-workbench")
+    except PackageNotFoundError:  # a source tree that was never installed
+        found = "0.0.0"
+    globals()["__version__"] = found
+    return found
