@@ -18,7 +18,7 @@ from workbench.planning.scout import Scout
 from workbench.planning.situations import Delivery, delivery_of
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Strategy, View
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Task
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, Task, goal_types
 from workbench.search.costs import SIMULATION
 from workbench.search.policies import policy
 from workbench.search.policy import SearchQuery
@@ -152,10 +152,11 @@ def test_the_same_view_gives_the_same_decision() -> None:
     [
         AllOf(parts=(MUG_TO_BED, Delivered(item_type=MUG, at=LocationId(DESK)))),
         AllOf(parts=tuple(Delivered(item_type=ItemType(t), at=LocationId(BED)) for t in "ABCDEF")),
+        AnyOf(parts=(MUG_TO_BED, Holding(item_type=BOOK, at=START))),
     ],
 )
 def test_what_rollouts_do_not_cover_is_decided_without_them(goal: Goal) -> None:
-    types = sorted({ItemType(part.item_type) for part in goal.parts if isinstance(part, Delivered)})  # type: ignore[union-attr]
+    types = goal_types(goal)
     view = view_of(goal, {t: [0.2, 0.3, 0.2, 0.1, 0.4] for t in types})
     scout = strategy("scout-lios")
     assert isinstance(scout, Scout)

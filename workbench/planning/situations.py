@@ -50,12 +50,15 @@ class Delivery:
 def delivery_of(view: View) -> Delivery | None:
     """The view as a delivery; None for what rollouts do not cover.
 
-    That is two things of one type, more than MOST_WANTS, something else in hand, a place out of reach, or no
+    That is a thing to be held at the end, two of one type, more than MOST_WANTS, something else in hand, a place out of reach, or no
     container left to look into.
     """
     knowledge, travel = view.knowledge, view.knowledge.travel
     ways = ways_of(view.task.goal)
-    wants = tuple(dict.fromkeys(want for way in ways for want in way if isinstance(want, Delivered)))
+    named = tuple(dict.fromkeys(want for way in ways for want in way))
+    wants = tuple(want for want in named if isinstance(want, Delivered))
+    if len(wants) < len(named):
+        return None
     types = tuple(want.item_type for want in wants)
     held = knowledge.holding
     if len(set(types)) < len(types) or len(wants) > MOST_WANTS or (held is not None and held.type not in types):
