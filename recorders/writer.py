@@ -21,7 +21,7 @@ from typing import Self, final
 from mcap.records import Attachment, AttachmentIndex, Channel, DataEnd, Header, Metadata, MetadataIndex, Schema
 
 from recorders.chunk import Chunk, Compression
-from recorders.log_file import create, reopen
+from recorders.log_file import CannotCreate, create, reopen
 from recorders.log_index import MAGIC, LogIndex, record_bytes
 from workbench import __version__
 from workbench.errors import Failed
@@ -61,8 +61,8 @@ class McapWriter:
 
     Raises:
         OutputExists: the file exists and force is not set.
-        CannotCreate: no permission, or the folder is a file.
-        DiskFull: no room, here or in any later call; the file ends with its last whole record.
+        CannotCreate: no permission, no room for the first bytes, or the folder is a file; nothing is left.
+        DiskFull: no room in any later call; the file ends with its last whole record.
     """
 
     def __init__(
@@ -88,7 +88,13 @@ class McapWriter:
         self._data_crc: int | None = 0
         self._closed = False
         self._old_end: tuple[int, bytes] | None = None
-        self._put(MAGIC + record_bytes(Header(profile=profile, library=library)))
+        try:
+            self._put(MAGIC + record_bytes(Header(profile=profile, library=library)))
+        except DiskFull as error:
+            self._file.close()
+            if self.path.is_file():
+                self.path.unlink()
+            raise CannotCreate(self.path, error.reason) from error
 
     @classmethod
     def append_to(

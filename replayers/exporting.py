@@ -20,6 +20,7 @@ import pyarrow.parquet as pq
 
 from recorders.log_file import CannotCreate
 from replayers.columns import SCHEMAS
+from replayers.copying import NoRoom
 from replayers.frames import LogSource, Problem, Tables
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName
 
@@ -85,6 +86,7 @@ def export(
         NothingToExport: none of the logs holds a run.
         OutputExists: the folder holds something, and force is not given.
         CannotCreate: it is a file, or cannot be made.
+        NoRoom: it cannot be written to; nothing was.
         BadValue: partitions of CSV, or by a column that is none of PARTITIONS.
     """
     for column in partition_by:
@@ -111,6 +113,8 @@ def export(
             raise NothingToExport(source.problems)
         for made in sorted(draft.iterdir()):
             _replace(made, folder / made.name)
+    except OSError as error:
+        raise NoRoom(folder, os.strerror(error.errno) if error.errno else str(error)) from error
     finally:
         shutil.rmtree(draft, ignore_errors=True)
         if not there_before and folder.is_dir() and not any(folder.iterdir()):

@@ -70,9 +70,11 @@ def add_note(
         BeingWritten: by somebody else, for longer than a note takes.
         CannotCreate: it may not be written to.
         DiskFull: no room; the log is as it was.
-        BadValue: a time that is none, or outside the log.
+        BadValue: no words, or a time that is none, or outside the log.
     """
     path = Path(path)
+    if not text.strip():
+        raise BadValue("the note", text or None, "some words")
     for _ in range(TRIES):
         try:
             return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)

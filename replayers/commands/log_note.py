@@ -32,7 +32,7 @@ def note(
     from replayers.describe import describe
     from replayers.notes import add_note, notes_of
 
-    if text:
+    if text or at or until or author:
         add_note(log, text, at=at, until=until, author=author)
     found, start_ns = notes_of(log), describe(log).index.first_ns
     if as_json:

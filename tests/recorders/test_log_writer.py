@@ -175,6 +175,12 @@ def _store_until_full(writer: McapWriter, channel: int, stored: list[int]) -> No
         stored.append(1)
 
 
+def test_where_there_is_no_room_at_all_no_file_is_left(tmp_path: Path):
+    with _files_no_larger_than(4), pytest.raises(CannotCreate):
+        McapWriter(tmp_path / "a.mcap")
+    assert not list(tmp_path.iterdir())
+
+
 def test_with_little_room_left_the_log_is_closed_properly(tmp_path: Path):
     path = tmp_path / "a.mcap"
     writer = McapWriter(path)

@@ -216,6 +216,14 @@ def test_a_note_lies_within_the_log(log: Path, capsys: pytest.CaptureFixture[str
     assert log.read_bytes() == before
 
 
+def test_a_note_has_words(log: Path, capsys: pytest.CaptureFixture[str]):
+    before = log.read_bytes()
+    assert cli.run(["log", "note", str(log), "  "]) == 2
+    assert cli.run(["log", "note", str(log), "--at", "3"]) == 2
+    assert "some words" in capsys.readouterr().err
+    assert log.read_bytes() == before
+
+
 def test_a_note_for_which_there_is_no_room_changes_nothing(log: Path, monkeypatch: pytest.MonkeyPatch):
     """A file may grow no further, as on a full disk: the log is what it was, index and all."""
     before = log.read_bytes()
@@ -418,3 +426,25 @@ def test_logs_that_lie_are_answered_in_one_line(name: str, tmp_path: Path, capsy
     ):  # fmt: skip
         _lios(*words)
         assert "should not happen" not in capsys.readouterr().err, words
+
+
+@pytest.mark.parametrize("command", ["export", "compact", "split"])
+def test_a_disk_with_no_room_at_all_is_told_in_one_line_and_left_clean(
+    command: str, log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    program = (
+        "import resource, signal, sys; from workbench import cli; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (4, 4)); sys.exit(cli.run(sys.argv[1:]))"
+    )
+    (tmp_path / "out").mkdir()
+    args = {
+        "export": ["export", str(log), "-o", str(tmp_path / "out" / "tables")],
+        "compact": ["log", "compact", str(log), "-o", str(tmp_path / "out" / "a.mcap")],
+        "split": ["log", "split", str(log), "-o", str(tmp_path / "out" / "a.mcap"), "--by", "run"],
+    }[command]
+    ended = subprocess.run([sys.executable, "-c", program, *args], capture_output=True, text=True)
+    assert ended.returncode == 1
+    assert len(ended.stderr.strip().splitlines()) == 1
+    assert "File too large" in ended.stderr
+    assert ".part" not in ended.stderr
+    assert not list((tmp_path / "out").iterdir())
