@@ -3,9 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
+from dashboards.library import Library
 from dashboards.timeline import Timeline
 from workbench.terminal import say
+
+
+def read_together(logs: Sequence[Path]) -> list[Timeline]:
+    """The runs of logs that are to be shown together, the first in focus; a person is told which are of other places.
+
+    Raises:
+        FileMissing, NoLogs and the other errors of reading a log.
+    """
+    library = Library(logs)
+    timelines = [library.timeline(index) for index in range(len(library.paths))]
+    say_left_out(timelines)
+    return timelines
 
 
 def here(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
@@ -18,9 +32,7 @@ def left_out(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
     return tuple(t for t in timelines if t.plan != timelines[0].plan)
 
 
-def say_left_out(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
-    """Tells a person, one line a run, which are left out; returns them."""
-    elsewhere = left_out(timelines)
-    for timeline in elsewhere:
+def say_left_out(timelines: Sequence[Timeline]) -> None:
+    """Tells a person, one line a run, which are left out."""
+    for timeline in left_out(timelines):
         say(f"Left out: {timeline.run.path} is of {timeline.run.info.place}, not of {timelines[0].run.info.place}.")
-    return elsewhere

@@ -218,7 +218,7 @@
   const decisions = () => focus.decisions.map((s, i) => state.clock === "decision" ? i + 1 : readingOf(focus, s));
   const actions = () => focus.actions.map((s) => readingOf(focus, s));
   const toggle = () => change({ playing: !state.playing, at: !state.playing && state.at >= endOf() * (1 - 1e-9) ? 0 : state.at });
-  const points = data.house.corners.flatMap(([x, y]) => [[x, y, 0], [x, y, 1.2]]);
+  const points = [...data.house.corners.flatMap(([x, y]) => [[x, y, 0], [x, y, 1.2]]), ...data.house.tops.map(([x, y, z]) => [x, y, z + 1.35])];
   const look = (how) => { if (how === "follow") change({ follow: !state.follow }); else { change({ follow: false }); camera.fit(points, { above: how === "above" }); camera.moved = false; } };
   const nextWalls = () => change({ walls: { cut: "whole", whole: "none", none: "cut" }[state.walls] });
   $("play").onclick = toggle;
@@ -334,18 +334,26 @@
       context.fillText(words, 16 * scale, y);
     });
   };
+  let captioned = null;
   window.lios = {
     paint,
     state, end: endOf, start: 0,
     seek: (at) => { change({ at, playing: false }); dirty = false; show(); },
-    bare: ({ caption = true, above = false, rooms = true } = {}) => {
+    bare: ({ caption = true, above = false, rooms = true, coveredPx = 0 } = {}) => {
       document.body.classList.add("bare");
       state.roomNames = rooms;
       $("caption").hidden = !caption;
       if (caption && !$("caption").firstChild) { const box = document.createElement("div"); box.append($("p-now"), $("p-legend")); $("caption").append(box); }
-      window.lios.fitting = { above, covered: caption ? 0.2 : 0 };
-      camera.fit(points, window.lios.fitting);
+      const refit = () => {
+        const px = caption ? $("caption").offsetHeight + 16 : coveredPx;
+        window.lios.fitting = { above, covered: Math.min(0.45, px / Math.max(1, canvas.clientHeight)) };
+        if (!camera.moved && !state.follow) camera.fit(points, window.lios.fitting);
+      };
       show();
+      refit();
+      captioned?.disconnect();
+      captioned = new ResizeObserver(refit);
+      captioned.observe($("caption"));
     },
     camera: (view) => { Object.assign(camera, view, { moved: true }); show(); },
     follow: (on) => { state.follow = on; show(); },

@@ -25,14 +25,12 @@ def capsule(
         lios capsule lios.mcap greedy.mcap -o both.html
     """
     from dashboards.capsule import write_capsule
-    from dashboards.library import Library
-    from dashboards.one_place import say_left_out
+    from dashboards.one_place import left_out, read_together
     from workbench.terminal import emit_json, say
 
-    library = Library(logs)
-    timelines = [library.timeline(i) for i in range(len(library.paths))]
+    timelines = read_together(logs)
     size = write_capsule(timelines, output, force=force)
-    elsewhere = say_left_out(timelines)
+    elsewhere = left_out(timelines)
     if as_json:
         emit_json(
             {

@@ -35,8 +35,7 @@ def render(
 
         lios render run.mcap greedy.mcap --video --speed 8 -o both.mp4
     """
-    from dashboards.library import Library
-    from dashboards.one_place import say_left_out
+    from dashboards.one_place import read_together
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
     from workbench.errors import BadValue
@@ -49,10 +48,7 @@ def render(
     framing = Framing(
         width=width, height=height, from_above=from_above, follow=follow_robot, walls=walls, caption=caption
     )
-    library = Library(logs)
-    timelines = [library.timeline(i) for i in range(len(library.paths))]
-    say_left_out(timelines)
-    frames = 1
+    timelines, frames = read_together(logs), 1
     if film:
         frames = draw_video(
             timelines,

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from dashboards.one_place import here
 from dashboards.rendering.chromium import PageFailed, page_of
 from dashboards.rendering.mp4 import Sample, mp4
 from dashboards.rendering.picture import Framing
@@ -17,6 +18,8 @@ from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 from workbench.terminal import progress
 
+CAPTION_LINE_PX = 19
+"""Height of a line of a film's caption: its title, its moment, and one a run."""
 AT_ONCE = 12
 """Frames that the page draws between two answers."""
 
@@ -56,7 +59,8 @@ def draw_video(
     count = max(2, round((end_s - from_s) / speed * frames_a_second) + 1)
     moments = [from_s + (end_s - from_s) * i / (count - 1) for i in range(count)]
     with page_of(timelines, width=width, height=height) as page:
-        page.evaluate("(o) => window.lios.bare(o)", framing.options | {"caption": False})
+        covered = CAPTION_LINE_PX * (2 + len(here(timelines))) + 8 if framing.caption else 0
+        page.evaluate("(o) => window.lios.bare(o)", framing.options | {"caption": False, "coveredPx": covered})
         page.evaluate("([w, f]) => { window.lios.walls(w); window.lios.follow(f); }", [framing.walls, framing.follow])
         page.evaluate("(o) => window.liosFilm.begin(o)", _film(width, height, frames_a_second, framing))
         samples: list[Sample] = []

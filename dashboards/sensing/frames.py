@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from replayers.importers.frames import matrix_of
 from replayers.sensor_tracks import TRANSFORMS, SensorTracks, Track
 
 Matrix = npt.NDArray[np.float64]
@@ -28,20 +29,10 @@ DEEPEST = 32
 
 def matrix(position: Any, rotation: Any) -> Matrix | None:
     """A pose from a protobuf's x, y, z and x, y, z, w; None for what is no rotation."""
-    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
-    length = x * x + y * y + z * z + w * w
-    at = np.array([position.x, position.y, position.z])
-    if not 0.5 < length < 2.0 or not np.isfinite(at).all():
+    length = rotation.x**2 + rotation.y**2 + rotation.z**2 + rotation.w**2
+    if not 0.5 < length < 2.0 or not np.isfinite([position.x, position.y, position.z]).all():
         return None
-    s = 2.0 / length
-    made = np.eye(4)
-    made[:3, :3] = [
-        [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-    ]
-    made[:3, 3] = at
-    return made
+    return matrix_of(position, rotation)
 
 
 def chained(parents: Mapping[str, tuple[str, Matrix]], child: str, ancestor: str) -> Matrix | None:

@@ -18,7 +18,7 @@ FILL = 0.92
 """Share of the picture that the house fills."""
 TALL_M = 1.2
 """What stands in a house is about this high."""
-MARKS_M = 0.9
+MARKS_M = 1.35
 """So much of what stands over a container (its bar, its number) is to be seen as well."""
 Vector = tuple[float, float, float]
 

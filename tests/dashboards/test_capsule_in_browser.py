@@ -157,3 +157,21 @@ def test_render_writes_a_picture(tmp_path: Path) -> None:
 
 def _bytes(text: str) -> bytes:
     return base64.b64decode(text)
+
+
+def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
+    """Of a picture the caption's own height is kept free; of a film, what its lines take."""
+    path = tmp_path / "caption.html"
+    write_capsule([timeline_of(toy_run())], path)
+    tab = browser.new_page(viewport={"width": 800, "height": 450})
+    tab.goto(path.as_uri())
+    until(tab, "window.lios !== undefined")
+    tab.evaluate("window.lios.bare({caption: true})")
+    tab.evaluate("window.lios.seek(5)")
+    tab.wait_for_timeout(300)
+    caption = "document.getElementById('caption').offsetHeight / document.getElementById('view').clientHeight"
+    assert tab.evaluate(caption) > 0.15
+    assert tab.evaluate("window.lios.fitting.covered") > tab.evaluate(caption)
+    tab.evaluate("window.lios.bare({caption: false, coveredPx: 90})")
+    assert tab.evaluate("window.lios.fitting.covered") == pytest.approx(0.2, abs=0.01)
+    tab.close()

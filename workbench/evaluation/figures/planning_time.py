@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from workbench.planning.scenarios import PAPER_TITLES
 
@@ -26,6 +27,9 @@ def draw_planning_time(
         sorted_ms = np.sort(values) * 1e3
         ax.step(sorted_ms, np.arange(1, len(values) + 1) / len(values), label=PAPER_TITLES.get(scenario, scenario))
     ax.set(xscale="log", xlabel="belief, find costs and plan of one decision, ms", ylabel="share of decisions")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.grid(alpha=0.25, linewidth=0.5)
     ax.legend(fontsize=7, frameon=False, loc="lower right")
     if share_of_belief is not None:

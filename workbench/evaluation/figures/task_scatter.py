@@ -26,4 +26,4 @@ def draw_task_scatter(
     ax.set(xlim=(0, most), ylim=(0, most), aspect="equal", xlabel=f"cost of {theirs}", ylabel=f"cost of {mine}")
     saved = 1 - ours.sum() / baseline.sum() if baseline.sum() else 0.0
     wins, losses = float((ours < baseline - 1e-6).mean()), float((ours > baseline + 1e-6).mean())
-    ax.set_title(f"{100 * saved:+.1f} % saved; better {100 * wins:.0f} %, worse {100 * losses:.0f} %", fontsize=8)
+    ax.set_title(f"{100 * saved:+.1f} % saved\nbetter {100 * wins:.0f} %, worse {100 * losses:.0f} %", fontsize=8)
