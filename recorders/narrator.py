@@ -15,7 +15,7 @@ from workbench.execution.events import Acted, Believed, Ended, Event, Observed, 
 from workbench.planning.tasks import Task, goal_types
 from workbench.runs.place import Place
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import START, LocationId
+from workbench.worlds.house import START, ItemType, LocationId
 from workbench.worlds.names import readable_name
 from workbench.worlds.travel import Paths
 
@@ -44,7 +44,7 @@ class Narrator:
         self._motion = motion
         self._searched: dict[str, tuple[str, ...]] = {}
         self._believed: Believed | None = None
-        self._sought: str = (*goal_types(task.goal), "")[0]
+        self._sought = (*goal_types(task.goal), ItemType(""))[0]
         self._title = task.title or task.scenario
 
     def opening(self, stamp_ns: int) -> Iterator[ViewerMessage]:
@@ -121,7 +121,7 @@ class Narrator:
         belief = None if self._believed is None else self._believed.belief
         probability: dict[str, float] = {}
         if belief is not None and self._sought in belief.item_types:
-            row = belief.probability[list(belief.item_types).index(self._sought)]  # type: ignore[arg-type]
+            row = belief.probability[list(belief.item_types).index(self._sought)]
             probability = dict(zip(belief.containers, (float(p) for p in row), strict=True))
         return viewer.scene(
             self._place.plan, stamp_ns, sought=self._sought, probability=probability, searched=self._searched

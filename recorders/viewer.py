@@ -146,8 +146,8 @@ def path_ahead(points: Iterable[Point], stamp_ns: int) -> PosesInFrame:
     )
 
 
-def words(text: str, stamp_ns: int, *, level: int = Log.INFO, name: str = "lios") -> Log:
-    return Log(timestamp=timestamp(stamp_ns), level=level, message=text, name=name)  # type: ignore[arg-type]
+def words(text: str, stamp_ns: int, *, level: Log.Level.ValueType = Log.INFO, name: str = "lios") -> Log:
+    return Log(timestamp=timestamp(stamp_ns), level=level, message=text, name=name)
 
 
 def facing(points: Sequence[Point]) -> list[Pose]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import lz4.frame
 import zstandard
@@ -149,7 +149,7 @@ def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple
             if data[body] | data[body + 1] << 8 in unwanted:
                 offset = end
                 continue
-            yield offset, Raw(*unpack_message(data, body), data[body + 22 : end])  # pyright: ignore[reportCallIssue]
+            yield offset, Raw._make((*unpack_message(data, body), data[body + 22 : end]))
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             record, _ = _PARSERS[opcode](data[body:end])
             if isinstance(record, Schema | Channel):
@@ -205,7 +205,7 @@ def _read_up_to(stream: zstandard.ZstdDecompressionReader, size: int) -> bytes:
 def _message(body: bytes) -> tuple[Record, int]:
     if len(body) < 22:
         raise Unreadable("it is too short")
-    return Raw(*_MESSAGE.unpack_from(body), body[22:]), len(body)  # pyright: ignore[reportCallIssue]
+    return Raw._make((*_MESSAGE.unpack_from(body), body[22:])), len(body)
 
 
 def _chunk(body: bytes) -> tuple[Record, int]:
@@ -235,13 +235,20 @@ def _attachment(body: bytes) -> tuple[Record, int]:
     return record, used
 
 
-def _small(cls: type[McapRecord]) -> Parser:
+class _Kind(Protocol):
+    """A class of mcap's record layer that reads itself."""
+
+    @staticmethod
+    def read(stream: ReadDataStream) -> McapRecord: ...
+
+
+def _small(cls: type[_Kind]) -> Parser:
     """A parser by mcap's record layer that refuses records which claim more than they hold."""
 
     def parser(body: bytes) -> tuple[Record, int]:
         stream = _Strict(io.BytesIO(body))
         try:
-            return cls.read(stream), stream.count  # type: ignore[attr-defined]
+            return cls.read(stream), stream.count
         except (McapError, struct.error, ValueError, OverflowError) as error:
             raise Unreadable(str(error) or "it ends too early") from error
 

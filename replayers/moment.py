@@ -12,7 +12,7 @@ from workbench.errors import NotFound
 from workbench.planning.actions import BY_NAME, facts_after
 from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import View
-from workbench.runs.vocabulary import ActionFinished, BeliefUpdate
+from workbench.runs.vocabulary import ActionFinished, BeliefUpdate, SeenItem
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
@@ -103,8 +103,8 @@ def _after_action(knowledge: Knowledge, action: ActionFinished) -> Knowledge:
     return knowledge
 
 
-def _items(seen: tuple[object, ...]) -> tuple[Item, ...]:
-    return tuple(Item(id=ItemId(item.id), type=ItemType(item.type)) for item in seen)  # type: ignore[attr-defined]
+def _items(seen: tuple[SeenItem, ...]) -> tuple[Item, ...]:
+    return tuple(Item(id=ItemId(item.id), type=ItemType(item.type)) for item in seen)
 
 
 def _belief(update: BeliefUpdate) -> Belief:

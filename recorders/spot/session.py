@@ -158,7 +158,7 @@ class Session:
         self.put(NOTE_EVENTS, foxglove.note_event(text, at_ns), source_ns=at_ns)
         self.words(f"Note: {text}")
 
-    def words(self, text: str, *, level: int = Log.INFO) -> None:
+    def words(self, text: str, *, level: Log.Level.ValueType = Log.INFO) -> None:
         now = self.now_ns()
         self.put("/log", viewer.words(text, now, level=level, name="spot"), source_ns=now)
 
