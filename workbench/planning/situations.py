@@ -50,8 +50,8 @@ class Delivery:
 def delivery_of(view: View) -> Delivery | None:
     """The view as a delivery; None for what rollouts do not cover.
 
-    That is a thing to be held at the end, two of one type, more than MOST_WANTS, something else in hand, a place out of
-    reach, or no container left to look into.
+    That is a thing to be held at the end, two of one type, more than MOST_WANTS, something else in hand, a place out
+    of reach, or no container left to look into.
     """
     knowledge, travel = view.knowledge, view.knowledge.travel
     ways = ways_of(view.task.goal)
