@@ -170,6 +170,7 @@ def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
     tab.evaluate("window.lios.seek(5)")
     tab.wait_for_timeout(300)
     caption = "document.getElementById('caption').offsetHeight / document.getElementById('view').clientHeight"
+    assert tab.evaluate("document.getElementById('view').clientHeight") == 450, "a narrow picture is all picture"
     assert tab.evaluate(caption) > 0.15
     assert tab.evaluate("window.lios.fitting.covered") > tab.evaluate(caption)
     tab.evaluate("window.lios.bare({caption: false, coveredPx: 90})")
