@@ -54,7 +54,7 @@ class Settling:
         self._intervals: dict[Node, Interval] = {}
         self._others: dict[Node, Interval] = {}
         self._followed: set[Node] = set()
-        self._waiting = 1
+        self._waiting: dict[Node, None] = {tree.root: None}
 
     def bounds(self) -> Bounds:
         root = self._tree.root
@@ -65,8 +65,8 @@ class Settling:
             side = self._open_side()
             if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
                 break
-            if side == "high" and self._waiting > self._budget.stretches - spent:
-                break  # the dearest world is certain only when nearly every branch was followed: out of reach
+            if side == "high" and self._could_be_dearest() > self._budget.stretches - spent:
+                break  # the dearest world is certain only when each of these was followed: out of reach
             self._deepen(side)
         return self._result()
 
@@ -80,6 +80,11 @@ class Settling:
         if below > NEAR and (self._tree.stretches % 2 or above <= NEAR):
             return "low"
         return "high" if above > NEAR else "low"
+
+    def _could_be_dearest(self) -> int:
+        """How many branches that nobody has followed could cost more than what was found (by the first way there)."""
+        largest = self._intervals[self._tree.root].largest_found(0, self._failure)
+        return sum(self._intervals[n].upper(n.cost, self._failure) > largest + NEAR for n in self._waiting)
 
     def _deepen(self, side: Side | None) -> None:
         """Goes down the branch that decides a side (or any that is not spent), expands its end, and goes back."""
@@ -111,7 +116,7 @@ class Settling:
         if node in self._followed:
             return
         self._followed.add(node)
-        self._waiting -= 1
+        self._waiting.pop(node, None)
         before = self._intervals.get(node)
         if not self._opened(node):
             assert before is not None, "the start is always certain"
@@ -127,7 +132,7 @@ class Settling:
                 child = self._tree.child(node, answer)
                 if child not in self._intervals:
                     self._intervals[child] = self._from_outside(child.knowledge)
-                    self._waiting += 1
+                    self._waiting[child] = None
             if question.others:
                 self._others[node] = self._from_outside(question.knowledge)
                 self._others[node].spent = True

@@ -78,7 +78,7 @@ class Stretch:
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """What the robot knows, and what comes of it. steps and picks count from the start, by the first way here.
+    """What the robot knows, and what comes of it. Steps, picks and cost count from the start, by the first way here.
 
     imputed: an open container was looked into on the way here; what a belief that follows all that is seen would be
     from here on, nobody can tell.
@@ -88,6 +88,7 @@ class Node:
     imputed: bool = False
     steps: int = 0
     picks: int = 0
+    cost: float = 0.0
     stretch: Stretch | None = None
     children: dict[Answer, Node] = field(default_factory=dict)
 
@@ -229,7 +230,8 @@ class Unfolding:
         knowledge = before.seen(container, (*imputed_items(answer, container), *put))
         steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
         self.largest_picks = max(self.largest_picks, picks)
-        made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks)
+        cost = node.cost + stretch.cost
+        made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks, cost=cost)
         return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
 
     def _key(self, knowledge: Knowledge) -> Hashable:

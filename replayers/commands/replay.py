@@ -250,7 +250,8 @@ def _interval(row: dict[str, Any]) -> str | None:
     if row.get("interval90") is None:
         return None
     low, high = row["interval90"]
-    return f"{low:.1f} to {high:.1f} ({row['interval90_mass'] * 100:.0f} %)"
+    holds = "" if row["exact"] else f" ({row['interval90_mass'] * 100:.0f} %)"
+    return f"{low:.1f} to {high:.1f}{holds}"
 
 
 def _between(bounds: dict[str, float] | None) -> str | None:
@@ -282,7 +283,7 @@ def _refuse(failed: list[LogFailed]) -> None:
     raise Unsupported(
         f"{first.reason}{more}"
         if first.reason.startswith(first.log)
-        else f"{first.log}: {first.strategy} {first.reason}{more}"
+        else f"{first.log}: {first.strategy}: {first.reason}{more}"
     )
 
 
