@@ -19,6 +19,7 @@ from replayers.copying import Copier, Loss, Style, declarations, profile_of
 from replayers.log_paths import shown
 from replayers.mcap_records import Record
 from replayers.scanning import Damage, open_log, scan
+from replayers.several_runs import run_and_name
 from replayers.summary import read_index
 from workbench.errors import BadValue
 from workbench.runs.run_info import INFO_METADATA, is_intact
@@ -116,7 +117,7 @@ def _copy(
                 if record.name == SETTINGS_ATTACHMENT:
                     identity = _identity_in(record.data)
             elif isinstance(record, Metadata):
-                if is_intact(record.name, record.metadata):
+                if is_intact(run_and_name(record.name)[1], record.metadata):
                     copier.describe(record)
                     named.add(record.name)
                     done["metadata"] += 1

@@ -95,6 +95,14 @@ def test_doctor_looks_at_each_run_of_a_log(tmp_path: Path, capsys: pytest.Captur
     assert any("outcome" in finding["what"] + finding["where"] for finding in findings), "the second run has none"
 
 
+def test_several_runs_that_were_cut_off_are_saved_each_with_its_identity(merged: Path, tmp_path: Path):
+    data = merged.read_bytes()
+    merged.write_bytes(data[: len(data) // 2])
+    assert cli.run(["recover", str(merged), "-o", str(tmp_path / "saved.mcap")]) in (0, 3)
+    parts = taken_apart(tmp_path / "saved.mcap", tmp_path / "runs")
+    assert [replayers.read(part).info for part in parts] == [replayers.read(source).info for source in SOURCES]
+
+
 def test_notes_on_several_runs_go_to_each(merged: Path, tmp_path: Path):
     assert cli.run(["log", "note", str(merged), "all three", "--at", "1"]) == 0
     for part in taken_apart(merged, tmp_path / "runs"):
