@@ -53,8 +53,12 @@ def now(scene: Scene) -> str:
     )
 
 
-def legend(scene: Scene, *, unopened: bool = False) -> str:
-    """What the colours mean, with the scale's ends; unopened: containers are marked that no run opened."""
+def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:
+    """What the colours mean, with the scale's ends.
+
+    Args:
+        unopened: containers are marked that no run opened. ended: one is where another run's replay had to end.
+    """
     stops = ", ".join(css(belief_colours(i / 8)) for i in range(9))
     of = f"belief in {text(readable_name(scene.focus))}" if scene.focus else "no beliefs"
     scale = (
@@ -66,7 +70,7 @@ def legend(scene: Scene, *, unopened: bool = False) -> str:
         f"<span>{dot(KNOWN)}known at the start</span>"
     )
     marks += "<span>? nobody opened it</span>" if unopened else ""
-    marks += "<span>◆ here a replay had to end</span>" if scene.unseen.any() else ""
+    marks += "<span>◆ here a replay had to end</span>" if ended or scene.unseen.any() else ""
     marks += "<span>1, 2, 3 order of search</span>" if scene.search_order else ""
     colours = f"{of}: {scale}" if scene.focus else of
     return f'<div class="lp legend"><span>{colours}</span>{marks}</div>'

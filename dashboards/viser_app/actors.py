@@ -20,8 +20,8 @@ TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus lies on top."""
 TOGETHER_M = 0.5
 """A ghost so close to the run in focus is not named: their names would lie over each other."""
-BESIDE_M = 1.6
-"""A robot so close to a numbered container is not named either: the number matters more."""
+BESIDE_M, GHOST_BESIDE_M = 1.6, 0.8
+"""A robot so close to a numbered container is not named either: the number matters more. Ghosts' names are higher."""
 
 
 @dataclass(slots=True)
@@ -84,7 +84,7 @@ class Actors:
         """
         for i, (actor, scene) in enumerate(zip(self._actors, scenes, strict=False)):
             actor.show(scene)
-            others = [(p, BESIDE_M) for p in numbered]
+            others = [(p, GHOST_BESIDE_M if i else BESIDE_M) for p in numbered]
             if i:
                 others.append(((scenes[0].robot.x_m, scenes[0].robot.y_m), TOGETHER_M))
             alone = not any(_apart(scene.robot, point) <= near for point, near in others)

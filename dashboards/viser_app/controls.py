@@ -181,7 +181,8 @@ class Controls:
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
         self._set("comparison", comparison(session.clock, scenes, self._names))
-        self._set("legend", legend(scene, unopened=bool(session.unopened.any())))
+        ended = any(bool(other.unseen.any()) for other in scenes)
+        self._set("legend", legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._set("cursor", cursor(session.clock, state.at))
         if abs(self._slider.value - state.at) > 1e-9:
             self._slider.value = min(state.at, self._slider.max)

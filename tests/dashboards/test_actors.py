@@ -1,0 +1,67 @@
+"""Which robots are named in the view? Those that stand alone, where there are several runs of the place."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from toy_run import ns, other_run, toy_run
+
+from dashboards.panels.now import legend
+from dashboards.scene import scene_at
+from dashboards.timeline import timeline_of
+from dashboards.viser_app.actors import Actors
+
+OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())
+
+
+class Stand:
+    """As much of a Viser scene as actors need; remembers its labels."""
+
+    def __init__(self) -> None:
+        self.labels: list[Any] = []
+
+    def _node(self, *_: object, visible: bool = True, **__: object) -> Any:
+        return SimpleNamespace(visible=visible, remove=lambda: None)
+
+    add_frame = add_mesh_simple = add_line_segments = _node
+
+    def add_label(self, _name: str, text: str, **given: Any) -> Any:
+        self.labels.append(SimpleNamespace(text=text, visible=given["visible"]))
+        return self.labels[-1]
+
+
+def named(second: float, *, runs: int = 2, here: bool = True, numbered: tuple[tuple[float, float], ...] = ()) -> list:
+    stand = Stand()
+    actors = Actors(stand)  # type: ignore[arg-type]
+    actors.cast([(0, 0, 0), (9, 9, 9)][:runs], ["ours", "other"][:runs], [True, here][:runs])
+    actors.show([scene_at(OURS, ns(second)), scene_at(OTHER, ns(second))][:runs], numbered)
+    return [label.text for label in stand.labels if label.visible]
+
+
+def test_a_run_alone_needs_no_name() -> None:
+    assert named(14.0, runs=1) == []
+
+
+def test_robots_that_stand_together_have_one_name() -> None:
+    """Until 4 s both do the same; then one goes for the counter, one for the bed."""
+    assert named(1.0) == ["ours"]
+    assert named(8.0) == ["ours", "other"]
+
+
+def test_a_number_goes_before_the_name_of_the_robot_beside_it() -> None:
+    robot = scene_at(OURS, ns(8.0)).robot
+    assert named(8.0, numbered=((robot.x_m + 0.5, robot.y_m),)) == ["other"]
+
+
+def test_a_run_of_another_place_is_not_named() -> None:
+    assert named(8.0, here=False) == ["ours"]
+
+
+def test_the_legend_tells_of_a_mark_that_a_ghost_left() -> None:
+    scene = scene_at(OURS, ns(5.5))
+    assert not scene.unseen.any()
+    assert isinstance(scene.unseen, np.ndarray)
+    assert "◆" not in legend(scene)
+    assert "◆" in legend(scene, ended=True)
