@@ -17,6 +17,7 @@ from sample_logs import killed_toy_log, toy_events, toy_info, toy_options, write
 
 import replayers
 from recorders.recorder import RunRecorder
+from replayers import data_frames
 from replayers.cells import Numbers, Words, column_of
 from replayers.columns import NUMBER, SCHEMAS, TEXT, TIME, WHOLE, WORD, WORDS, YES
 from replayers.frames import RunSource, Tables
@@ -84,6 +85,16 @@ def test_frames_of_many_logs_are_what_arrow_would_make(tmp_path: Path):
         bare = [n for n in theirs if theirs[n].dtype == "category" and not len(theirs[n].cat.categories)]
         pd.testing.assert_frame_equal(getattr(tables, name).drop(columns=bare), theirs.drop(columns=bare))
     assert list(tables.runs["run_id"].cat.categories) == ["0123456789ab", "other"]
+
+
+def test_frames_are_the_same_before_pandas_3(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Which has no constructor that takes columns as they are."""
+    path = write_toy_log(tmp_path / "a.mcap")
+    quick = replayers.read(path).tables
+    monkeypatch.setattr(data_frames, "create_dataframe_from_blocks", None)
+    plain = replayers.read(path).tables
+    for name in SCHEMAS:
+        pd.testing.assert_frame_equal(getattr(quick, name), getattr(plain, name))
 
 
 def test_frames_do_not_share_what_users_may_name(tmp_path: Path):
