@@ -26,3 +26,8 @@ def reads_beliefs(planner: Strategy, goal: Goal) -> bool:
 def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:
     """Whether every look of a strategy goes to the nearest unsearched container; False where that is not known."""
     return isinstance(planner, Composed) and isinstance(planner.policy, NearestFirst) and not prepares(goal)
+
+
+def looks_empty_handed(planner: Strategy) -> bool:
+    """Whether a strategy is known to look only with its hand free; False where that is not known."""
+    return isinstance(planner, Composed)

@@ -1,10 +1,10 @@
 """What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
 
 Three bounds from above. One holds for every strategy: the step limit ends a run, and no step costs more than the
-longest way. The others hold for strategies that go *straight*: between two looks they only fetch what a part of
-the goal asks for and bring it there, each part once; they look only while something is missing; and they do not give
-up while all that is needed can be found. Every run that is explored is checked against that; a strategy that breaks
-it is left with the first bound. The third is for those that look into the nearest container first (nearest_legs).
+longest way. The others hold for strategies that go *straight*: besides looks they only fetch what a part of the
+goal asks for and bring it there, each part once; they look only while something is missing; and they do not give up
+while all that is needed can be found. Every run that is explored is checked against that; a strategy that breaks it
+is left with the first bound. The third is for those that look into the nearest container first (nearest_legs).
 """
 
 from __future__ import annotations
@@ -33,9 +33,12 @@ class MostToWalk:
 
     Args:
         nearest_first: for a strategy whose looks go to the nearest unsearched container.
+        empty_handed: for one that looks only with its hand free; others may look on the way with what they fetched.
     """
 
-    def __init__(self, evidence: Evidence, *, max_steps: int, nearest_first: bool = False) -> None:
+    def __init__(
+        self, evidence: Evidence, *, max_steps: int, nearest_first: bool = False, empty_handed: bool = False
+    ) -> None:
         travel = evidence.place.travel
         self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
@@ -43,6 +46,7 @@ class MostToWalk:
         self._goal = evidence.task.goal
         self._max_steps = max_steps
         self._nearest_first = nearest_first
+        self._empty_handed = empty_handed
         self._stuck, self._barred = evidence.stuck, evidence.barred
         self._one_way = not _has_ways(self._goal)
         self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
@@ -66,9 +70,10 @@ class MostToWalk:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
 
         Such a run is a chain of legs: into a container to look, to an item to pick it, to a place to bring it. A leg
-        to a look or to an item starts where the leg before ended: here, at a look (each is made once), or where a
-        part was brought (once a part). So the dearest way to give each of these legs a start of its own is at least
-        what they can come to (an assignment problem); to it comes the dearest way to bring each part.
+        to a look or to an item starts where the leg before ended: here, at a look (each is made once), where a part
+        was brought (once a part), or, with the hand full, where an item stood (once a part). So the dearest way to
+        give each of these legs a start of its own is at least what they can come to (an assignment problem); to it
+        comes the dearest way to bring each part.
         """
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
         if self.nothing_missing(knowledge):
@@ -81,9 +86,12 @@ class MostToWalk:
         if not starts:
             return 0.0
         among = self._metres[starts]
-        to_items = [among[:, at].max(axis=1) if at else np.zeros(len(starts)) for at in sources]
-        brought = [float(self._metres[at, end].max()) if at else 0.0 for end, at in zip(ends, sources, strict=True)]
         fetches = min(self.most_picks, len(parts))
+        stood = sorted({at for places in sources for at in places}.difference(looks))
+        if stood and not self._empty_handed:
+            among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])
+        to_items = [among[:, at].max(axis=1) if at else np.zeros(len(among)) for at in sources]
+        brought = [float(self._metres[at, end].max()) if at else 0.0 for end, at in zip(ends, sources, strict=True)]
         carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
         legs = _dearest_legs(np.array([*among[:, looks].T, *_dearest(to_items, fetches)]))
         if self._nearest_first and looks:

@@ -18,7 +18,7 @@ from replayers.bounds import NEAR, Bounds
 from replayers.briefly import briefly
 from replayers.estimates import Estimate, costs_in, estimate_of
 from replayers.ground import Ground, Settings, ground_of
-from replayers.leaning import looks_nearest_first, reads_beliefs
+from replayers.leaning import looks_empty_handed, looks_nearest_first, reads_beliefs
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import relevance_of
 from replayers.run import Run
@@ -144,6 +144,7 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         steady=ground.steady,
         reads_beliefs=reads_beliefs(planner, evidence.task.goal),
         nearest_first=looks_nearest_first(planner, evidence.task.goal),
+        empty_handed=looks_empty_handed(planner),
         durations=ground.durations,
     )
     bounds = bounds_of(tree, budget=settings.budget)

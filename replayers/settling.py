@@ -50,7 +50,12 @@ class Settling:
         self._budget = budget
         self._failure = tree.evidence.task.failure_cost
         self._least = StillToWalk(tree.evidence, tree.relevance)
-        self._most = MostToWalk(tree.evidence, max_steps=tree.max_steps, nearest_first=tree.nearest_first)
+        self._most = MostToWalk(
+            tree.evidence,
+            max_steps=tree.max_steps,
+            nearest_first=tree.nearest_first,
+            empty_handed=tree.empty_handed,
+        )
         self._intervals: dict[Node, Interval] = {}
         self._others: dict[Node, Interval] = {}
         self._followed: set[Node] = set()

@@ -134,6 +134,7 @@ class Unfolding:
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
         reads_beliefs: the strategy's decisions depend on beliefs.
         nearest_first: its looks go to the nearest unsearched container.
+        empty_handed: it looks only with its hand free.
         durations: how long actions take where a run is told.
 
     Attributes:
@@ -156,6 +157,7 @@ class Unfolding:
         steady: bool = True,
         reads_beliefs: bool = True,
         nearest_first: bool = False,
+        empty_handed: bool = False,
         durations: Durations = SIMULATED,
     ) -> None:
         self.evidence = evidence
@@ -166,6 +168,7 @@ class Unfolding:
         self.asked: dict[ContainerId, None] = {}
         self.max_steps = max_steps
         self.nearest_first = nearest_first
+        self.empty_handed = empty_handed
         self._planner = Remembering(strategy, self._key) if merge else strategy
         self._estimator = estimator
         self._seed = seed

@@ -15,7 +15,7 @@ from toy import BED, COUNTER, TABLE, item
 from toy_logs import BOOK, MUG, InOrder, delivered, task_of, toy_evidence
 
 from replayers.evidence import Evidence
-from replayers.leaning import looks_nearest_first
+from replayers.leaning import looks_empty_handed, looks_nearest_first
 from replayers.most_to_walk import MostToWalk, nearest_legs
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, find_task
@@ -128,3 +128,19 @@ def test_nearest_first_is_never_bounded_worse(tmp_path: Path, kind: ItemType) ->
     start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
     any_order, nearest = (MostToWalk(evidence, max_steps=500, nearest_first=n) for n in (False, True))
     assert nearest.going_straight(start) <= any_order.going_straight(start)
+
+
+def test_a_look_with_the_hand_full_may_begin_where_an_item_stood(tmp_path: Path) -> None:
+    """With a mug known far off, who may look while carrying it may go dearer ways than who looks empty-handed."""
+    evidence = toy_evidence(tmp_path, TWO)
+    known = knows(evidence, "Mug|1")
+    free, full = (MostToWalk(evidence, max_steps=500, empty_handed=e).going_straight(known) for e in (True, False))
+    assert full >= free
+    only_fetching = knows(evidence, "Mug|1", "Book|1")
+    free, full = (
+        MostToWalk(evidence, max_steps=500, empty_handed=e).going_straight(only_fetching) for e in (True, False)
+    )
+    assert full >= free
+    assert looks_empty_handed(strategy("model-lios"))
+    assert not looks_empty_handed(strategy("scout-lios"))
+    assert not looks_empty_handed(InOrder(()))

@@ -14,7 +14,7 @@ from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings
 from replayers.bounds import Bounds, Budget, Proof
 from replayers.briefly import briefly
 from replayers.evidence import Evidence
-from replayers.leaning import looks_nearest_first, reads_beliefs
+from replayers.leaning import looks_empty_handed, looks_nearest_first, reads_beliefs
 from replayers.logged_world import LoggedWorld
 from replayers.relevance import Assumptions, demand, imputed_items, relevance_of
 from replayers.settling import bounds_of
@@ -48,7 +48,8 @@ def tree_of(
 ) -> Unfolding:
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), assumptions or Assumptions())
     nearest = looks_nearest_first(planner, evidence.task.goal)
-    return Unfolding(evidence, planner, Even(), relevance, merge=merge, nearest_first=nearest)
+    free = looks_empty_handed(planner)
+    return Unfolding(evidence, planner, Even(), relevance, merge=merge, nearest_first=nearest, empty_handed=free)
 
 
 def bounded(evidence: Evidence, planner: Strategy, budget: Budget = PLENTY, **options: object) -> Bounds:
