@@ -26,8 +26,9 @@ def show_until_stopped(logs: Sequence[Path], *, host: str, port: int, at: float,
         FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse.
     """
     dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow)
-    say(f"Dashboard at {dashboard.url} (Ctrl-C stops it).")
     try:
+        # Said in here: whoever reads it may press Ctrl-C at once.
+        say(f"Dashboard at {dashboard.url} (Ctrl-C stops it).")
         while True:
             time.sleep(3600)
     except KeyboardInterrupt:

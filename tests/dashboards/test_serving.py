@@ -200,3 +200,27 @@ def test_a_log_that_comes_later_is_waited_for(log: Path, tmp_path: Path) -> None
     assert wait_for(later, patience_s=10)
     assert time.monotonic() - began >= 0.25
     assert not wait_for(tmp_path / "never.mcap", patience_s=0.2)
+
+
+def test_ctrl_c_right_after_the_address_stops_it_as_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dashboards.viser_app import serving
+
+    said: list[str] = []
+    stopped: list[bool] = []
+
+    class Dashboard:
+        url = "http://127.0.0.1:1"
+
+        def stop(self) -> None:
+            stopped.append(True)
+
+    def say(words: str) -> None:
+        said.append(words)
+        if words.startswith("Dashboard at"):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(serving, "open_dashboard", lambda *_, **__: Dashboard())
+    monkeypatch.setattr(serving, "say", say)
+    serving.show_until_stopped([], host="127.0.0.1", port=0, at=0.0, follow=False)
+    assert said[-1] == "Stopped."
+    assert stopped == [True]
