@@ -70,11 +70,11 @@ def simulate(
         place, house, clock=RunningClock(speed_up=speed_up), port=port, faults=faults, seed=seed
     ) as robot:
         robot.write_certificate(certificate)
-        say(f"A simulated Spot in {place.name}, configuration {configuration}, at {robot.address}:{robot.port}")
-        say(f"Certificate: {certificate}. User: {robot.username}, password: {robot.password}. Ctrl-C ends it.")
-        say(f"Next: lios spot run --robot {robot.address}:{robot.port} --certificate {certificate} --site {site}")
-        ends = None if for_s is None else time.monotonic() + for_s
         try:
+            say(f"A simulated Spot in {place.name}, configuration {configuration}, at {robot.address}:{robot.port}")
+            say(f"Certificate: {certificate}. User: {robot.username}, password: {robot.password}. Ctrl-C ends it.")
+            say(f"Next: lios spot run --robot {robot.address}:{robot.port} --certificate {certificate} --site {site}")
+            ends = None if for_s is None else time.monotonic() + for_s
             while ends is None or time.monotonic() < ends:
                 time.sleep(0.1)
         except KeyboardInterrupt:
