@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import socket
 from pathlib import Path
 
 import numpy as np
@@ -89,9 +90,12 @@ def test_shipped_vectors_are_those_of_the_live_model() -> None:
 @live
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-def test_an_encoder_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HF_HUB_OFFLINE", "1")
-    with pytest.raises(NoSuchEncoder, match="no-such/model"):
+def test_an_encoder_that_is_not_there_is_not_looked_for_in_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    def called(*_: object, **__: object) -> None:
+        raise AssertionError("the network was asked")
+
+    monkeypatch.setattr(socket, "getaddrinfo", called)
+    with pytest.raises(NoSuchEncoder, match=r"no-such/model.*no such folder or downloaded model"):
         live_encoder("no-such/model")
 
 

@@ -192,3 +192,12 @@ def test_what_an_estimator_says_of_its_first_choice() -> None:
     """The largest probability of each query, on average: 0.9 for all of them."""
     judged = judge(Says({FRIDGE: 0.9, COUNTER: 0.5}), [toy_house()])
     assert quality(judged, rng=np.random.default_rng(0))["top1_said"] == pytest.approx(0.9)
+
+
+def test_a_seed_that_no_generator_takes_is_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    from workbench.worlds.shipped import shipped_houses
+
+    wanted = ["train", "--houses", str(shipped_houses()), "-e", "counts", "-o", str(tmp_path / "w.safetensors")]
+    assert run([*wanted, "--seed", str(2**63)]) == 2
+    assert "below 2^63" in capfd.readouterr().err
+    assert not (tmp_path / "w.safetensors").exists()

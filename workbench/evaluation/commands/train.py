@@ -61,6 +61,8 @@ def train(
         raise UnknownName("estimator to train", estimator, (*TRAINERS, ENCODER))
     if not 0 < hold_out < 1:
         raise BadValue("--hold-out", hold_out, "between 0 and 1")
+    if seed is not None and seed >= 2**63:
+        raise BadValue("--seed", seed, "below 2^63")
     if target.exists() and not force:
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():
