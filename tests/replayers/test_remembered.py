@@ -15,6 +15,7 @@ from replayers.remembered import Memory, Remembered
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
 from workbench.beliefs.belief import Belief
+from workbench.execution.events import Planned
 from workbench.planning.strategies import strategy
 from workbench.search.find_costs import SearchStop
 from workbench.search.policies import POLICIES, policy
@@ -95,3 +96,11 @@ def test_strategies_over_one_log_share_a_memory(tmp_path: Path) -> None:
     replay_on(ground, "pes-lios")
     assert len(ground.memory.firsts) == known
     assert briefly(strategy("opt-lios"), ground.memory).name == "opt-lios"
+
+
+def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:
+    """Branches are decided without words; a run that people read has them."""
+    toy_evidence(tmp_path)
+    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=0))
+    told = replay_on(ground, "opt-greedy", worlds=("best",)).worlds["best"]
+    assert max(len(event.made.search_order) for event in told if isinstance(event, Planned)) > 1
