@@ -12,7 +12,7 @@ import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import Any, TextIO
 
 import click
 import typer
@@ -223,14 +223,22 @@ def main(argv: list[str] | None = None) -> None:
 
 def _code_after_output(code: int) -> int:
     """The exit code once all output is written; what nobody takes is dropped, or the interpreter complains of it."""
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if code == 0 and not isinstance(error, BrokenPipeError):
-            say(_os_error_line(error))
-            return 1
+    lost = _what_is_not_taken(sys.stdout)
+    if code == 0 and lost is not None and not isinstance(lost, BrokenPipeError):
+        say(_os_error_line(lost))
+        code = 1
+    _what_is_not_taken(sys.stderr)
     return code
+
+
+def _what_is_not_taken(stream: TextIO) -> OSError | None:
+    """Why a stream's last words cannot be written; they go nowhere then."""
+    try:
+        stream.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        return error
+    return None
 
 
 def run(args: list[str], *, debug: bool = False) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import msgspec
@@ -16,8 +17,12 @@ T = TypeVar("T")
 
 
 def say(text: str) -> None:
-    """A line for people, on standard error. Markup in it is shown, never interpreted."""
-    Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
+    """A line for people, on standard error. Markup in it is shown, never interpreted.
+
+    Where nobody reads it any more (2>&1 | head) it is lost, and the exit code stays what it is.
+    """
+    with suppress(BrokenPipeError):
+        _Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
 
 
 def emit_json(answer: Any) -> None:

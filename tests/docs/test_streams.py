@@ -37,6 +37,10 @@ def test_a_reader_that_has_seen_enough(command: str) -> None:
     assert "Exception" not in done.stderr
 
 
+def test_words_that_nobody_reads_do_not_change_the_exit_code() -> None:
+    assert _bash("LIOS info nowhere.mcap 2>&1 | true; exit ${PIPESTATUS[0]}").returncode == 2
+
+
 @pytest.mark.parametrize("command", ["info LOG", "info LOG --json"])
 def test_no_standard_output(command: str) -> None:
     done = _bash(f"LIOS {command} >&-")
