@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from replayers.ground import Ground, Settings, ground_of
@@ -106,7 +106,11 @@ def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = No
 
 def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
     """Replays every strategy over one log, one by one."""
-    _settle()
+    with _what_is_loaded_stays():
+        yield from _replayed(log, wanted)
+
+
+def _replayed(log: Path, wanted: Wanted) -> Iterator[Outcome]:
     try:
         run = read(log, with_truth=wanted.settings.with_truth)
         sha256, run_id = run.sha256, run.info.run_id
@@ -133,11 +137,14 @@ def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
         )
 
 
-@cache
-def _settle() -> None:
-    """Once a process: what is loaded by now stays, and the collector need not walk through it again and again."""
-    gc.collect()
+@contextmanager
+def _what_is_loaded_stays() -> Generator[None]:
+    """Meanwhile the collector need not walk again and again through what was there before."""
     gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def _ground(run: Run, settings: Settings) -> Ground | LiosError:
