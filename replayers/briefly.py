@@ -46,13 +46,12 @@ def briefly(planner: Strategy, memory: Memory | None = None) -> Strategy:
     """
     memory = memory if memory is not None else Memory()
     if isinstance(planner, Composed):
-        quiet = _quiet(planner, memory)
-        return replace(quiet, policy=FirstOnly(quiet.policy))
-    if isinstance(planner, Scout):  # it reads its base's orders to their ends
+        return _quiet(planner, memory)
+    if isinstance(planner, Scout):
         return replace(planner, base=_quiet(planner.base, memory), cooking=_quiet(planner.cooking, memory))
     return planner
 
 
 def _quiet(planner: Composed, memory: Memory) -> Composed:
     solver = replace(planner.solver, explain=False) if isinstance(planner.solver, BuiltIn) else planner.solver
-    return replace(planner, solver=solver, policy=Remembered(planner.policy, memory))
+    return replace(planner, solver=solver, policy=FirstOnly(Remembered(planner.policy, memory)))
