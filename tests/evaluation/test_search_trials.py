@@ -225,3 +225,11 @@ def test_workers_change_nothing_but_the_time() -> None:
 def test_no_workers_are_refused() -> None:
     with pytest.raises(BadValue, match="workers"):
         list(run_experiment(counts("lios"), [toy_house()], workers=0))
+
+
+def test_what_is_loaded_once_is_loaded_before_any_clock_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    told, warmed = Told({}), list[int]()
+    monkeypatch.setattr("workbench.evaluation.search_trials.warm_up", lambda *_: warmed.append(told.asked))
+    house_trials(toy_house(), toy_travel(), policies=("greedy", "lios"), estimators=lambda _: told, costs=SIMULATION)
+    assert warmed == [0]
+    assert told.asked > 0

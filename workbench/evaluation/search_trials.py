@@ -16,6 +16,7 @@ from typing import final
 import numpy as np
 
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.planning.warm import warm_up
 from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import ActionCosts
 from workbench.search.oracle import oracle_policy
@@ -181,6 +182,7 @@ def house_trials(
         asked = None
         if name not in ASKS_NO_BELIEF:
             estimator = estimators(name)
+            warm_up(knowledge_at_start(house.plan, travel, {}), estimator, wanted[:1])
             asked = beliefs.setdefault(estimator.name, Beliefs(estimator, wanted))
         trials += [search_trial(house, travel, item, searcher, asked, costs=costs) for item in wanted]
     return trials
