@@ -251,6 +251,18 @@ def test_a_look_on_the_way_comes_before_the_plan() -> None:
     assert outcome_of(events).cost == 1 + 3 + 1 + 5 + 2
 
 
+def test_a_plan_may_be_walked_in_part() -> None:
+    steps = tuple(
+        PlanStep(action="move", origin=a, target=b)
+        for a, b in ((START, LocationId(TABLE)), (LocationId(TABLE), LocationId(DESK)))
+    )
+    says = Says(replace(_decision(*steps), steps_now=1))
+    events = list(run_task(FakeWorld(), says, EvenEstimator(), find_task(MUG, START), costs=SIMULATION, max_steps=7))
+    acted = [e.step for e in events if isinstance(e, Acted)]
+    assert acted == [steps[0]], "the second decision begins where the first stopped, and its first step does not fit"
+    assert [e.reason for e in events if isinstance(e, Planned)] == ["start", "the next steps are decided anew"]
+
+
 def test_a_view_is_frozen_and_holds_no_truth() -> None:
     strategy = InOrder((FRIDGE, COUNTER))
     _run(FakeWorld(), strategy)

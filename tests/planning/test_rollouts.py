@@ -198,3 +198,5 @@ def test_it_thinks_again_with_a_thing_in_hand() -> None:
     handled = [e.stamp_ns for e in events if isinstance(e, Acted) and e.step.action in ("pick", "place")]
     planned = [e.stamp_ns for e in events if isinstance(e, Planned)]
     assert handled[0] in planned
+    for plan in (e.made.plan for e in events if isinstance(e, Planned)):
+        assert plan.cost == pytest.approx(sum(step.cost for step in plan.steps)), "what is logged adds up"

@@ -171,7 +171,7 @@ class _Run:
         if not made.plan.steps:
             self._end(RunStatus.PLANNER_FAILED, "the plan is empty, but the goal is not met")
             return
-        for step in made.plan.steps:
+        for step in made.plan.steps[: made.steps_now]:
             wrong = why_illegal(step, self.knowledge, made)
             if wrong is not None:
                 self._end(RunStatus.PLANNER_FAILED, f"illegal step '{step}': {wrong}")
@@ -181,7 +181,7 @@ class _Run:
                 return
             if not (yield from self._act(step)):
                 return
-        self.reason = "the plan is done"
+        self.reason = "the plan is done" if made.steps_now is None else "the next steps are decided anew"
 
     def _look(self, container: ContainerId, sought: tuple[str, ...], *, why: str) -> Iterator[Event]:
         """Goes to a container and looks into it: one step of a find."""

@@ -79,10 +79,9 @@ class Scout:
 
 
 def _up_to_next_choice(made: Decision) -> Decision:
-    """The decision with its plan's steps up to the first pick or place, unless a find comes before it."""
+    """The decision, to be made anew after its plan's first pick or place, unless a find comes before that."""
     steps = made.plan.steps
     end = next((i + 1 for i, step in enumerate(steps) if step.action in ("pick", "place", "find")), len(steps))
     if end == len(steps) or steps[end - 1].action == "find":
         return made
-    note = "; ".join(filter(None, (made.plan.note, "the steps after these are decided anew")))
-    return replace(made, plan=replace(made.plan, steps=steps[:end], note=note))
+    return replace(made, steps_now=end)

@@ -60,6 +60,7 @@ class Decision:
         alternatives: ways not taken, cheapest first.
         look_on_the_way: containers to look into while standing at or passing them before the first step
             (opportunistic search); usually empty.
+        steps_now: how many of the plan's steps are walked before it decides anew; None for as far as the plan goes.
     """
 
     plan: Plan
@@ -67,6 +68,7 @@ class Decision:
     search_order: tuple[SearchStop, ...] = ()
     alternatives: tuple[Alternative, ...] = ()
     look_on_the_way: tuple[LocationId, ...] = ()
+    steps_now: int | None = None
 
 
 class Strategy(Protocol):

@@ -1,0 +1,22 @@
+"""Whatever strategy drove it, a recorded run is one that the doctor finds nothing wrong with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from recorders.trial import Wish, record_trial, trial_for
+from replayers.doctor import examine
+from workbench.planning.strategies import strategy_names
+from workbench.worlds.procthor import load_house
+from workbench.worlds.shipped import shipped_houses
+
+
+@pytest.mark.parametrize("scenario", ["deliver-3", "any-of-three"])
+@pytest.mark.parametrize("name", strategy_names(with_truth=True))
+def test_every_strategy_records_a_sound_log(name: str, scenario: str, tmp_path: Path) -> None:
+    house = load_house(f"{shipped_houses()}:5")
+    record_trial(trial_for(Wish(scenario=scenario), house, strategy=name, estimator="counts"), tmp_path / "run.mcap")
+    found = examine(tmp_path / "run.mcap")
+    assert [f for f in found.findings if f.level in ("error", "warning")] == []
