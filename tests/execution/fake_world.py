@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 from toy import toy_house, toy_travel
 
+from workbench.beliefs.belief import Belief
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, House, Item, ItemId, LocationId
+from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, House, Item, ItemId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.travel import TravelCosts
 from workbench.worlds.world import Done, Looked, Refused, Unseen
 
@@ -100,3 +103,18 @@ class FakeWorld:
     def _after(self, seconds: float) -> int:
         self.clock_ns += round(seconds * SECOND)
         return self.clock_ns
+
+
+class EvenEstimator:
+    """Believes every unsearched container as likely as any other."""
+
+    name = "even@0"
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        shape = (len(item_types), len(knowledge.unsearched))
+        return Belief(
+            item_types=item_types,
+            containers=knowledge.unsearched,
+            probability=np.full(shape, 0.3),
+            estimator=self.name,
+        )

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
 import pytest
-from fake_world import FakeWorld
+from fake_world import EvenEstimator, FakeWorld
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 
 from workbench.beliefs.belief import Belief
@@ -21,21 +20,6 @@ from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 MUG, BOOK = ItemType("Mug"), ItemType("Book")
-
-
-class EvenEstimator:
-    """Believes every unsearched container as likely as any other."""
-
-    name = "even@0"
-
-    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        shape = (len(item_types), len(knowledge.unsearched))
-        return Belief(
-            item_types=item_types,
-            containers=knowledge.unsearched,
-            probability=np.full(shape, 0.3),
-            estimator=self.name,
-        )
 
 
 @dataclass

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fake_world import EvenEstimator
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
@@ -177,23 +178,11 @@ def test_it_thinks_again_with_a_thing_in_hand() -> None:
         def standing_pose(self, location: LocationId) -> None:
             return None
 
-    class Even:
-        name = "even"
-
-        def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-            shape = (len(item_types), len(knowledge.unsearched))
-            return Belief(
-                item_types=item_types,
-                containers=knowledge.unsearched,
-                probability=np.full(shape, 0.3),
-                estimator=self.name,
-            )
-
     places = {MUG: FRIDGE, BOOK: DESK, ItemType("CellPhone"): TABLE}
     goal = AllOf(parts=tuple(Delivered(item_type=t, at=LocationId(place)) for t, place in places.items()))
     task = Task(scenario="own", goal=goal, failure_cost=400.0, budget_s=60.0)
     world = SimulatedWorld(toy_house(), Paths(), known=(BED,))
-    events = list(run_task(world, strategy("scout-lios"), Even(), task, costs=SIMULATION, seed=1))
+    events = list(run_task(world, strategy("scout-lios"), EvenEstimator(), task, costs=SIMULATION, seed=1))
     assert outcome_of(events).status is RunStatus.DONE
     handled = [e.stamp_ns for e in events if isinstance(e, Acted) and e.step.action in ("pick", "place")]
     planned = [e.stamp_ns for e in events if isinstance(e, Planned)]
