@@ -61,7 +61,7 @@ class Hashed:
 def anew(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """Estimators that have encoded nothing yet."""
     vectors = ShippedVectors(name="all-MiniLM-L6-v2", table=shipped_vectors().table)
-    for module in ("fcnn", "best"):
+    for module in ("fcnn", "placements"):
         monkeypatch.setattr(f"workbench.beliefs.{module}.text_encoder", lambda _: vectors)
     return monkeypatch
 

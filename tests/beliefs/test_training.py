@@ -16,6 +16,7 @@ from workbench.beliefs.encoder import text_encoder
 from workbench.beliefs.estimators import ESTIMATORS
 from workbench.beliefs.examples import Examples, collect, house_weight
 from workbench.beliefs.fcnn import FcnnEstimator, fcnn_from
+from workbench.beliefs.placements import placements_settings
 from workbench.beliefs.train_best import train_best
 from workbench.beliefs.train_fcnn import Fcnn, Recipe, chosen_device, train_fcnn
 from workbench.beliefs.training import TRAINERS, Lesson, hold_out, houses_sha256, train
@@ -104,11 +105,8 @@ def test_a_tiny_network_beats_the_prior_and_numpy_agrees_with_torch(tmp_path: Pa
 def test_best_learns_what_names_do_not_say(tmp_path: Path) -> None:
     """The larger of two counters holds the mug: names cannot know, sizes can."""
     houses, held_out = learnable_houses(60), learnable_houses(12, first=100)
-    network = Recipe(hidden=(16,), epochs=15, batch=128, rate=5e-3, dropout=0.0)
     lesson = Lesson(houses=houses, held_out=held_out, encoder=text_encoder(), seed=2)
-    examples, tensors = train_best(
-        houses, held_out, text_encoder(), seed=2, single_room=1.0, how=FEW_TREES, network=network
-    )
+    placements, tensors = train_best(houses, held_out, text_encoder(), seed=2, how=FEW_TREES)
     header = Header(
         estimator="best",
         version=VERSION,
@@ -117,7 +115,7 @@ def test_best_learns_what_names_do_not_say(tmp_path: Path) -> None:
         houses=1,
         seed=2,
         metrics={},
-        settings={"rooms": [*examples.rooms], "containers": [*examples.containers], "items": [*examples.items]},
+        settings={**placements_settings(placements)},
     )
     best = ESTIMATORS["best"](write_weights(tmp_path / "b.safetensors", header, tensors))
     counts = ESTIMATORS["counts"](train("counts", lesson, tmp_path / "c.safetensors"))
@@ -230,9 +228,7 @@ class Stopped(Exception):
     """Raised by a test to end a training."""
 
 
-@pytest.mark.parametrize(
-    "name", ["counts", "fcnn", pytest.param("best", marks=[pytest.mark.slow, pytest.mark.timeout(1200)])]
-)
+@pytest.mark.parametrize("name", ["counts", "fcnn", "best"])
 def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) -> None:
     few = tmp_path / "houses.jsonl"
     with gzip.open(shipped_houses(), "rt") as lines:

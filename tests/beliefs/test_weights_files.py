@@ -118,6 +118,19 @@ def test_trees_that_ask_about_what_there_is_not(tmp_path: Path) -> None:
         estimator("best", weights=path)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("rates", 0.0), ("rates", 1.0), ("several", 1.5), ("kinds.weight", 0.0), ("usual", -1.0)]
+)
+def test_placements_that_cannot_be(name: str, value: float, tmp_path: Path) -> None:
+    shipped = read_weights(shipped_weights("best"))
+    broken = shipped.tensors[name].copy()
+    broken.flat[3] = value
+    path = tmp_path / "w.safetensors"
+    write_weights(path, shipped.header, {**shipped.tensors, name: broken})
+    with pytest.raises(MalformedFile, match="cannot be"):
+        estimator("best", weights=path)
+
+
 def _raw(header: Header) -> bytes:
     entry = msgspec.json.encode(header).decode()
     assert json.loads(entry)

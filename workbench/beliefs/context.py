@@ -1,9 +1,9 @@
 """What do the names not say? Features of an item in a container that a robot has while it searches.
 
-Names give three opinions: the counts', the network's and the rates'. Around them: which other containers compete for
-the item, in the room and in the house; how large the container is, and whether the item fits; how the house is made
-up; and what was seen so far: how full containers are here against what is usual, where the item was looked for in
-vain, what stands in the same room.
+Names give rates and chances (`placements.py`). Around them: which other containers compete for the item, in the
+room and in the house; how large the container is, and whether the item fits; how the house is made up; and what was
+seen so far: how full containers are here against what is usual, where the item was looked for in vain, what stands in
+the same room.
 
 Every feature is a function of one container or a sum (or maximum) over containers, so that order cannot matter.
 """
@@ -15,16 +15,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from workbench.beliefs.rates import given_that_it_is_here
+from workbench.beliefs.placement_kinds import LEAST as LEAST_RATE
+from workbench.beliefs.placement_kinds import MOST as MOST_RATE
+from workbench.beliefs.placements import given_that_it_is_here
 from workbench.beliefs.scene import ROOM_KINDS, Scene
 
 Floats = npt.NDArray[np.float64]
 
 LEAST = 1e-4
-"""Opinions are kept within [LEAST, 1 - LEAST]."""
+"""Chances are kept within [LEAST, 1 - LEAST]."""
 
-FEATURES = 56
-"""How many there are; weights were trained on these, in this order. The first is the opinions' mean in log-odds."""
+FEATURES = 55
+"""How many there are; weights were trained on these, in this order. The first is the chance by names in log-odds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,25 +34,22 @@ class Opinions:
     """What names alone say.
 
     Attributes:
-        counts, network: P(held), shape (items, containers), over all containers of the scene.
-        rates: P(held) in any house, of the same shape.
-        seen: how many examples of this kind of container and this item there were, of the same shape.
-        in_room: P(held) of the item by any container in such a room, of the same shape.
-        size_m: usual (depth, width, height) of the items, shape (items, 3).
-        rate: P(held) of an item anywhere, shape (items,).
+        rates: how often such a container holds the item, shape (items, containers), over all containers of the scene.
+        closed: the chance of each container to hold the item before anything is opened, of the same shape.
+        several: the chance that a room may hold an item in two containers, shape (items,).
         often: how often the item was met in training, shape (items,).
+        size_m: usual (depth, width, height) of the items, shape (items, 3).
+        stood: how many containers of this kind there were in training, shape (containers,).
         usual: how many types a container of this kind usually holds, shape (containers,).
         likeness: cosine of the item and of each type seen, shape (items, types seen).
     """
 
-    counts: Floats
-    network: Floats
     rates: Floats
-    seen: Floats
-    in_room: Floats
-    size_m: Floats
-    rate: Floats
+    closed: Floats
+    several: Floats
     often: Floats
+    size_m: Floats
+    stood: Floats
     usual: Floats
     likeness: Floats
 
@@ -71,28 +70,26 @@ def features(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> Floats
 
 def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
     """Against the other containers that are still open, in the room and in the house."""
-    is_open = scene.open
-    by_counts, by_network = (_logit(_clip(p[:, is_open])) for p in (opinions.counts, opinions.network))
-    rates = opinions.rates[:, is_open]
-    by_rates = _logit(_clip(given_that_it_is_here(rates)))
-    logit = (by_counts + by_network + by_rates) / 3
-    p = 1 / (1 + np.exp(-logit))
-    same = _same_room(scene)[np.ix_(is_open, is_open)]
+    is_open, several = scene.open, opinions.several
+    rates, room = opinions.rates[:, is_open], scene.room[is_open]
+    p = _clip(given_that_it_is_here(rates, several, room))
     breadth = np.sqrt(_top_m2(scene))[is_open]
-    large, rate_large, wide = p * breadth, rates * breadth, p * np.sqrt(breadth)
+    same = _same_room(scene)[np.ix_(is_open, is_open)]
+    large, wide, rate_large = p * breadth, p * np.sqrt(breadth), rates * breadth
+    as_rates = rate_large * (rates.sum(axis=1, keepdims=True) / rate_large.sum(axis=1, keepdims=True))
+    by_area = given_that_it_is_here(np.clip(as_rates, LEAST_RATE, MOST_RATE), several, room)
     in_room, in_house = p @ same, p.sum(axis=1, keepdims=True)
-    somewhere = -np.expm1(np.log1p(-p).sum(axis=1, keepdims=True))
+    share = p / in_house
     return [
-        logit,
-        by_counts - by_network,
-        by_rates,
+        _logit(p),
         np.log(rates),
         np.log(rates / rates.sum(axis=1, keepdims=True)),
+        np.log(rates / (rates @ same)),
         np.log(rate_large / rate_large.sum(axis=1, keepdims=True)),
+        _logit(_clip(by_area)),
         np.log(wide / wide.sum(axis=1, keepdims=True)),
-        _logit(_clip(p / somewhere)),
         np.log(p / in_room),
-        np.log(p / in_house),
+        np.log(share),
         np.log(in_room),
         np.log(in_house) + 0 * p,
         np.log(in_room / in_house),
@@ -100,17 +97,16 @@ def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
         np.log(large / (large @ same)),
         np.log(large / large.sum(axis=1, keepdims=True)),
         np.log1p((p[:, None, :] > p[:, :, None] * 1.0000001).sum(axis=2)),
+        -(share * np.log(share)).sum(axis=1, keepdims=True) + 0 * p,
     ]
 
 
 def _support(scene: Scene, opinions: Opinions) -> list[Floats]:
-    """How much the counts rest on, and whether the item has room on the container."""
+    """Whether the item has room on the container."""
     is_open = scene.open
     sides = np.sort(opinions.size_m[:, :2], axis=1)
     narrow = scene.size_m[is_open, :2].min(axis=1)
     return [
-        np.log1p(opinions.seen[:, is_open]),
-        _logit(_clip(opinions.in_room[:, is_open])),
         np.log((sides.prod(axis=1) + 1e-4)[:, None] / _top_m2(scene)[None, is_open]),
         narrow[None, :] - sides[:, 1:],
     ]
@@ -121,7 +117,7 @@ def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[
     is_open = scene.open
     searched = np.array([held is not None for held in scene.seen], dtype=np.float64)
     same = _same_room(scene)[is_open]
-    p = np.sqrt(_clip(opinions.counts) * _clip(opinions.network))
+    p = _clip(opinions.closed)
     types = seen_types(scene)
     here = np.array([[t in (held or ()) for held in scene.seen] for t in types], dtype=np.float64)
     here = here.reshape(len(types), len(scene.seen))
@@ -153,7 +149,7 @@ def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[
 
 
 def _items(opinions: Opinions) -> list[Floats]:
-    return [_logit(_clip(opinions.rate)), np.log1p(opinions.often), opinions.size_m[:, 2]]
+    return [np.log1p(opinions.often), opinions.several, opinions.size_m[:, 2]]
 
 
 def _containers(scene: Scene, opinions: Opinions) -> list[Floats]:
@@ -179,6 +175,7 @@ def _containers(scene: Scene, opinions: Opinions) -> list[Floats]:
         np.log(opinions.usual[is_open] + 0.05),
         np.log(same @ opinions.usual + 0.05),
         np.log(ones * opinions.usual.sum() + 0.05),
+        np.log1p(opinions.stood[is_open]),
     ]
 
 

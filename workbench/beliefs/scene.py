@@ -73,5 +73,5 @@ def scene_from(plan: FloorPlan, *, is_open: list[bool], seen: tuple[tuple[str, .
 
 def _area_m2(floor: tuple[Point, ...]) -> float:
     """Of a simple polygon (the shoelace formula)."""
-    x, y = np.array(floor, dtype=np.float64).T
-    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    around = zip(floor, (*floor[1:], floor[0]), strict=True)
+    return 0.5 * abs(sum(a[0] * b[1] - b[0] * a[1] for a, b in around))

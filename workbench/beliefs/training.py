@@ -15,6 +15,7 @@ import numpy as np
 from workbench.beliefs.counts import counts_settings, counts_tensors
 from workbench.beliefs.encoder import TextEncoder
 from workbench.beliefs.examples import collect, house_weight
+from workbench.beliefs.placements import placements_settings
 from workbench.beliefs.weights import VERSION, Header, Tensor, Weights, write_weights
 from workbench.errors import BadValue, MissingExtra, UnknownName
 from workbench.worlds.house import House
@@ -140,20 +141,17 @@ def _train_fcnn(lesson: Lesson, watch: Watch | None) -> Learnt:
 
 
 def _train_best(lesson: Lesson, watch: Watch | None) -> Learnt:
-    _require_torch()
     from workbench.beliefs.train_best import train_best
 
-    single = lesson.single_room if any(len(h.plan.rooms) > 1 for h in lesson.houses) else 1.0
-    examples, tensors = train_best(
+    placements, tensors = train_best(
         lesson.houses,
         lesson.held_out,
         lesson.encoder,
         seed=lesson.seed,
-        single_room=single,
         usual_sizes=lesson.usual_sizes,
         watch=watch,
     )
-    return counts_settings(examples), tensors
+    return {**placements_settings(placements)}, tensors
 
 
 def _require_torch() -> None:

@@ -1,0 +1,166 @@
+"""Where things are, by kinds of them: hand-solved rivals, kinds that are found again, names that were never met."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from math import prod
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from learnable import learnable_house
+
+from workbench.beliefs.encoder import Vectors
+from workbench.beliefs.placement_kinds import (
+    Fitting,
+    Tally,
+    fit_kinds,
+    rates_of,
+    several_in_a_room,
+    tally,
+)
+from workbench.beliefs.placements import among_rivals, given_that_it_is_here, placements_from
+from workbench.worlds.house import ContainerId, FloorPlan, House, Item, ItemId, ItemType
+
+QUICK = Fitting(kinds=2, rounds=20, runs=2)
+
+
+def brute_force_rivals(rates: list[float], room: list[int]) -> list[float]:
+    """All ways in which containers would take the thing; of the takers of a room one is drawn."""
+    chance = [0.0] * len(rates)
+    for takes in product((False, True), repeat=len(rates)):
+        weight = prod(p if t else 1 - p for p, t in zip(rates, takes, strict=True))
+        for k, t in enumerate(takes):
+            if t:
+                rivals = sum(takes[j] for j in range(len(rates)) if room[j] == room[k])
+                chance[k] += weight / rivals
+    return chance
+
+
+def test_rivals_by_hand() -> None:
+    """Two tables of one room, 1/2 each: one alone has it with 1/4, both with 1/4 and then either; elsewhere a bed."""
+    rates, room = np.array([[0.5, 0.5, 1 / 3]]), np.array([0, 0, 1])
+    assert among_rivals(rates, room) == pytest.approx(np.array([[0.375, 0.375, 1 / 3]]))
+    anywhere = 1 - 0.5 * 0.5 * 2 / 3
+    once = given_that_it_is_here(rates, np.zeros(1), room)
+    assert once == pytest.approx(np.array([[0.375, 0.375, 1 / 3]]) / anywhere)
+    free = given_that_it_is_here(rates, np.ones(1), room)
+    assert free == pytest.approx(rates / anywhere)
+    half = given_that_it_is_here(rates, np.full(1, 0.5), room)
+    assert half == pytest.approx((once + free) / 2)
+
+
+@given(
+    st.lists(st.tuples(st.floats(1e-6, 0.9), st.integers(0, 2)), min_size=1, max_size=7),
+)
+def test_rivals_are_those_of_all_ways(containers: list[tuple[float, int]]) -> None:
+    rates, room = [c[0] for c in containers], [c[1] for c in containers]
+    fast = among_rivals(np.array([rates]), np.array(room))
+    assert fast[0] == pytest.approx(brute_force_rivals(rates, room), abs=1e-12)
+
+
+def test_what_cannot_be_seen_has_no_chances() -> None:
+    assert given_that_it_is_here(np.zeros((2, 0)), np.zeros(2), np.zeros(0, np.int64)).shape == (2, 0)
+
+
+class Sides:
+    """An encoder that knows two kinds of names: those with an even and those with an odd number of letters."""
+
+    name = "sides"
+
+    def encode(self, names: list[str]) -> Vectors:
+        return np.array([[1.0, 0.0] if len(n) % 2 else [0.0, 1.0] for n in names], dtype=np.float32)
+
+
+def two_kinds(rng: np.random.Generator) -> Tally:
+    """Twenty types: the even ones are found in the first of two containers nine times in ten, the odd ones seldom."""
+    held, stood = np.zeros((20, 2, 3)), np.zeros((20, 2, 3))
+    stood[:, 0, :2] = 100
+    for item in range(20):
+        first = rng.binomial(5, 0.9 if item % 2 == 0 else 0.1)
+        held[item, 0, :2] = first, 5 - first
+    return Tally(
+        rooms=("Kitchen",),
+        containers=("Bed", "Sofa"),
+        items=tuple(f"{k:02}" for k in range(20)),
+        held=held,
+        stood=stood,
+    )
+
+
+def test_kinds_are_found_again_and_pull_what_was_seldom_met() -> None:
+    found = two_kinds(np.random.default_rng(0))
+    vectors = np.array([[1.0, 0.0], [0.0, 1.0]] * 10)
+    kinds = fit_kinds(found, vectors, rng=np.random.default_rng(1), how=QUICK)
+    share = kinds.rate[:, 0] / (kinds.rate[:, 0] + kinds.rate[:, 1])
+    assert np.sort(share) == pytest.approx([0.1, 0.9], abs=0.1)
+    once = np.zeros((1, 6))
+    once[0, 0] = 1
+    stood = found.stood[:1].reshape(1, -1)
+    rates = rates_of(once, stood, np.array([[1.0, 0.0]]), kinds, QUICK)
+    assert 0.8 < rates[0, 0] / (rates[0, 0] + rates[0, 1]) < 0.99
+    never = rates_of(np.zeros((1, 6)), stood, np.array([[0.0, 1.0]]), kinds, QUICK)
+    assert never[0, 1] > 4 * never[0, 0]
+
+
+def test_what_was_often_met_keeps_its_own_places() -> None:
+    found = two_kinds(np.random.default_rng(0))
+    vectors = np.array([[1.0, 0.0], [0.0, 1.0]] * 10)
+    kinds = fit_kinds(found, vectors, rng=np.random.default_rng(1), how=QUICK)
+    often = np.zeros((1, 6))
+    often[0, :2] = 3000, 7000
+    stood = np.zeros((1, 6))
+    stood[0, :2] = 20000
+    rates = rates_of(often, stood, np.array([[1.0, 0.0]]), kinds, QUICK)
+    assert rates[0, :2] == pytest.approx([0.15, 0.35], rel=0.02)
+
+
+def test_rooms_that_have_a_thing_twice() -> None:
+    """Mugs stand on both counters of every kitchen, forks on one of them: mugs may be twice in a room, forks not."""
+    houses = [with_counters(learnable_house(k), forks_on=k % 2) for k in range(40)]
+    found = tally(houses)
+    stood = np.maximum(found.stood, 1.0)
+    several = several_in_a_room(np.clip(found.held / stood, 0.0, 0.9), found, houses)
+    at = {name: k for k, name in enumerate(found.items)}
+    assert several[at["Mug"]] > 0.99
+    assert several[at["Fork"]] < 0.01
+
+
+def test_a_type_counts_as_absent_only_where_its_source_has_it_at_all() -> None:
+    here, there = learnable_house(1), learnable_house(2)
+    plain = [item for items in there.contents.values() for item in items if item.type != "Mug"]
+    other = House(
+        plan=_renamed(there, "other:0"),
+        contents={c: tuple(i for i in items if i in plain) for c, items in there.contents.items()},
+    )
+    found = tally([here, other])
+    at = {name: k for k, name in enumerate(found.items)}
+    assert found.stood[at["Mug"]].sum() == len(here.plan.containers)
+    assert found.stood[at["Fork"]].sum() == len(here.plan.containers) + len(other.plan.containers)
+
+
+def test_the_same_seed_learns_the_same_and_an_unknown_name_goes_by_those_near_it() -> None:
+    houses = [learnable_house(k) for k in range(12)]
+    first, again = (placements_from(houses, Sides(), seed=3, how=QUICK) for _ in range(2))  # type: ignore[arg-type]
+    assert first.rates.tobytes() == again.rates.tobytes()
+    rates = first.rates_at(("Kitchen", "Bedroom", "Attic"), ("Fridge", "Desk", "Chest"), ("Mug", "Zonk"))
+    assert rates.shape == (2, 3)
+    assert (rates > 0).all()
+    assert (rates < 1).all()
+    assert first.often_met(("Mug", "Zonk"))[1] == 0
+    assert 0 < first.several_of(("Zonk",))[0] < 1
+
+
+def with_counters(house: House, *, forks_on: int) -> House:
+    contents: dict[ContainerId, tuple[Item, ...]] = dict.fromkeys(house.contents, ())
+    for k in range(2):
+        counter = ContainerId(f"CounterTop|{k + 1}")
+        things = ["Mug", "Fork"] if k == forks_on else ["Mug"]
+        contents[counter] = tuple(Item(id=ItemId(f"{t}|{k}"), type=ItemType(t)) for t in things)
+    return House(plan=house.plan, contents=contents)
+
+
+def _renamed(house: House, name: str) -> FloorPlan:
+    return replace(house.plan, name=name)

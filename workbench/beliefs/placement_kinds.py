@@ -1,0 +1,291 @@
+"""Which things are put in the same places? Kinds of item types, and from them how often a container holds each type.
+
+Most item types are met a few times only, too seldom to tell their places one by one; but there are few ways of
+putting things away: what lies beside a washbasin, what a kitchen's worktop holds, what is left on any table. A kind
+is such a way: a rate for every room kind and container type. Each item type belongs to one of them, more or less
+closely: where it was found is drawn from a Dirichlet-multinomial around its kind (Minka, "Estimating a Dirichlet
+distribution", 2000), and names of one kind lie near one another among sentence vectors. Kinds and memberships are
+fitted together by expectation maximisation, several times from seeded starts; the rates of the runs are averaged.
+
+A type that was often met keeps its own places, one that was seldom met takes those of its kind, and one that was
+never met takes those of the kinds that its name is near.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import digamma, gammaln
+
+from workbench.beliefs.examples import room_kinds
+from workbench.worlds.house import House
+
+Floats = npt.NDArray[np.float64]
+
+LEAST, MOST = 1e-6, 0.9
+"""Rates are kept within."""
+
+SELDOM = 0.5
+"""How often a type that was never met counts as met: it is in the house that is asked about."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitting:
+    """How kinds are fitted; the defaults were chosen by cross-validation over the training houses.
+
+    Attributes:
+        kinds: how many.
+        closeness: how many finds the pull of its kind may be worth to a type; each has a share of the types.
+        names: weight of a squared distance between sentence vectors, in nats.
+        doubt: how many finds the rates of all things are worth to a kind.
+        unseen: containers that stand for what no container of a room kind and type was seen to do.
+        rounds: of expectation maximisation; in the first half memberships are kept soft.
+        runs: from different starts.
+    """
+
+    kinds: int = 8
+    closeness: tuple[float, ...] = (5.0, 20.0, 80.0)
+    names: float = 50.0
+    doubt: float = 5.0
+    unseen: float = 3.0
+    rounds: int = 50
+    runs: int = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tally:
+    """What was found where.
+
+    Attributes:
+        rooms, containers, items: names of the axes; the first two have one entry more, for an unknown name.
+        held: how many containers of a room kind and type held an item type, shape (items, rooms + 1, containers + 1).
+        stood: how many there were in houses of a source that has the type at all, of the same shape. The older
+            ProcTHOR houses know nothing of Objaverse things.
+    """
+
+    rooms: tuple[str, ...]
+    containers: tuple[str, ...]
+    items: tuple[str, ...]
+    held: Floats
+    stood: Floats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kinds:
+    """One run's kinds.
+
+    Attributes:
+        rate: relative rates, shape (kinds, places); places are rooms x containers of the tally, flattened.
+        centre: where their names lie, shape (kinds, dimensions).
+        weight: share of the types by kind and closeness, shape (kinds, closenesses).
+    """
+
+    rate: Floats
+    centre: Floats
+    weight: Floats
+
+
+def tally(houses: Sequence[House]) -> Tally:
+    """Count over houses. A house's source is its name up to a colon: the file that it came from."""
+    rooms = tuple(sorted({room.kind for house in houses for room in house.plan.rooms}))
+    containers = tuple(sorted({c.type for house in houses for c in house.plan.containers}))
+    items = tuple(sorted({t for house in houses for t in house.item_types()}))
+    room_at, container_at, item_at = ({n: k for k, n in enumerate(names)} for names in (rooms, containers, items))
+    shape = (len(items), len(rooms) + 1, len(containers) + 1)
+    held, stood = np.zeros(shape), np.zeros(shape)
+    for several in by_source(houses).values():
+        known = sorted({item_at[t] for house in several for t in house.item_types()})
+        for house in several:
+            for container, kind in zip(house.plan.containers, room_kinds(house.plan), strict=True):
+                r, c = room_at[kind], container_at[container.type]
+                stood[known, r, c] += 1
+                held[sorted({item_at[i.type] for i in house.contents[container.id]}), r, c] += 1
+    return Tally(rooms=rooms, containers=containers, items=items, held=held, stood=stood)
+
+
+def by_source(houses: Sequence[House]) -> dict[str, list[House]]:
+    """Houses by the file that they came from."""
+    sources: dict[str, list[House]] = {}
+    for house in houses:
+        sources.setdefault(house.plan.name.partition(":")[0], []).append(house)
+    return sources
+
+
+def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: Fitting) -> Kinds:
+    """One run from a drawn start.
+
+    Args:
+        vectors: of the item types' names, shape (items, dimensions), each of length 1.
+    """
+    held, stood = _flat(found.held), _flat(found.stood)
+    prior, base = _what_all_things_do(found, how)
+    count, often = min(how.kinds, len(held)), np.minimum(held.sum(axis=1), 1 / LEAST)
+    drawn = np.minimum(often, 20.0)
+    starts = np.sort(rng.choice(len(held), count, replace=False, p=drawn / drawn.sum()))
+    share = np.minimum(1.0, 20.0 / often[starts])[:, None]
+    expected = stood[starts] * base
+    exposed = stood[starts] * (share * often[starts, None] / expected.sum(axis=1, keepdims=True))
+    kinds = Kinds(
+        rate=_rates(held[starts] * share, exposed, prior, base, found, how),
+        centre=(vectors[starts] + vectors.mean(axis=0)) / 2,
+        weight=np.full((count, len(how.closeness)), 1.0 / count / len(how.closeness)),
+    )
+    for number in range(how.rounds):
+        softness = min(1.0, 0.2 + number / (how.rounds / 2))
+        kinds = _better(kinds, held, stood, vectors, softness, prior, base, found, how)
+    return kinds
+
+
+def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fitting) -> Floats:
+    """The chance that a container holds an item type, whatever the house, as one run's kinds have it.
+
+    Args:
+        held, stood: finds and containers, shape (items, places).
+        vectors: of the names, shape (items, dimensions).
+
+    Returns:
+        Posterior means, shape (items, places).
+    """
+    scale = stood @ kinds.rate.T
+    scale = np.where(scale > 0, scale, 1.0)
+    member = _membership(kinds, held, stood, vectors, 1.0, how)
+    often = held.sum(axis=1)
+    own = np.divide(held, stood, out=np.zeros_like(held), where=stood > 0)
+    rates = np.zeros_like(held)
+    for k, close in enumerate(how.closeness):
+        weight = member[:, :, k] / (often + close)[:, None]
+        rates += weight.sum(axis=1, keepdims=True) * own + close * (weight / scale) @ kinds.rate
+    return np.clip(np.maximum(often, SELDOM)[:, None] * rates, LEAST, MOST)
+
+
+def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
+    """The chance of each type that a room may hold it in two containers, shape (items,).
+
+    Some things a room has once: whoever put a plate on the table put none on the dresser. For each type it is
+    compared how many rooms had it twice, and how many would have if containers did not know of one another.
+
+    Args:
+        rates: shape (items, rooms + 1, containers + 1).
+        before: the chance before anything was counted.
+    """
+    item_at = {name: k for k, name in enumerate(found.items)}
+    expected, twice = np.zeros(len(found.items)), np.zeros(len(found.items))
+    for several in by_source(houses).values():
+        known = sorted({item_at[t] for house in several for t in house.item_types()})
+        for house in several:
+            expected[known] += _rooms_with_two(rates[known], found, house)
+            for room in house.plan.rooms:
+                inside = [house.contents[c.id] for c in house.plan.containers if c.room == room.id]
+                types = [t for held in inside for t in sorted({item.type for item in held})]
+                for t in sorted(set(types)):
+                    twice[item_at[t]] += types.count(t) > 1
+    rare = 0.02 * expected
+    free = np.log(before) - expected + twice * np.log(np.maximum(expected, 1e-9))
+    once = np.log1p(-before) - rare + twice * np.log(np.maximum(rare, 1e-9))
+    return 1.0 / (1.0 + np.exp(np.clip(once - free, -30.0, 30.0)))
+
+
+def _rooms_with_two(rates: Floats, found: Tally, house: House) -> Floats:
+    """How many rooms of a house would hold each type in two containers or more, shape (types,)."""
+    total = np.zeros(len(rates))
+    for room in house.plan.rooms:
+        types = [found.containers.index(c.type) for c in house.plan.containers if c.room == room.id]
+        if len(types) > 1:
+            p = rates[:, found.rooms.index(room.kind), types]
+            none = np.prod(1 - p, axis=1)
+            total += 1 - none - none * (p / (1 - p)).sum(axis=1)
+    return total
+
+
+def _flat(values: Floats) -> Floats:
+    return values.reshape(len(values), -1)
+
+
+def _what_all_things_do(found: Tally, how: Fitting) -> tuple[Floats, Floats]:
+    """How many containers stand for doubt, and how often they hold anything, shape (places,) each.
+
+    The rates are smoothed towards those of the container type. Both are scaled so that their product adds up to 1.
+    """
+    held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
+    types = len(found.items)
+    mean = held.sum() / stood.sum()
+    by_type = (held.sum(axis=0) + mean * 20 * types) / (stood.sum(axis=0) + 20 * types)
+    base = ((held + by_type * how.unseen * types) / (stood + how.unseen * types)).ravel()
+    prior = stood.ravel() / types + how.unseen
+    base = base / (stood.ravel() / types * base).sum()
+    return prior / (prior * base).sum(), base
+
+
+def _rates(held: Floats, exposed: Floats, prior: Floats, base: Floats, found: Tally, how: Fitting) -> Floats:
+    """Relative rates of kinds from finds and exposures, shape (kinds, places).
+
+    Where little was seen, rates are drawn towards what all things do, times how much the kind favours the room.
+    """
+    kinds = len(held)
+    shape = (kinds, len(found.rooms) + 1, len(found.containers) + 1)
+    in_rooms = held.reshape(shape).sum(axis=2) + 1
+    usual = (exposed * base).reshape(shape).sum(axis=2) + 1
+    lifted = base * np.repeat(in_rooms / usual, shape[2], axis=1)
+    lifted = lifted / (lifted * prior).sum(axis=1, keepdims=True)
+    rate = (held + how.doubt * prior * lifted) / (exposed + how.doubt * prior)
+    stood = _flat(found.stood).mean(axis=0)
+    return rate / (rate * stood).sum(axis=1, keepdims=True)
+
+
+def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: Fitting) -> Floats:
+    """The chance of each kind and closeness for each type, shape (items, kinds, closenesses)."""
+    at, place = np.nonzero(held)
+    finds, often = held[at, place], held.sum(axis=1)
+    near = how.names * (vectors @ kinds.centre.T - (kinds.centre**2).sum(axis=1) / 2)
+    score = near[:, :, None] + np.log(kinds.weight)
+    for z, k, pseudo in _pulls(kinds, stood, at, place, how):
+        close = how.closeness[k]
+        fit = np.bincount(at, gammaln(finds + pseudo) - gammaln(pseudo), minlength=len(held))
+        score[:, z, k] += fit + gammaln(close) - gammaln(often + close)
+    score *= softness
+    chance = np.exp(score - score.max(axis=(1, 2), keepdims=True))
+    return chance / chance.sum(axis=(1, 2), keepdims=True)
+
+
+def _pulls(
+    kinds: Kinds, stood: Floats, at: npt.NDArray[np.intp], place: npt.NDArray[np.intp], how: Fitting
+) -> list[tuple[int, int, Floats]]:
+    """For each kind and closeness, how many finds its pull is worth at each find: (kind, closeness, finds)."""
+    scale = stood @ kinds.rate.T
+    pulls: list[tuple[int, int, Floats]] = []
+    for z in range(len(kinds.rate)):
+        share = stood[at, place] * kinds.rate[z, place] / scale[at, z]
+        pulls += [(z, k, np.maximum(close * share, 1e-9)) for k, close in enumerate(how.closeness)]
+    return pulls
+
+
+def _better(
+    kinds: Kinds,
+    held: Floats,
+    stood: Floats,
+    vectors: Floats,
+    softness: float,
+    prior: Floats,
+    base: Floats,
+    found: Tally,
+    how: Fitting,
+) -> Kinds:
+    """One round: memberships, then kinds. Repeated finds of a type count less than first ones, as its own habit."""
+    member = _membership(kinds, held, stood, vectors, softness, how)
+    at, place = np.nonzero(held)
+    finds, scale = held[at, place], stood @ kinds.rate.T
+    found_of, by_type = np.zeros_like(kinds.rate), np.zeros((len(kinds.rate), len(held)))
+    for z, k, pseudo in _pulls(kinds, stood, at, place, how):
+        counted = member[at, z, k] * pseudo * (digamma(finds + pseudo) - digamma(pseudo))
+        found_of[z] += np.bincount(place, counted, minlength=held.shape[1])
+        by_type[z] += np.bincount(at, counted, minlength=len(held))
+    exposed = (by_type / np.maximum(scale.T, 1e-12)) @ stood
+    whole = member.sum(axis=2)
+    return Kinds(
+        rate=_rates(found_of, exposed, prior, base, found, how),
+        centre=(whole.T @ vectors + 2 * vectors.mean(axis=0)) / (whole.sum(axis=0)[:, None] + 2),
+        weight=(member.sum(axis=0) + 0.5) / (len(held) + 0.5 * kinds.weight.size),
+    )

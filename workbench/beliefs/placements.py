@@ -1,0 +1,251 @@
+"""Where is an item, given that the house has it? From rates (`placement_kinds.py`) to chances in the house at hand.
+
+A rate says how often a container of a kind holds an item type, whatever the house. In a house, containers are taken
+as independent of one another, or, for what a room has once, the containers of a room as rivals: each would take the
+item with its rate, and of those that would, one drawn by chance has it. Then it is given that some container of the
+house has it. What was searched in vain is no rival any more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+from numpy.polynomial.legendre import leggauss
+
+from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
+from workbench.beliefs.placement_kinds import (
+    MOST,
+    Fitting,
+    Kinds,
+    Tally,
+    fit_kinds,
+    rates_of,
+    several_in_a_room,
+    tally,
+)
+from workbench.beliefs.weights import Tensor, Weights
+from workbench.errors import MalformedFile
+from workbench.worlds.house import House
+
+Floats = npt.NDArray[np.float64]
+
+_RULE = leggauss(6)
+NODES, NODE_WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
+"""Of Gauss and Legendre's rule on [0, 1], exact for the rivals of a room of up to twelve containers."""
+
+SEVERAL_OF_UNKNOWN = 0.15
+"""The chance that rooms hold a type twice that was never met."""
+
+SEVERAL, HELD, STOOD, USUAL, RATES = "several", "often", "stood", "usual", "rates"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Placements:
+    """What is known of item types by name.
+
+    Attributes:
+        rooms, containers, items: names of the axes; rooms and containers have one entry more, for an unknown name.
+        rates: chance that a container holds an item type, shape (items, rooms + 1, containers + 1).
+        several: chance that a room may hold a type in two containers, shape (items,).
+        often: how often each type was met, shape (items,).
+        stood: how many containers of each kind there were, shape (rooms + 1, containers + 1).
+        usual: how many types one of them holds, of the same shape.
+        kinds: the runs' kinds, for types that were never met.
+        encoder: of their names.
+    """
+
+    rooms: tuple[str, ...]
+    containers: tuple[str, ...]
+    items: tuple[str, ...]
+    rates: Floats
+    several: Floats
+    often: Floats
+    stood: Floats
+    usual: Floats
+    kinds: tuple[Kinds, ...]
+    encoder: TextEncoder
+    how: Fitting = field(default_factory=Fitting)
+    _item_at: dict[str, int] = field(default_factory=dict[str, int], repr=False)
+    _strange: dict[str, Floats] = field(default_factory=dict[str, "Floats"], repr=False)
+
+    def __post_init__(self) -> None:
+        self._item_at.update({name: k for k, name in enumerate(self.items)})
+
+    def places(self, kinds: Sequence[str], types: Sequence[str]) -> tuple[list[int], list[int]]:
+        """Indices of containers, given by the kind of their room and their type."""
+        return _indices(self.rooms, kinds), _indices(self.containers, types)
+
+    def rates_at(self, kinds: Sequence[str], types: Sequence[str], items: Sequence[str]) -> Floats:
+        """Rates in containers, shape (items, containers). Raises NameNotShipped for a name never met."""
+        rooms, containers = self.places(kinds, types)
+        table = np.array([self._of(name) for name in items]).reshape(len(items), *self.stood.shape)
+        return table[:, rooms, containers]
+
+    def several_of(self, items: Sequence[str]) -> Floats:
+        """Chances that a room may hold a type twice, shape (items,)."""
+        return np.array([self.several[self._item_at[i]] if i in self._item_at else SEVERAL_OF_UNKNOWN for i in items])
+
+    def often_met(self, items: Sequence[str]) -> Floats:
+        """How often types were met, shape (items,)."""
+        return np.array([self.often[self._item_at[i]] if i in self._item_at else 0.0 for i in items])
+
+    def _of(self, name: str) -> Floats:
+        """Rates of one type in every kind of place, shape (rooms + 1, containers + 1)."""
+        if name in self._item_at:
+            return self.rates[self._item_at[name]]
+        if name not in self._strange:
+            vector = vectors_of(self.encoder, [name]).astype(np.float64)
+            stood = self.stood.reshape(1, -1)
+            runs = [rates_of(np.zeros_like(stood), stood, vector, kinds, self.how) for kinds in self.kinds]
+            self._strange[name] = np.mean(runs, axis=0).reshape(self.stood.shape)
+        return self._strange[name]
+
+
+def placements_from(
+    houses: Sequence[House], encoder: TextEncoder, *, seed: int, how: Fitting | None = None
+) -> Placements:
+    """Learn placements from houses.
+
+    Raises:
+        NameNotShipped: a name that the encoder cannot encode.
+    """
+    how = how or Fitting()
+    found = tally(houses)
+    vectors = vectors_of(encoder, found.items).astype(np.float64)
+    runs = [fit_kinds(found, vectors, rng=np.random.default_rng((seed, run)), how=how) for run in range(how.runs)]
+    kinds = tuple(_as_shipped(run) for run in runs)
+    held, stood = (values.reshape(len(values), -1) for values in (found.held, found.stood))
+    rates = np.mean([rates_of(held, stood, vectors, run, how) for run in kinds], axis=0)
+    rates = _rounded(rates.reshape(found.held.shape))
+    return Placements(
+        rooms=found.rooms,
+        containers=found.containers,
+        items=found.items,
+        rates=rates,
+        several=_rounded(several_in_a_room(rates, found, houses)),
+        often=held.sum(axis=1),
+        stood=found.stood.max(axis=0),
+        usual=_rounded(usual_types(houses, found)),
+        kinds=kinds,
+        encoder=encoder,
+        how=how,
+    )
+
+
+def given_that_it_is_here(rates: Floats, several: Floats, room: npt.NDArray[np.int64]) -> Floats:
+    """The chance of each container to hold an item type, given that one of them does.
+
+    Args:
+        rates: shape (items, containers), below 1.
+        several: the chance that containers of a room are no rivals, shape (items,).
+        room: of each container, shape (containers,).
+
+    Returns:
+        Shape (items, containers).
+    """
+    if not rates.size:
+        return rates
+    anywhere = -np.expm1(np.log1p(-rates).sum(axis=1, keepdims=True))
+    free = several[:, None]
+    return (free * rates + (1 - free) * among_rivals(rates, room)) / anywhere
+
+
+def among_rivals(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
+    """The chance of each container to have what its room has once, shape (items, containers).
+
+    Of those that would take it one is drawn: rate times E[1 / (1 + rivals that would)], which is the integral over
+    x in [0, 1] of the product over the rivals of (1 - rate + rate x).
+    """
+    from workbench.beliefs.compiled_rivals import share_among_rivals
+
+    return share_among_rivals(np.ascontiguousarray(rates), np.ascontiguousarray(room), NODES, NODE_WEIGHTS)
+
+
+def usual_types(houses: Sequence[House], found: Tally) -> Floats:
+    """How many types a container usually holds, shape (rooms + 1, containers + 1), smoothed towards its type."""
+    shape = found.held.shape[1:]
+    total, count = np.zeros(shape), np.zeros(shape)
+    for house in houses:
+        if len(house.plan.rooms) == 1 and any(len(h.plan.rooms) > 1 for h in houses):
+            continue
+        kind = {room.id: room.kind for room in house.plan.rooms}
+        for container in house.plan.containers:
+            at = (found.rooms.index(kind[container.room]), found.containers.index(container.type))
+            total[at] += len({item.type for item in house.contents[container.id]})
+            count[at] += 1
+    mean = (total.sum() + 1) / (count.sum() + 1)
+    by_type = (total.sum(axis=0) + 3 * mean) / (count.sum(axis=0) + 3)
+    return (total + 5 * by_type) / (count + 5)
+
+
+def placements_tensors(placements: Placements) -> dict[str, Tensor]:
+    """What a weights file holds of them."""
+    kinds = placements.kinds
+    return {
+        RATES: placements.rates.astype(np.float32),
+        SEVERAL: placements.several.astype(np.float32),
+        HELD: placements.often.astype(np.float32),
+        STOOD: placements.stood.astype(np.float32),
+        USUAL: placements.usual.astype(np.float32),
+        "kinds.rate": np.stack([k.rate for k in kinds]).astype(np.float32),
+        "kinds.centre": np.stack([k.centre for k in kinds]).astype(np.float16),
+        "kinds.weight": np.stack([k.weight for k in kinds]).astype(np.float32),
+    }
+
+
+def placements_settings(placements: Placements) -> dict[str, list[str]]:
+    """The names of the axes, for the header of a weights file."""
+    return {
+        "rooms": [*placements.rooms],
+        "containers": [*placements.containers],
+        "items": [*placements.items],
+    }
+
+
+def placements_of(weights: Weights) -> Placements:
+    """The placements in a weights file. Raises MalformedFile."""
+    rooms, containers, items = (weights.names(axis) for axis in ("rooms", "containers", "items"))
+    encoder, how = text_encoder(weights.header.encoder), Fitting()
+    shape = (len(rooms) + 1, len(containers) + 1)
+    dimensions = vectors_of(encoder, ["Mug"]).shape[1]
+    rate = weights.tensor("kinds.rate", None, None, shape[0] * shape[1]).astype(np.float64)
+    runs, kinds = rate.shape[:2]
+    centre = weights.tensor("kinds.centre", runs, kinds, dimensions).astype(np.float64)
+    weight = weights.tensor("kinds.weight", runs, kinds, len(how.closeness)).astype(np.float64)
+    rates = weights.tensor(RATES, len(items), *shape).astype(np.float64)
+    several, often = (weights.tensor(name, len(items)).astype(np.float64) for name in (SEVERAL, HELD))
+    stood, usual = (weights.tensor(name, *shape).astype(np.float64) for name in (STOOD, USUAL))
+    chances = (rates <= 0).any() or (rates > MOST + 1e-6).any() or (several < 0).any() or (several > 1).any()
+    if chances or (rate <= 0).any() or (weight <= 0).any() or min(often.min(), stood.min(), usual.min()) < 0:
+        raise MalformedFile(weights.path, "counts or rates that cannot be", "Train it again with lios train")
+    return Placements(
+        rooms=rooms,
+        containers=containers,
+        items=items,
+        rates=rates,
+        several=several,
+        often=often,
+        stood=stood,
+        usual=usual,
+        kinds=tuple(Kinds(rate=rate[k], centre=centre[k], weight=weight[k]) for k in range(runs)),
+        encoder=encoder,
+        how=how,
+    )
+
+
+def _as_shipped(kinds: Kinds) -> Kinds:
+    """To the precision of a weights file, so that trained and loaded ones say the same."""
+    centre = kinds.centre.astype(np.float16).astype(np.float64)
+    return Kinds(rate=_rounded(kinds.rate), centre=centre, weight=_rounded(kinds.weight))
+
+
+def _rounded(values: Floats) -> Floats:
+    return values.astype(np.float32).astype(np.float64)
+
+
+def _indices(names: tuple[str, ...], wanted: Sequence[str]) -> list[int]:
+    at = {name: k for k, name in enumerate(names)}
+    return [at.get(name, len(names)) for name in wanted]
