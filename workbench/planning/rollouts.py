@@ -133,14 +133,17 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
         held: shape (worlds, K, n).
     """
     answer = np.empty((len(kinds), len(held)))
+    wants = len(here.targets)
+    from_targets = np.full((wants, wants, here.missing.shape[1]), np.nan)
     for w in range(len(held)):
         for step in range(len(kinds)):
-            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w])
+            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w], from_targets)
     return answer
 
 
 @njit(cache=True, nogil=True)
-def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
+def _rollout(kind: int, target: int, here: Situation, held: Mask, from_targets: Array) -> float:
+    """from_targets: finds between wants' places as far as they are worked out, NaN elsewhere; see _fill_legs."""
     wants, n = len(here.targets), len(here.containers)
     at, hand, done = here.robot, here.hand, here.done
     searched = np.zeros(n, np.bool_)
@@ -155,7 +158,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
         if step > 0:
             kind, target = FETCH, hand
             if hand < 0:
-                _fill_legs(legs, here, at, done, known, places, subset)
+                _fill_legs(legs, here, at, done, known, places, subset, from_targets)
                 target = _first_of_cheapest(legs, rest, here.ways, done)
                 if target < 0:
                     return cost + HOPELESS
@@ -184,7 +187,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
     return cost + HOPELESS
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indices) -> float:
     """Metres by the best known instance to its target."""
     best = np.inf
@@ -194,13 +197,26 @@ def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indic
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _fill_legs(
-    legs: Array, here: Situation, at: int, done: int, known: Indices, places: Indices, subset: Indices
+    legs: Array,
+    here: Situation,
+    at: int,
+    done: int,
+    known: Indices,
+    places: Indices,
+    subset: Indices,
+    from_targets: Array,
 ) -> None:
-    """What delivering each want costs from the robot's place (row 0) and from each target."""
+    """What delivering each want costs from the robot's place (row 0) and from each target left.
+
+    Finds that begin at a want's place come again in every world: by that want, the one sought and the subset, they
+    are filled in where they are not known yet, shape (K, K, 2**c).
+    """
     wants = len(here.targets)
     for row in range(wants + 1):
+        if row > 0 and done >> (row - 1) & 1:
+            continue
         start = at if row == 0 else here.targets[row - 1]
         for k in range(wants):
             if done >> k & 1:
@@ -208,12 +224,17 @@ def _fill_legs(
             if known[k] > 0:
                 legs[row, k] = _by_known(here, k, start, known, places) + 2.0 * here.handle
             elif here.sought[k]:
-                legs[row, k] = _find(here, k, start, subset[k])[0] + here.handle
+                find = np.nan if row == 0 else from_targets[row - 1, k, subset[k]]
+                if np.isnan(find):
+                    find = _find(here, k, start, subset[k])[0]
+                if row > 0:
+                    from_targets[row - 1, k, subset[k]] = find
+                legs[row, k] = find + here.handle
             else:
                 legs[row, k] = np.inf
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, int]:
     """Eq. 1's cost of finding a want once a subset of its candidates has been searched, and the first look."""
     r = here.missing[want, subset]
@@ -232,19 +253,24 @@ def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, i
     return best / r, look
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> int:
-    """The first want of the cheapest order of what is left of some way, or -1; rest is room to work in."""
+    """The first want of the cheapest order of what is left of some way, or -1.
+
+    rest: room for what is left (a mask of wants) once a want outside it was delivered last, shape (2**K, K + 1).
+    """
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
         if mask & done:
             continue
-        for row in range(wants + 1):
+        for last in range(wants):
+            if (mask | done) >> last & 1:
+                continue
             best = np.inf
             for k in range(wants):
                 if mask >> k & 1:
-                    best = min(best, legs[row, k] + rest[mask ^ 1 << k, k + 1])
-            rest[mask, row] = best
+                    best = min(best, legs[last + 1, k] + rest[mask ^ 1 << k, k + 1])
+            rest[mask, last + 1] = best
     best, first = np.inf, -1
     for way in ways:
         left = way & ~done
@@ -256,7 +282,7 @@ def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> in
     return first
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask) -> int:
     """Eq. 1's next candidate; after them always the container of greatest chance against the way; -1 for none."""
     look = _find(here, want, at, subset)[1]
