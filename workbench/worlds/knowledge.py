@@ -22,6 +22,22 @@ Fact = tuple[str, tuple[ItemId, ...]]
 """A property of items that preparing has brought about: ("boiled", (egg,))."""
 
 
+@dataclass(slots=True, eq=False)
+class _Asked:
+    """What was answered about the same contents before; walking, say, changes none of it.
+
+    Attributes:
+        about: what the answers hold for, by identity: nothing of it can change.
+        unsearched, where: as Knowledge's, as far as they were asked for.
+    """
+
+    about: tuple[object, ...]
+    unsearched: tuple[ContainerId, ...] | None = None
+    where: dict[ItemType, tuple[tuple[LocationId, Item], ...]] = field(
+        default_factory=dict[ItemType, tuple[tuple[LocationId, Item], ...]]
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knowledge:
     """The robot's state as it knows it. Planning receives this and never the truth.
@@ -46,19 +62,34 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
+    _asked: _Asked = field(default_factory=lambda: _Asked(about=()), repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        about = (self.items_at, self.first_seen, self.closed, self.plan, self.travel)
+        before = self._asked.about
+        if not before or any(was is not now for was, now in zip(before, about, strict=True)):
+            same_left = bool(before) and all(was is now for was, now in zip(before[1:], about[1:], strict=True))
+            unsearched = self._asked.unsearched if same_left else None
+            object.__setattr__(self, "_asked", _Asked(about=about, unsearched=unsearched))
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
         """Containers that can be reached and have not been looked into, in the plan's order."""
-        seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
-        names = [c.id for c in self.plan.containers]
-        return tuple([c for c in names if c not in seen and c not in closed and reaches(LocationId(c))])
+        if self._asked.unsearched is None:
+            seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
+            names = [c.id for c in self.plan.containers]
+            left = [c for c in names if c not in seen and c not in closed and reaches(LocationId(c))]
+            self._asked.unsearched = tuple(left)
+        return self._asked.unsearched
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
         """Known instances of a type that stand somewhere (not the held one), in sorted order of place."""
-        found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
-        found.sort(key=lambda pair: pair[0])
-        return tuple(found)
+        asked = self._asked.where
+        if item_type not in asked:
+            found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
+            found.sort(key=lambda pair: pair[0])
+            asked[item_type] = tuple(found)
+        return asked[item_type]
 
     def knows(self, item_type: ItemType) -> bool:
         """Whether an instance's place is known, the hand included."""
