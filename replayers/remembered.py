@@ -11,6 +11,9 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import final
 
+from replayers.evidence import Evidence
+from replayers.from_outside import FromOutside
+from replayers.relevance import Relevance
 from workbench.search.find_costs import SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import ContainerId
@@ -28,6 +31,25 @@ class Memory:
 
     orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
     firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
+
+    outsides: dict[Hashable, FromOutside] = field(default_factory=dict[Hashable, FromOutside])
+
+    def outside(
+        self,
+        evidence: Evidence,
+        relevance: Relevance,
+        *,
+        max_steps: int,
+        nearest_first: bool,
+        empty_handed: bool,
+    ) -> FromOutside:
+        """The bounds from outside, one for every kind of strategy over the log."""
+        key = (relevance.types, max_steps, nearest_first, empty_handed)
+        if key not in self.outsides:
+            self.outsides[key] = FromOutside(
+                evidence, relevance, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed
+            )
+        return self.outsides[key]
 
     def forget_if_full(self) -> None:
         if len(self.orders) + len(self.firsts) >= MOST_REMEMBERED:

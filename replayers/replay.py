@@ -147,10 +147,10 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         empty_handed=looks_empty_handed(planner),
         durations=ground.durations,
     )
-    bounds = bounds_of(tree, budget=settings.budget)
+    bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
     standing = None
     if not bounds.complete and not ground.steady:
-        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False)
+        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=ground.memory)
     drawn, estimate = None, None
     if ground.worlds is not None:
         drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
