@@ -63,7 +63,7 @@ class Settling:
         self._intervals: dict[Node, Interval] = {}
         self._others: dict[Node, Interval] = {}
         self._followed: set[Node] = set()
-        self._waiting: dict[Node, None] = {tree.root: None}
+        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by the first way there
 
     def bounds(self) -> Bounds:
         root = self._tree.root
@@ -93,7 +93,7 @@ class Settling:
     def _could_be_dearest(self) -> int:
         """How many branches that nobody has followed could cost more than what was found (by the first way there)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
-        return sum(self._intervals[n].upper(n.cost, self._failure) > largest + NEAR for n in self._waiting)
+        return sum([most > largest + NEAR for most in self._waiting.values()])
 
     def _deepen(self, side: Side | None) -> None:
         """Goes down the branch that decides a side (or any that is not spent), expands its end, and goes back."""
@@ -140,8 +140,8 @@ class Settling:
             for answer in question.options:
                 child = self._tree.child(node, answer)
                 if child not in self._intervals:
-                    self._intervals[child] = self._outside.interval(child.knowledge)
-                    self._waiting[child] = None
+                    interval = self._intervals[child] = self._outside.interval(child.knowledge)
+                    self._waiting[child] = interval.upper(child.cost, self._failure)
             if question.others:
                 self._others[node] = self._outside.interval(question.knowledge)
                 self._others[node].spent = True

@@ -240,15 +240,14 @@ class Unfolding:
     def _key(self, knowledge: Knowledge) -> Hashable:
         """What a decision can depend on: where things that still matter stand, and where one may still look."""
         live = self.relevance.live(knowledge)
-        items = [(at, item.id) for at, there in knowledge.items_at.items() for item in there if item.type in live]
-        items.sort(key=lambda pair: pair[0])
+        items = tuple([(at, item.id) for t in live for at, item in knowledge.where(t)])
         held = knowledge.holding.id if knowledge.holding else None
         told = () if self._steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen))
         return (
             live,
             knowledge.robot_at,
             held,
-            tuple(items),
+            items,
             knowledge.unsearched,
             knowledge.facts,
             knowledge.closed,

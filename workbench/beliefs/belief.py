@@ -38,7 +38,7 @@ class Belief:
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
-        if not np.isfinite(p).all() or (p < 0).any() or (p > 1).any():
+        if p.size and not (p.min() >= 0 and p.max() <= 1):  # nan is neither
             raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)

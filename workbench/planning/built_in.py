@@ -244,16 +244,6 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
     where = {location: i for i, location in enumerate(problem.locations)}
     rows = [problem.travel.index(location) for location in problem.locations]
     d = np.ascontiguousarray(problem.travel.metres[np.ix_(rows, rows)])
-    n, slots = len(rows), len(recipe.slots)
-    things = {thing.id: thing for thing in problem.things}
-    fetch = np.full((slots, n, n), np.inf)
-    standing = np.zeros((slots, n), dtype=np.int64)
-    for s, slot in enumerate(recipe.slots):
-        for name in slot.things:
-            fetch[s] = np.minimum(fetch[s], _fetch(problem, things[name], where, d))
-            at = _place_of(problem, things[name])
-            if at is not None:
-                standing[s, where[at]] = 1
     parts = max([len(o.slots) for o in recipe.operations], default=1)
     op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
     op_where = np.zeros_like(op_slot)
@@ -264,13 +254,14 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
             op_slot[o, j] = slot
             op_where[o, j] = operation.preparation.parts[j].where == "hand"
     centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
-    potential = np.stack([np.zeros(n), *(d[:, centre] for centre in centres)])
-    reduced = fetch[None] + potential[:, None, :, None] - potential[:, None, None, :]
+    potential = np.zeros((1 + len(centres), len(rows)))
+    potential[1:] = d[:, centres].T
+    fetch, least, standing = _errands(problem, recipe, where, d, potential)
     return _Arrays(
         d=d,
         fetch=fetch,
-        least=np.ascontiguousarray(reduced.min(axis=2)),
-        potential=np.ascontiguousarray(potential),
+        least=least,
+        potential=potential,
         standing=standing,
         end=np.array([where[slot.end] if slot.end else -1 for slot in recipe.slots], dtype=np.int64),
         in_hand=np.array([slot.in_hand for slot in recipe.slots], dtype=np.int64),
@@ -280,6 +271,38 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
         link=_links(recipe),
         n_ops=len(recipe.operations),
     )
+
+
+def _errands(
+    problem: Problem, recipe: Recipe, where: dict[LocationId, int], d: rs.FloatArray, potential: rs.FloatArray
+) -> tuple[rs.FloatArray, rs.FloatArray, rs.IntArray]:
+    """fetch, least and standing of recipe_search.search."""
+    things = {thing.id: thing for thing in problem.things}
+    tables = _find_tables(problem)
+    at = np.full((len(recipe.slots), max((len(slot.things) for slot in recipe.slots), default=0)), -1)
+    find = np.full_like(at, -1)
+    for s, slot in enumerate(recipe.slots):
+        for j, name in enumerate(slot.things):
+            place = _place_of(problem, things[name])
+            if place is not None:
+                at[s, j] = where[place]
+            elif problem.find_costs is not None:
+                find[s, j] = problem.find_costs.item_types.index(things[name].type)
+    return rs.errands(at, find, tables, d, potential, problem.costs.manipulation)
+
+
+def _find_tables(problem: Problem) -> rs.FloatArray:
+    """Find costs between the problem's locations, shape (types, locations, locations), read-only."""
+    costs, n = problem.find_costs, len(problem.locations)
+    if costs is not None and costs.origins == problem.locations == costs.targets:
+        return costs.metres
+    tables = np.zeros((0, n, n))
+    if costs is not None:
+        rows = [costs.origins.index(location) for location in problem.locations]
+        columns = [costs.targets.index(location) for location in problem.locations]
+        tables = np.ascontiguousarray(costs.metres[:, np.array(rows)[:, None], columns])
+    tables.flags.writeable = False
+    return tables
 
 
 def _links(recipe: Recipe) -> rs.IntArray:
@@ -310,29 +333,14 @@ def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
     return problem.robot_at if thing.held else thing.at
 
 
-def _fetch(problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray) -> rs.FloatArray:
-    at = _place_of(problem, thing)
-    if at is not None:
-        i = where[at]
-        return d[:, i][:, None] + problem.costs.manipulation + d[i, :][None, :]
-    costs = problem.find_costs
-    if costs is None:
-        return np.full_like(d, np.inf)
-    table = costs.metres[costs.item_types.index(thing.type)]
-    if costs.origins == problem.locations == costs.targets:
-        return table
-    rows = [costs.origins.index(location) for location in problem.locations]
-    columns = [costs.targets.index(location) for location in problem.locations]
-    return table[np.ix_(rows, columns)]
-
-
 def _fetch_cost(
     problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray, i: int, j: int
 ) -> float:
-    """One entry of _fetch."""
-    at = _place_of(problem, thing)
+    """One entry of a thing's own table of errands."""
+    at, costs = _place_of(problem, thing), problem.find_costs
     if at is None:
-        return float(_fetch(problem, thing, where, d)[i, j])
+        here, there = problem.locations[i], problem.locations[j]
+        return costs.of(thing.type, here, there) if costs is not None else float("inf")
     k = where[at]
     return float(d[i, k] + problem.costs.manipulation + d[k, j])
 
