@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from workbench.planning.composed import only
 from workbench.planning.problem import ways_of
 from workbench.planning.rollouts import Situation, onward_costs
 from workbench.planning.strategy import View
@@ -63,7 +62,7 @@ def delivery_of(view: View) -> Delivery | None:
     held = knowledge.holding
     if len(set(types)) < len(types) or len(wants) > MOST_WANTS or (held is not None and held.type not in types):
         return None
-    here = places(only(view.belief, types), travel, origins=(knowledge.robot_at,), targets=())
+    here = places(view.belief.only(types), travel, origins=(knowledge.robot_at,), targets=())
     if not here.containers or not all(travel.reaches(want.at) for want in wants):
         return None
     done = sum(1 << k for k, want in enumerate(wants) if _is_met(want, view))
