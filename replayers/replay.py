@@ -194,7 +194,7 @@ def _told_in(
 
 def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
     """The run over what the log holds and nothing else; ends undetermined at the first unopened container."""
-    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations))
+    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
 
 
 def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
@@ -205,7 +205,8 @@ def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
     def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
         return contents[container]
 
-    return _run(ground, planner, LoggedWorld(ground.evidence, filling=told, durations=ground.durations))
+    world = LoggedWorld(ground.evidence, filling=told, durations=ground.durations, paths=ground.paths)
+    return _run(ground, planner, world)
 
 
 def support_of(events: tuple[Event, ...]) -> dict[str, int]:
