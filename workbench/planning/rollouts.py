@@ -72,6 +72,27 @@ class Situation(NamedTuple):
     handle: float
 
 
+class Room(NamedTuple):
+    """Room that all rollouts work in, one after the other.
+
+    Attributes:
+        searched: containers, shape (n,); subset: of each want's candidates, shape (K,).
+        places, known: as a situation's, and what was found since.
+        legs: what delivering each want costs from the robot's place (row 0) and from each target, shape (K + 1, K).
+        rest: what is left (a mask of wants) once a want outside it was delivered last, shape (2**K, K + 1).
+        from_targets: finds that begin at a want's place, which come again in every world: by that want, the one
+            sought and the subset, NaN where they are not worked out yet, shape (K, K, 2**c).
+    """
+
+    searched: Mask
+    subset: Indices
+    known: Indices
+    places: Indices
+    legs: Array
+    rest: Array
+    from_targets: Array
+
+
 @njit(cache=True, nogil=True)
 def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
     """Eq. 1's table for one type: reference.cost_table before its last step, shape (2**c, c)."""
@@ -133,23 +154,30 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
         held: shape (worlds, K, n).
     """
     answer = np.empty((len(kinds), len(held)))
-    wants = len(here.targets)
-    from_targets = np.full((wants, wants, here.missing.shape[1]), np.nan)
+    wants, n = len(here.targets), len(here.containers)
+    room = Room(
+        searched=np.zeros(n, np.bool_),
+        subset=np.zeros(wants, np.int64),
+        known=here.known.copy(),
+        places=here.places.copy(),
+        legs=np.empty((wants + 1, wants)),
+        rest=np.zeros((1 << wants, wants + 1)),
+        from_targets=np.full((wants, wants, here.missing.shape[1]), np.nan),
+    )
     for w in range(len(held)):
         for step in range(len(kinds)):
-            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w], from_targets)
+            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w], room)
     return answer
 
 
-@njit(cache=True, nogil=True)
-def _rollout(kind: int, target: int, here: Situation, held: Mask, from_targets: Array) -> float:
-    """from_targets: finds between wants' places as far as they are worked out, NaN elsewhere; see _fill_legs."""
-    wants, n = len(here.targets), len(here.containers)
+@njit(cache=True, nogil=True, inline="always")
+def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) -> float:
+    searched, subset, known, places, legs, rest, from_targets = room
+    searched[:] = False
+    subset[:] = 0
+    known[:] = here.known
+    wants = len(here.targets)
     at, hand, done = here.robot, here.hand, here.done
-    searched = np.zeros(n, np.bool_)
-    subset = np.zeros(wants, np.int64)
-    known, places = here.known.copy(), here.places.copy()
-    legs, rest = np.empty((wants + 1, wants)), np.zeros((1 << wants, wants + 1))
     cost = 0.0
     for step in range(MOST_STEPS):
         for way in here.ways:
@@ -208,11 +236,7 @@ def _fill_legs(
     subset: Indices,
     from_targets: Array,
 ) -> None:
-    """What delivering each want costs from the robot's place (row 0) and from each target left.
-
-    Finds that begin at a want's place come again in every world: by that want, the one sought and the subset, they
-    are filled in where they are not known yet, shape (K, K, 2**c).
-    """
+    """What delivering each want costs from the robot's place (row 0) and from each target left: Room.legs."""
     wants = len(here.targets)
     for row in range(wants + 1):
         if row > 0 and done >> (row - 1) & 1:
@@ -255,10 +279,7 @@ def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, i
 
 @njit(cache=True, nogil=True, inline="always")
 def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> int:
-    """The first want of the cheapest order of what is left of some way, or -1.
-
-    rest: room for what is left (a mask of wants) once a want outside it was delivered last, shape (2**K, K + 1).
-    """
+    """The first want of the cheapest order of what is left of some way, or -1."""
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
         if mask & done:
