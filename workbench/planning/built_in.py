@@ -52,13 +52,17 @@ class Solved:
 
 @dataclass(slots=True)
 class _Attempt:
-    """One recipe from one way of beginning (with the held thing used, or put down first)."""
+    """One recipe from one way of beginning (with the held thing used, or put down first).
+
+    Attributes:
+        bound: what it costs at least; None as long as nobody needs it.
+    """
 
     recipe: Recipe
     arrays: _Arrays
     hand: int
     put_down: bool
-    bound: float = 0.0
+    bound: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,26 +145,26 @@ class _Passes:
     def straight(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound >= self.limit:
+            if attempt.bound is not None and attempt.bound >= self.limit:
                 break
             if self.clock() > self.deadline:
-                self.unproven = min(self.unproven, attempt.bound)
+                self.leaves_out(attempt)
                 break
             left -= self.try_one(attempt, max(left, LEAST_NODES), staging=False)
 
     def on_the_way(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound >= self.limit:
+            if attempt.bound is not None and attempt.bound >= self.limit:
                 break
             if left <= 0 or self.clock() > self.deadline:
-                self.unproven = min(self.unproven, attempt.bound)
+                self.leaves_out(attempt)
                 break
             left -= self.try_one(attempt, left, staging=True)
 
     def try_one(self, attempt: _Attempt, most_nodes: int, *, staging: bool) -> int:
         if not fits(attempt, staging=staging):
-            self.unproven = min(self.unproven, attempt.bound)
+            self.leaves_out(attempt)
             return 0
         status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
         if status == rs.LIMIT:
@@ -173,6 +177,10 @@ class _Passes:
             self.best = (cost, attempt, moves)
         self.expanded += nodes
         return nodes
+
+    def leaves_out(self, attempt: _Attempt) -> None:
+        """What the attempt costs at least is not excluded."""
+        self.unproven = min(self.unproven, _least(self.problem, attempt))
 
 
 def fits(attempt: _Attempt, *, staging: bool) -> bool:
@@ -216,9 +224,16 @@ def _attempts(problem: Problem) -> list[_Attempt]:
         for slot, wanted in enumerate(recipe.slots):
             if held.id in wanted.things:
                 attempts.append(_Attempt(recipe, arrays, slot, False))
-    for attempt in attempts:
+    if len(attempts) > 1:  # an only one need not be compared
+        attempts.sort(key=lambda attempt: _least(problem, attempt))
+    return attempts
+
+
+def _least(problem: Problem, attempt: _Attempt) -> float:
+    """What an attempt costs at least; remembered."""
+    if attempt.bound is None:
         attempt.bound = _search(problem, attempt, 0.0, 1)[2]
-    return sorted(attempts, key=lambda attempt: attempt.bound)
+    return attempt.bound
 
 
 def _search(
@@ -242,17 +257,9 @@ def _search(
 
 def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
     where = {location: i for i, location in enumerate(problem.locations)}
-    rows = [problem.travel.index(location) for location in problem.locations]
-    d = np.ascontiguousarray(problem.travel.metres[np.ix_(rows, rows)])
-    parts = max([len(o.slots) for o in recipe.operations], default=1)
-    op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
-    op_where = np.zeros_like(op_slot)
-    op_after = np.zeros(len(op_slot), dtype=np.int64)
-    for o, operation in enumerate(recipe.operations):
-        op_after[o] = sum(1 << before for before in operation.after)
-        for j, slot in enumerate(operation.slots):
-            op_slot[o, j] = slot
-            op_where[o, j] = operation.preparation.parts[j].where == "hand"
+    rows = problem.travel.rows(problem.locations)
+    d = problem.travel.metres[rows[:, None], rows]
+    op_slot, op_where, op_after, link = _operations(recipe) if recipe.operations else NO_OPERATIONS
     centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
     potential = np.zeros((1 + len(centres), len(rows)))
     potential[1:] = d[:, centres].T
@@ -268,7 +275,7 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
         op_slot=op_slot,
         op_where=op_where,
         op_after=op_after,
-        link=_links(recipe),
+        link=link,
         n_ops=len(recipe.operations),
     )
 
@@ -305,6 +312,20 @@ def _find_tables(problem: Problem) -> rs.FloatArray:
     return tables
 
 
+def _operations(recipe: Recipe) -> tuple[rs.IntArray, rs.IntArray, rs.IntArray, rs.IntArray]:
+    """op_slot, op_where, op_after and link of recipe_search.search."""
+    parts = max([len(o.slots) for o in recipe.operations], default=1)
+    op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
+    op_where = np.zeros_like(op_slot)
+    op_after = np.zeros(len(op_slot), dtype=np.int64)
+    for o, operation in enumerate(recipe.operations):
+        op_after[o] = sum(1 << before for before in operation.after)
+        for j, slot in enumerate(operation.slots):
+            op_slot[o, j] = slot
+            op_where[o, j] = operation.preparation.parts[j].where == "hand"
+    return op_slot, op_where, op_after, _links(recipe)
+
+
 def _links(recipe: Recipe) -> rs.IntArray:
     """Which operations follow one another at a slot that stands at both; see recipe_search.search."""
     operations = recipe.operations
@@ -326,6 +347,10 @@ def _links(recipe: Recipe) -> rs.IntArray:
 def _standing_slots(operation: Operation) -> tuple[int, ...]:
     parts = zip(operation.slots, operation.preparation.parts, strict=True)
     return tuple(slot for slot, part in parts if part.where == "here")
+
+
+NO_OPERATIONS = _operations(Recipe())
+"""Of recipes that only carry things."""
 
 
 def _place_of(problem: Problem, thing: Thing) -> LocationId | None:

@@ -57,7 +57,7 @@ def places(
         LocationOutOfReach: an origin or target that is not on the axis of the travel costs.
     """
     containers, probability = belief.containers, belief.probability
-    if not all(travel.reaches(LocationId(c)) for c in containers):
+    if not travel.reaches_all(containers):
         reachable = [j for j, c in enumerate(containers) if travel.reaches(LocationId(c))]
         containers = tuple(containers[j] for j in reachable)
         probability = np.ascontiguousarray(probability[:, reachable])

@@ -80,6 +80,9 @@ class TravelCosts:
             self._rows[locations] = found
         return found
 
+    def reaches_all(self, locations: tuple[str, ...]) -> bool:
+        return locations in self._rows or all(location in self._index for location in locations)
+
     def reaches(self, location: LocationId) -> bool:
         return location in self._index
 
