@@ -24,7 +24,7 @@ from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_
 from workbench.process_pool import process_pool
 
 
-NEW_OBJECTS = 50_000
+NEW_OBJECTS = 500_000
 """Before the collector comes again."""
 
 

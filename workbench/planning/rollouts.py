@@ -80,8 +80,8 @@ class Room(NamedTuple):
         places, known: as a situation's, and what was found since.
         legs: what delivering each want costs from the robot's place (row 0) and from each target, shape (K + 1, K).
         rest: what is left (a mask of wants) once a want outside it was delivered last, shape (2**K, K + 1).
-        from_targets: finds that begin at a want's place, which come again in every world: by that want, the one
-            sought and the subset, NaN where they are not worked out yet, shape (K, K, 2**c).
+        finds: what comes again in every world: finds by where they begin (a container, then a want's place), the
+            want and the subset, shape (n + K, K, 2**c); is_known: which of them are filled in.
     """
 
     searched: Mask
@@ -90,7 +90,8 @@ class Room(NamedTuple):
     places: Indices
     legs: Array
     rest: Array
-    from_targets: Array
+    finds: Array
+    is_known: Mask
 
 
 @njit(cache=True, nogil=True)
@@ -162,7 +163,8 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
         places=here.places.copy(),
         legs=np.empty((wants + 1, wants)),
         rest=np.zeros((1 << wants, wants + 1)),
-        from_targets=np.full((wants, wants, here.missing.shape[1]), np.nan),
+        finds=np.empty((n + wants, wants, here.missing.shape[1])),
+        is_known=np.zeros((n + wants, wants, here.missing.shape[1]), np.bool_),
     )
     for w in range(len(held)):
         for step in range(len(kinds)):
@@ -172,12 +174,12 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
 
 @njit(cache=True, nogil=True, inline="always")
 def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) -> float:
-    searched, subset, known, places, legs, rest, from_targets = room
+    searched, subset, known, places, legs, rest, finds, is_known = room
     searched[:] = False
     subset[:] = 0
     known[:] = here.known
-    wants = len(here.targets)
-    at, hand, done = here.robot, here.hand, here.done
+    wants, n = len(here.targets), len(here.containers)
+    at, begin, hand, done = here.robot, -1, here.hand, here.done
     cost = 0.0
     for step in range(MOST_STEPS):
         for way in here.ways:
@@ -186,7 +188,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) ->
         if step > 0:
             kind, target = FETCH, hand
             if hand < 0:
-                _fill_legs(legs, here, at, done, known, places, subset, from_targets)
+                _fill_legs(legs, here, at, begin, done, known, places, subset, finds, is_known)
                 target = _first_of_cheapest(legs, rest, here.ways, done)
                 if target < 0:
                     return cost + HOPELESS
@@ -200,11 +202,11 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) ->
                 cost += here.metres[at, goal] + here.handle
             else:
                 cost += _by_known(here, target, at, known, places) + 2.0 * here.handle
-            at, hand, done = goal, -1, done | 1 << target
+            at, begin, hand, done = goal, n + target, -1, done | 1 << target
             continue
         place = here.containers[target]
         cost += here.metres[at, place] + here.look
-        at = place
+        at, begin = place, target
         searched[target] = True
         for k in range(wants):
             if here.number[k, target] >= 0:
@@ -230,14 +232,19 @@ def _fill_legs(
     legs: Array,
     here: Situation,
     at: int,
+    begin: int,
     done: int,
     known: Indices,
     places: Indices,
     subset: Indices,
-    from_targets: Array,
+    finds: Array,
+    is_known: Mask,
 ) -> None:
-    """What delivering each want costs from the robot's place (row 0) and from each target left: Room.legs."""
-    wants = len(here.targets)
+    """What delivering each want costs from the robot's place (row 0) and from each target left: Room.legs.
+
+    begin: the robot's place as Room.finds counts them.
+    """
+    wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
         if row > 0 and done >> (row - 1) & 1:
             continue
@@ -248,12 +255,11 @@ def _fill_legs(
             if known[k] > 0:
                 legs[row, k] = _by_known(here, k, start, known, places) + 2.0 * here.handle
             elif here.sought[k]:
-                find = np.nan if row == 0 else from_targets[row - 1, k, subset[k]]
-                if np.isnan(find):
-                    find = _find(here, k, start, subset[k])[0]
-                if row > 0:
-                    from_targets[row - 1, k, subset[k]] = find
-                legs[row, k] = find + here.handle
+                place = begin if row == 0 else n + row - 1
+                if not is_known[place, k, subset[k]]:
+                    is_known[place, k, subset[k]] = True
+                    finds[place, k, subset[k]] = _find(here, k, start, subset[k])[0]
+                legs[row, k] = finds[place, k, subset[k]] + here.handle
             else:
                 legs[row, k] = np.inf
 
