@@ -186,6 +186,8 @@ class _Passes:
 def fits(attempt: _Attempt, *, staging: bool) -> bool:
     """Whether the search's states can be numbered in 62 bits."""
     n, slots = len(attempt.arrays.d), len(attempt.recipe.slots)
+    if (n * (slots + 1) << attempt.arrays.n_ops) * (n + 1) ** slots < MOST_CODE:
+        return True
     used = {slot for operation in attempt.recipe.operations for slot in operation.slots}
     states = n * (slots + 1) << attempt.arrays.n_ops
     for slot in range(slots):
@@ -496,8 +498,8 @@ def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]
 def without_hypothetical(plan: Plan) -> Plan:
     """The plan as others see it: a thing that is not found yet has a type and no id."""
 
-    def shown(step: PlanStep) -> PlanStep:
-        unknown = any(item.startswith(MISSING) for item in step.items)
-        return replace(step, items=()) if unknown else step
-
-    return replace(plan, steps=tuple(shown(step) for step in plan.steps))
+    unknown = [any([item.startswith(MISSING) for item in step.items]) for step in plan.steps]
+    if not any(unknown):
+        return plan
+    pairs = zip(plan.steps, unknown, strict=True)
+    return replace(plan, steps=tuple([replace(step, items=()) if hidden else step for step, hidden in pairs]))

@@ -27,11 +27,15 @@ class _Asked:
     """What was answered about the same contents before; walking, say, changes none of it.
 
     Attributes:
-        about: what the answers hold for, by identity: nothing of it can change.
+        items_at, first_seen, closed, plan, travel: what the answers hold for, by identity: nothing of it can change.
         unsearched, where: as Knowledge's, as far as they were asked for.
     """
 
-    about: tuple[object, ...]
+    items_at: Mapping[LocationId, tuple[Item, ...]] | None = None
+    first_seen: Contents | None = None
+    closed: frozenset[ContainerId] | None = None
+    plan: FloorPlan | None = None
+    travel: TravelCosts | None = None
     unsearched: tuple[ContainerId, ...] | None = None
     where: dict[ItemType, tuple[tuple[LocationId, Item], ...]] = field(
         default_factory=dict[ItemType, tuple[tuple[LocationId, Item], ...]]
@@ -62,15 +66,16 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
-    _asked: _Asked = field(default_factory=lambda: _Asked(about=()), repr=False, compare=False)
+    _asked: _Asked = field(default_factory=_Asked, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        about = (self.items_at, self.first_seen, self.closed, self.plan, self.travel)
-        before = self._asked.about
-        if not before or any(was is not now for was, now in zip(before, about, strict=True)):
-            same_left = bool(before) and all(was is now for was, now in zip(before[1:], about[1:], strict=True))
-            unsearched = self._asked.unsearched if same_left else None
-            object.__setattr__(self, "_asked", _Asked(about=about, unsearched=unsearched))
+        asked, plan, travel = self._asked, self.plan, self.travel
+        same_place = asked.plan is plan and asked.travel is travel
+        same_left = same_place and asked.first_seen is self.first_seen and asked.closed is self.closed
+        if not same_left or asked.items_at is not self.items_at:
+            left = asked.unsearched if same_left else None
+            anew = _Asked(self.items_at, self.first_seen, self.closed, plan, travel, left)
+            object.__setattr__(self, "_asked", anew)
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
