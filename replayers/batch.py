@@ -23,7 +23,6 @@ from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
 from workbench.process_pool import process_pool
 
-
 NEW_OBJECTS = 500_000
 """Before the collector comes again."""
 

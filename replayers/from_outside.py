@@ -40,9 +40,7 @@ class FromOutside:
         empty_handed: bool = False,
     ) -> None:
         self.least = StillToWalk(evidence, relevance)
-        self.most = MostToWalk(
-            evidence, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed
-        )
+        self.most = MostToWalk(evidence, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed)
         self._types = goal_types(evidence.task.goal)
         self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
         self._bounded: dict[Hashable, tuple[float, float, bool]] = {}

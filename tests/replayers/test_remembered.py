@@ -11,13 +11,14 @@ from toy import BED, COUNTER, DESK
 from toy_logs import MUG, PENCIL, toy_evidence
 
 from replayers.briefly import briefly
-from replayers.remembered import Memory, Remembered
+from replayers.remembered import Memory, Remembered, RememberedPricing
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import Planned
+from workbench.planning.find_pricing import FindQuestion, Optimistic
 from workbench.planning.strategies import strategy
-from workbench.search.find_costs import SearchStop
+from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policies import POLICIES, policy
 from workbench.search.policy import SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, LocationId
@@ -77,6 +78,34 @@ def test_a_policy_that_remembers_answers_as_it_does(tmp_path: Path, name: str) -
         assert remembered.order(asked) == ours.order(asked)
         assert remembered.first(asked) == first_stop(ours, asked)
     assert remembered.name == ours.name
+
+
+@dataclass(frozen=True)
+class CountsPrices:
+    """Optimistic, and counts how often it is asked."""
+
+    asked: list[int] = field(default_factory=list[int], hash=False, compare=False)
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        self.asked.append(1)
+        return Optimistic().price(question)
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
+
+
+def test_the_same_find_costs_are_worked_out_once(tmp_path: Path) -> None:
+    counts = CountsPrices()
+    remembered = RememberedPricing(counts, Memory())
+    asked = [
+        FindQuestion(belief=q.belief, travel=q.travel, origins=(q.origin,), targets=(q.target,), costs=q.costs)
+        for q in (query(tmp_path, 0.2), query(tmp_path, 0.2), query(tmp_path, 0.3), query(tmp_path, 0.2, origin=BED))
+    ]
+    answers = [remembered.price(question) for question in asked]
+    assert len(counts.asked) == 3
+    for question, answer in zip(asked, answers, strict=True):
+        assert (answer.metres == Optimistic().price(question).metres).all()
+        assert answer.origins == question.origins
 
 
 def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -497,8 +497,7 @@ def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]
 
 def without_hypothetical(plan: Plan) -> Plan:
     """The plan as others see it: a thing that is not found yet has a type and no id."""
-
-    unknown = [any([item.startswith(MISSING) for item in step.items]) for step in plan.steps]
+    unknown = [any(item.startswith(MISSING) for item in step.items) for step in plan.steps]
     if not any(unknown):
         return plan
     pairs = zip(plan.steps, unknown, strict=True)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import final
 
-import numpy as np
-
-from workbench.beliefs.belief import Belief
 from workbench.planning.actions import relevant_types
 from workbench.planning.built_in import without_hypothetical
 from workbench.planning.find_pricing import FindPricing, FindQuestion

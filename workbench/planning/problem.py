@@ -204,7 +204,7 @@ def missing_types(
 def most_needed(goal: Goal) -> Mapping[ItemType, int]:
     """Of each relevant type, sorted, how many wants of one way name it at most."""
     ways = ways_of(goal)
-    most = {t: max((sum(want.item_type == t for want in way) for way in ways)) for t in relevant_types(goal)}
+    most = {t: max(sum(want.item_type == t for want in way) for way in ways) for t in relevant_types(goal)}
     return MappingProxyType(most)
 
 

@@ -16,7 +16,7 @@ from workbench.planning.tasks import Delivered
 from workbench.search.candidates import choose
 from workbench.search.places import Places, places
 from workbench.search.remaining import still_missing_by_subset, unconditioned
-from workbench.worlds.house import ContainerId, LocationId
+from workbench.worlds.house import ContainerId
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]

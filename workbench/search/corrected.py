@@ -117,7 +117,9 @@ def _others(p: Array, searched: Indices, between_m: Array) -> Indices:
     """The containers that are no candidates, in the order in which they follow: shape (item types, others)."""
     from_m = between_m[searched].mean(axis=1)
     program = compiled_loops()
-    return others(p, searched, from_m, between_m) if program is None else program.others(p, searched, from_m, between_m)
+    return (
+        others(p, searched, from_m, between_m) if program is None else program.others(p, searched, from_m, between_m)
+    )
 
 
 def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:

@@ -17,7 +17,6 @@ from workbench.errors import BadValue
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, LocationId
 
-
 MOST_ROWS = 10_000
 """Groups of locations whose indices are remembered; beyond this, all are forgotten."""
 
