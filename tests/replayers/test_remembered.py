@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from replayers.briefly import briefly
 from replayers.remembered import Memory, Remembered, RememberedPricing
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
+from replayers.settling import Settling
+from replayers.unfolding import Node, Unfolding
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import Planned
 from workbench.planning.find_pricing import FindQuestion, Optimistic
@@ -133,3 +136,17 @@ def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:
     ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=0))
     told = replay_on(ground, "opt-greedy", worlds=("best",)).worlds["best"]
     assert max(len(event.made.search_order) for event in told if isinstance(event, Planned)) > 1
+
+
+def test_a_replay_leaves_nothing_for_the_collector(tmp_path: Path) -> None:
+    """Trees of runs are large; they go when the replay is done, not when the collector comes round."""
+    toy_evidence(tmp_path)
+    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=5))
+    gc.collect()
+    gc.disable()
+    try:
+        replay_on(ground, "opt-greedy")
+        left = [thing for thing in gc.get_objects() if isinstance(thing, Node | Unfolding | Settling)]
+    finally:
+        gc.enable()
+    assert not left
