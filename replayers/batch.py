@@ -23,6 +23,9 @@ from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
 from workbench.process_pool import process_pool
 
+NEW_OBJECTS = 500_000
+"""Before the collector comes again."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
@@ -139,11 +142,15 @@ def _replayed(log: Path, wanted: Wanted) -> Iterator[Outcome]:
 
 @contextmanager
 def _what_is_loaded_stays() -> Generator[None]:
-    """Meanwhile the collector need not walk again and again through what was there before."""
+    """Meanwhile the collector need not walk again and again through what was there before, nor come so often:
+    what a replay makes is kept, or goes without it."""
+    before = gc.get_threshold()
     gc.freeze()
+    gc.set_threshold(max(before[0], NEW_OBJECTS) if before[0] else 0, *before[1:])
     try:
         yield
     finally:
+        gc.set_threshold(*before)
         gc.unfreeze()
 
 

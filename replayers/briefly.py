@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import final
 
-from replayers.remembered import Memory, Remembered
+from replayers.remembered import Memory, Remembered, RememberedPricing
 from workbench.planning.composed import Composed
 from workbench.planning.scout import Scout
 from workbench.planning.solver import BuiltIn
@@ -54,4 +54,5 @@ def briefly(planner: Strategy, memory: Memory | None = None) -> Strategy:
 
 def _quiet(planner: Composed, memory: Memory) -> Composed:
     solver = replace(planner.solver, explain=False) if isinstance(planner.solver, BuiltIn) else planner.solver
-    return replace(planner, solver=solver, policy=FirstOnly(Remembered(planner.policy, memory)))
+    pricing = RememberedPricing(planner.pricing, memory)
+    return replace(planner, solver=solver, pricing=pricing, policy=FirstOnly(Remembered(planner.policy, memory)))

@@ -26,6 +26,7 @@ from workbench.runs.place import place_to_json
 from workbench.runs.vocabulary import GroundTruth, Outcome
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
+from workbench.worlds.travel import Paths
 
 
 class TruthNotRecorded(Unsupported):
@@ -70,7 +71,8 @@ class Ground:
         recorded: the end of the recorded run; None where the log is cut off before it.
         place_sha256: the plan and its travel costs, hashed.
         draws: names the drawn worlds; only replays with the same draws are paired.
-        memory: searches that strategies over this log have asked for.
+        memory: what strategies over this log have asked for.
+        paths: the ways between locations, each found once.
     """
 
     evidence: Evidence
@@ -83,6 +85,7 @@ class Ground:
     recorded: Outcome | None
     place_sha256: str
     draws: str
+    paths: Paths
     notes: tuple[str, ...] = ()
     memory: Memory = field(default_factory=Memory, compare=False)
 
@@ -118,6 +121,7 @@ def ground_of(run: Run, settings: Settings) -> Ground:
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, estimator),
+        paths=evidence.place.paths(),
         notes=tuple(n for n in (*evidence.notes, believer.note, durations.words() if robot else "") if n),
     )
     return replace(ground, worlds=_worlds(ground, types))

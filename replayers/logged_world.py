@@ -42,6 +42,7 @@ class LoggedWorld:
         filling: what open containers hold; by default nobody can tell.
         durations: how long actions take; the simulator's by default.
         with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
+        paths: what finds those ways, where several worlds of one log share it.
         knowledge: stands where a run has come to this; the start by default.
     """
 
@@ -52,6 +53,7 @@ class LoggedWorld:
         filling: Filling = untold,
         durations: Durations = SIMULATED,
         with_ways: bool = True,
+        paths: Paths | None = None,
         knowledge: Knowledge | None = None,
     ) -> None:
         self.evidence = log if isinstance(log, Evidence) else evidence_of(log)
@@ -61,7 +63,7 @@ class LoggedWorld:
         self._filling = filling
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
-        self._paths: Paths = place.paths() if with_ways else _OnlyStanding(self.evidence)
+        self._paths = paths or (place.paths() if with_ways else _OnlyStanding(self.evidence))
         self._now_ns = self.evidence.info.started.ns
 
     @property

@@ -50,6 +50,9 @@ class MostToWalk:
         self._stuck, self._barred = evidence.stuck, evidence.barred
         self._one_way = not _has_ways(self._goal)
         self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
+        self._parts = _leaves(self._goal)
+        self._wanted = Counter(part.item_type for part in self._parts)
+        self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
         self.fits_straight = _plain(self._goal)
         self.most_picks = most_instances(self._goal)
 
@@ -60,11 +63,7 @@ class MostToWalk:
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether an instance of its own is known, within reach, for every part that is left: no look is needed."""
-        if not self._one_way:
-            return False
-        parts = [part for part in _leaves(self._goal) if not is_met(part, knowledge)]
-        wanted = Counter(part.item_type for part in _leaves(self._goal))
-        return all(self._known(part.item_type, knowledge) >= wanted[part.item_type] for part in parts)
+        return self._all_known(self._left(knowledge), knowledge)
 
     def going_straight(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
@@ -75,11 +74,12 @@ class MostToWalk:
         give each of these legs a start of its own is at least what they can come to (an assignment problem); to it
         comes the dearest way to bring each part.
         """
+        left = self._left(knowledge)
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
-        if self.nothing_missing(knowledge):
+        if self._all_known(left, knowledge):
             looks = []
-        parts = [part for part in _leaves(self._goal) if not is_met(part, knowledge) and part.at in self._index]
-        sources = [self._sources(part, knowledge, looks) for part in parts]
+        parts = [part for part in left if part.at in self._index]
+        stand = [self._stand(part, knowledge) for part in parts]
         here = [self._index[knowledge.robot_at]] if knowledge.robot_at in self._index else []
         ends = [self._index[part.at] for part in parts]
         starts = [*here, *looks, *ends]
@@ -87,18 +87,40 @@ class MostToWalk:
             return 0.0
         among = self._metres[starts]
         fetches = min(self.most_picks, len(parts))
-        stood = sorted({at for places in sources for at in places}.difference(looks))
+        stood = sorted({at for places in stand for at in places}.difference(looks))
         if stood and not self._empty_handed:
             among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])
-        to_items = [among[:, at].max(axis=1) if at else np.zeros(len(among)) for at in sources]
-        brought = [float(self._metres[at, end].max()) if at else 0.0 for end, at in zip(ends, sources, strict=True)]
+        into_looks = among[:, looks]
+        to_looks = into_looks.max(axis=1, initial=0.0)
+        to_items = [np.maximum(to_looks, among[:, at].max(axis=1)) if at else to_looks for at in stand]
+        from_looks = self._metres[np.ix_(looks, ends)].max(axis=0, initial=0.0).tolist()
+        brought = [
+            max([far, *(float(self._metres[at, end]) for at in places)])
+            for far, end, places in zip(from_looks, ends, stand, strict=True)
+        ]
         carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
-        legs = _dearest_legs(np.array([*among[:, looks].T, *_dearest(to_items, fetches)]))
+        to_fetch = np.reshape(_dearest(to_items, fetches), (-1, len(among)))
+        legs = _dearest_legs(np.concatenate([into_looks.T, to_fetch]))
         if self._nearest_first and looks:
-            into = nearest_legs(self._metres, looks, [*here, *ends])
+            into = self._nearest_legs(tuple(looks), (*here, *ends))
             fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
             legs = min(legs, into + fetched)
         return legs + self._costs.search * len(looks) + carried
+
+    def _left(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
+        """The parts that are not met."""
+        return tuple([part for part in self._parts if not is_met(part, knowledge)])
+
+    def _all_known(self, left: tuple[Delivered | Holding, ...], knowledge: Knowledge) -> bool:
+        types = {part.item_type for part in left}
+        return self._one_way and all(self._known(t, knowledge) >= self._wanted[t] for t in types)
+
+    def _nearest_legs(self, looks: tuple[int, ...], starts: tuple[int, ...]) -> float:
+        """nearest_legs, once for states that differ only in what was found where."""
+        key = looks, starts
+        if key not in self._into:
+            self._into[key] = nearest_legs(self._metres, list(looks), list(starts))
+        return self._into[key]
 
     def _known(self, item_type: ItemType, knowledge: Knowledge) -> int:
         held = knowledge.holding is not None and knowledge.holding.type == item_type
@@ -107,13 +129,12 @@ class MostToWalk:
             at in self._index and at not in self._barred and item.id not in self._stuck for at, item in places
         )
 
-    def _sources(self, part: Delivered | Holding, knowledge: Knowledge, looks: list[int]) -> list[int]:
-        """Where an instance for a part may be picked up or is in hand: known, or in a container that is left."""
+    def _stand(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:
+        """Where an instance for a part is known to stand or is in hand; others may be in any container left."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         places = [at for at, _ in knowledge.where(part.item_type)]
         places += [knowledge.robot_at] if held else []
-        known = dict.fromkeys(self._index[at] for at in places if at in self._index)
-        return [*known, *[look for look in looks if look not in known]]
+        return list(dict.fromkeys(self._index[at] for at in places if at in self._index))
 
 
 def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:

@@ -11,9 +11,14 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import final
 
-from workbench.search.find_costs import SearchStop
+from replayers.evidence import Evidence
+from replayers.from_outside import FromOutside
+from replayers.relevance import Relevance
+from workbench.beliefs.belief import Belief
+from workbench.planning.find_pricing import FindPricing, FindQuestion
+from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
-from workbench.worlds.house import ContainerId
+from workbench.worlds.house import ContainerId, LocationId
 
 MOST_REMEMBERED = 20_000
 """Searches; beyond this, all is forgotten and remembered anew."""
@@ -28,11 +33,31 @@ class Memory:
 
     orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
     firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
+    prices: dict[Hashable, FindCosts] = field(default_factory=dict[Hashable, FindCosts])
+    outsides: dict[Hashable, FromOutside] = field(default_factory=dict[Hashable, FromOutside])
+
+    def outside(
+        self,
+        evidence: Evidence,
+        relevance: Relevance,
+        *,
+        max_steps: int,
+        nearest_first: bool,
+        empty_handed: bool,
+    ) -> FromOutside:
+        """The bounds from outside, one for every kind of strategy over the log."""
+        key = (relevance.types, max_steps, nearest_first, empty_handed)
+        if key not in self.outsides:
+            self.outsides[key] = FromOutside(
+                evidence, relevance, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed
+            )
+        return self.outsides[key]
 
     def forget_if_full(self) -> None:
-        if len(self.orders) + len(self.firsts) >= MOST_REMEMBERED:
+        if len(self.orders) + len(self.firsts) + len(self.prices) >= MOST_REMEMBERED:
             self.orders.clear()
             self.firsts.clear()
+            self.prices.clear()
 
 
 @final
@@ -67,3 +92,25 @@ class Remembered:
         belief = query.belief
         chances = belief.of(query.item_type).tobytes()
         return (self.policy, query.item_type, query.origin, query.target, belief.containers, chances, query.costs)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RememberedPricing:
+    """A find cost that works out each table once."""
+
+    pricing: FindPricing
+    memory: Memory
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        belief = question.belief
+        about = (belief.item_types, belief.containers, belief.probability.tobytes(), belief.estimator)
+        key = (self.pricing, about, tuple(question.origins), tuple(question.targets), question.costs)
+        found = self.memory.prices.get(key)
+        if found is None:
+            self.memory.forget_if_full()
+            found = self.memory.prices[key] = self.pricing.price(question)
+        return found
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return self.pricing.meeting_places(belief)

@@ -147,10 +147,10 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         empty_handed=looks_empty_handed(planner),
         durations=ground.durations,
     )
-    bounds = bounds_of(tree, budget=settings.budget)
+    bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
     standing = None
     if not bounds.complete and not ground.steady:
-        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False)
+        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=ground.memory)
     drawn, estimate = None, None
     if ground.worlds is not None:
         drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
@@ -194,7 +194,7 @@ def _told_in(
 
 def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
     """The run over what the log holds and nothing else; ends undetermined at the first unopened container."""
-    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations))
+    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
 
 
 def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
@@ -205,7 +205,8 @@ def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
     def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
         return contents[container]
 
-    return _run(ground, planner, LoggedWorld(ground.evidence, filling=told, durations=ground.durations))
+    world = LoggedWorld(ground.evidence, filling=told, durations=ground.durations, paths=ground.paths)
+    return _run(ground, planner, world)
 
 
 def support_of(events: tuple[Event, ...]) -> dict[str, int]:

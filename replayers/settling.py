@@ -19,47 +19,51 @@ from math import inf
 from typing import Literal, final
 
 from replayers.bounds import MOST_TOLD, NEAR, Bounds, Budget, Proof
+from replayers.from_outside import FromOutside
 from replayers.intervals import Interval
-from replayers.most_to_walk import MostToWalk
 from replayers.relevance import Answer
-from replayers.still_to_walk import StillToWalk
+from replayers.remembered import Memory
 from replayers.unfolding import Filled, Leaf, Node, Question, Told, Unfolding
-from workbench.worlds.knowledge import Knowledge
 
 Side = Literal["low", "high"]
 
 
-def bounds_of(tree: Unfolding, *, budget: Budget, whatever_is_believed: bool = True) -> Bounds:
+def bounds_of(
+    tree: Unfolding, *, budget: Budget, whatever_is_believed: bool = True, memory: Memory | None = None
+) -> Bounds:
     """The bounds of a strategy's cost over one log.
 
     Args:
         whatever_is_believed: follow a run only as far as it is the same whatever else open containers held;
             otherwise as if they held nothing but the task's types.
+        memory: of what is asked over one log; strategies may share it.
     """
-    return Settling(tree, budget, only_certain=whatever_is_believed).bounds()
+    outside = (memory if memory is not None else Memory()).outside(
+        tree.evidence,
+        tree.relevance,
+        max_steps=tree.max_steps,
+        nearest_first=tree.nearest_first,
+        empty_handed=tree.empty_handed,
+    )
+    return Settling(tree, budget, outside, only_certain=whatever_is_believed).bounds()
 
 
 @final
 class Settling:
     """One search from both ends."""
 
-    def __init__(self, tree: Unfolding, budget: Budget, *, only_certain: bool) -> None:
+    def __init__(self, tree: Unfolding, budget: Budget, outside: FromOutside, *, only_certain: bool) -> None:
         self._tree = tree
         self._only_certain = only_certain
         self._is_straight = True
         self._budget = budget
         self._failure = tree.evidence.task.failure_cost
-        self._least = StillToWalk(tree.evidence, tree.relevance)
-        self._most = MostToWalk(
-            tree.evidence,
-            max_steps=tree.max_steps,
-            nearest_first=tree.nearest_first,
-            empty_handed=tree.empty_handed,
-        )
+        self._outside = outside
+        self._most = outside.most
         self._intervals: dict[Node, Interval] = {}
         self._others: dict[Node, Interval] = {}
         self._followed: set[Node] = set()
-        self._waiting: dict[Node, None] = {tree.root: None}
+        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by the first way there
 
     def bounds(self) -> Bounds:
         root = self._tree.root
@@ -89,7 +93,7 @@ class Settling:
     def _could_be_dearest(self) -> int:
         """How many branches that nobody has followed could cost more than what was found (by the first way there)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
-        return sum(self._intervals[n].upper(n.cost, self._failure) > largest + NEAR for n in self._waiting)
+        return sum([most > largest + NEAR for most in self._waiting.values()])
 
     def _deepen(self, side: Side | None) -> None:
         """Goes down the branch that decides a side (or any that is not spent), expands its end, and goes back."""
@@ -136,21 +140,15 @@ class Settling:
             for answer in question.options:
                 child = self._tree.child(node, answer)
                 if child not in self._intervals:
-                    self._intervals[child] = self._from_outside(child.knowledge)
-                    self._waiting[child] = None
+                    interval = self._intervals[child] = self._outside.interval(child.knowledge)
+                    self._waiting[child] = interval.upper(child.cost, self._failure)
             if question.others:
-                self._others[node] = self._from_outside(question.knowledge)
+                self._others[node] = self._outside.interval(question.knowledge)
                 self._others[node].spent = True
             self._gather(node)
         after = self._intervals[node]
         if before is not None and (after.found_high > before.high + NEAR or (after.fails and not before.may_fail)):
             self._is_straight = False
-
-    def _from_outside(self, knowledge: Knowledge) -> Interval:
-        low = self._least.from_here(knowledge)
-        certain = self._most.fits_straight and self._least.certainly_possible(knowledge)
-        high = self._most.going_straight(knowledge) if self._most.fits_straight else self._most.by_step_limit()
-        return Interval(low, high, may_fail=not certain)
 
     def _gather(self, node: Node) -> None:
         """A node's interval from its children's."""

@@ -9,6 +9,7 @@ goal any more: the run then fails.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Hashable
 from math import inf
 from typing import final
 
@@ -18,14 +19,16 @@ import numpy.typing as npt
 from replayers.evidence import Evidence
 from replayers.relevance import Relevance
 from workbench.execution.goal_check import is_met
-from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
-Sources = dict[ItemType, Indices]
-"""Per item type, where an instance may stand: indices into the travel costs."""
+Containers = tuple[ContainerId, ...]
+
+MOST_PARTS = 50_000
+"""Bounds of single parts that are remembered; beyond this, all are forgotten and worked out anew."""
 
 ROUNDING = 1e-12
 """Relative; sums of legs in another order must not come out above a bound."""
@@ -44,6 +47,8 @@ class StillToWalk:
         self._handle = evidence.costs.manipulation
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
+        self._unknown: Containers = (*evidence.contents, *evidence.open)
+        self._parts: dict[Hashable, tuple[float, float]] = {}
         self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
         for container, items in evidence.contents.items():
             for item in items:
@@ -51,58 +56,61 @@ class StillToWalk:
 
     def from_here(self, knowledge: Knowledge) -> float:
         """At least this much is still to pay from a state on; infinite when the goal cannot be met any more."""
-        return self._least(self._evidence.task.goal, knowledge, {})
+        left = tuple([c for c in self._unknown if c not in knowledge.first_seen])
+        return self._least(self._evidence.task.goal, knowledge, left)
 
     def certainly_possible(self, knowledge: Knowledge) -> bool:
         """Whether every world that agrees with the log still holds, within reach, all that the goal needs."""
         return self._certain(self._evidence.task.goal, knowledge, Counter())
 
-    def _least(self, goal: Goal, knowledge: Knowledge, sources: Sources) -> float:
-        """sources: filled type by type for this state."""
-        if is_met(goal, knowledge):
-            return 0.0
+    def _least(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
+        """left: containers that this run has not looked into yet."""
         if isinstance(goal, AnyOf):
-            return min((self._least(part, knowledge, sources) for part in goal.parts), default=0.0)
+            return min((self._least(part, knowledge, left) for part in goal.parts), default=0.0)
         if isinstance(goal, AllOf):
-            parts = [self._least(part, knowledge, sources) for part in goal.parts]
-            return max([*parts, sum(self._carried(part, knowledge, sources) for part in goal.parts)], default=0.0)
-        here, to = self._index.get(knowledge.robot_at), self._index.get(goal.at)
-        if here is None or to is None:
-            return inf
-        place = self._handle if isinstance(goal, Delivered) else 0.0
-        if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
-            return float(self._metres[here, to]) + place
-        at = self._sources(goal.item_type, knowledge, sources)
-        if not len(at):
-            return inf
-        least = float((self._metres[here, at] + self._metres[at, to]).min()) + self._handle + place
-        return min(least, float(self._metres[here, to])) if isinstance(goal, Delivered) and to in at else least
+            parts = [self._least(part, knowledge, left) for part in goal.parts]
+            return max([*parts, sum(self._carried(part, knowledge, left) for part in goal.parts)], default=0.0)
+        return self._alone(goal, knowledge, left)[0]
 
-    def _carried(self, goal: Goal, knowledge: Knowledge, sources: Sources) -> float:
+    def _carried(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
         """Loaded metres and manipulations of one part alone; those of different parts add up: one hand."""
-        if not isinstance(goal, Delivered) or is_met(goal, knowledge):
-            return 0.0
-        to = self._index.get(goal.at)
-        if to is None:
-            return inf
-        if knowledge.holding is not None and knowledge.holding.type == goal.item_type:
-            return self._handle
-        at = self._sources(goal.item_type, knowledge, sources)
-        if to in at:
-            return 0.0
-        return float(self._metres[at, to].min()) + 2 * self._handle if len(at) else inf
+        return self._alone(goal, knowledge, left)[1] if isinstance(goal, Delivered) else 0.0
 
-    def _sources(self, item_type: ItemType, knowledge: Knowledge, known: Sources) -> Indices:
-        """Where an instance may stand: known, told by the log, or in a container that is still open."""
-        found = known.get(item_type)
+    def _alone(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
+        """What one part alone costs at least from here, and the loaded share of it. Siblings differ in few parts."""
+        held = knowledge.holding is not None and knowledge.holding.type == part.item_type
+        key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left
+        found = self._parts.get(key)
         if found is None:
-            places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
-            places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
-            if item_type in self._may:
-                places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
-            at = [self._index[p] for p in places if p in self._index]
-            found = known[item_type] = np.array(at, dtype=np.intp)
+            if len(self._parts) >= MOST_PARTS:
+                self._parts.clear()
+            found = self._parts[key] = self._bound(part, knowledge, held=held)
         return found
+
+    def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
+        if is_met(part, knowledge):
+            return 0.0, 0.0
+        here, to = self._index.get(knowledge.robot_at), self._index.get(part.at)
+        if here is None or to is None:
+            return inf, inf
+        place = self._handle if isinstance(part, Delivered) else 0.0
+        if held:
+            return float(self._metres[here, to]) + place, self._handle
+        at = self._sources(part.item_type, knowledge)
+        if not len(at):
+            return inf, inf
+        least = float((self._metres[here, at] + self._metres[at, to]).min()) + self._handle + place
+        if isinstance(part, Delivered) and to in at:
+            return min(least, float(self._metres[here, to])), 0.0
+        return least, float(self._metres[at, to].min()) + 2 * self._handle
+
+    def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
+        """Where an instance may stand: known, told by the log, or in a container that is still open."""
+        places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
+        places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
+        if item_type in self._may:
+            places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
+        return np.array([self._index[p] for p in places if p in self._index], dtype=np.intp)
 
     def _told(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
         """Instances that the log shows in containers that this run has not looked into yet."""

@@ -169,11 +169,11 @@ class Unfolding:
         self.max_steps = max_steps
         self.nearest_first = nearest_first
         self.empty_handed = empty_handed
+        self._key = Telling(relevance, steady)
         self._planner = Remembering(strategy, self._key) if merge else strategy
         self._estimator = estimator
         self._seed = seed
         self._merge = merge
-        self._steady = steady
         self._durations = durations
         self._reads_beliefs = reads_beliefs and not steady
         self._nodes: dict[Hashable, Node] = {}
@@ -237,24 +237,6 @@ class Unfolding:
         made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks, cost=cost)
         return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
 
-    def _key(self, knowledge: Knowledge) -> Hashable:
-        """What a decision can depend on: where things that still matter stand, and where one may still look."""
-        live = self.relevance.live(knowledge)
-        items = [(at, item.id) for at, there in knowledge.items_at.items() for item in there if item.type in live]
-        items.sort(key=lambda pair: pair[0])
-        held = knowledge.holding.id if knowledge.holding else None
-        told = () if self._steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen))
-        return (
-            live,
-            knowledge.robot_at,
-            held,
-            tuple(items),
-            knowledge.unsearched,
-            knowledge.facts,
-            knowledge.closed,
-            told,
-        )
-
     def _run(self, node: Node) -> Stretch:
         self.stretches += 1
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
@@ -314,6 +296,35 @@ class Unfolding:
         assert stretch.ended is not None, "a leaf is an end"
         charged = own_cost if stretch.done else self.evidence.task.failure_cost
         return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=stretch.ended.status)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Telling:
+    """Tells states apart by what a decision can depend on: where things that still matter stand, and where one may
+    still look; where beliefs follow what is seen, by all that was found.
+
+    Attributes:
+        relevance: what still matters.
+        steady: beliefs go by names alone.
+    """
+
+    relevance: Relevance
+    steady: bool
+
+    def __call__(self, knowledge: Knowledge) -> Hashable:
+        live = self.relevance.live(knowledge)
+        held = knowledge.holding.id if knowledge.holding else None
+        return (
+            live,
+            knowledge.robot_at,
+            held,
+            tuple([(at, item.id) for t in live for at, item in knowledge.where(t)]),
+            knowledge.unsearched,
+            knowledge.facts,
+            knowledge.closed,
+            () if self.steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
+        )
 
 
 @final

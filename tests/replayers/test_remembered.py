@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,13 +12,16 @@ from toy import BED, COUNTER, DESK
 from toy_logs import MUG, PENCIL, toy_evidence
 
 from replayers.briefly import briefly
-from replayers.remembered import Memory, Remembered
+from replayers.remembered import Memory, Remembered, RememberedPricing
 from replayers.replay import Settings, ground_of, replay_on
 from replayers.run import read
+from replayers.settling import Settling
+from replayers.unfolding import Node, Unfolding
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import Planned
+from workbench.planning.find_pricing import FindQuestion, Optimistic
 from workbench.planning.strategies import strategy
-from workbench.search.find_costs import SearchStop
+from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policies import POLICIES, policy
 from workbench.search.policy import SearchQuery, first_stop
 from workbench.worlds.house import START, ContainerId, LocationId
@@ -79,6 +83,34 @@ def test_a_policy_that_remembers_answers_as_it_does(tmp_path: Path, name: str) -
     assert remembered.name == ours.name
 
 
+@dataclass(frozen=True)
+class CountsPrices:
+    """Optimistic, and counts how often it is asked."""
+
+    asked: list[int] = field(default_factory=list[int], hash=False, compare=False)
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        self.asked.append(1)
+        return Optimistic().price(question)
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
+
+
+def test_the_same_find_costs_are_worked_out_once(tmp_path: Path) -> None:
+    counts = CountsPrices()
+    remembered = RememberedPricing(counts, Memory())
+    asked = [
+        FindQuestion(belief=q.belief, travel=q.travel, origins=(q.origin,), targets=(q.target,), costs=q.costs)
+        for q in (query(tmp_path, 0.2), query(tmp_path, 0.2), query(tmp_path, 0.3), query(tmp_path, 0.2, origin=BED))
+    ]
+    answers = [remembered.price(question) for question in asked]
+    assert len(counts.asked) == 3
+    for question, answer in zip(asked, answers, strict=True):
+        assert (answer.metres == Optimistic().price(question).metres).all()
+        assert answer.origins == question.origins
+
+
 def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("replayers.remembered.MOST_REMEMBERED", 3)
     memory = Memory()
@@ -104,3 +136,17 @@ def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:
     ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=0))
     told = replay_on(ground, "opt-greedy", worlds=("best",)).worlds["best"]
     assert max(len(event.made.search_order) for event in told if isinstance(event, Planned)) > 1
+
+
+def test_a_replay_leaves_nothing_for_the_collector(tmp_path: Path) -> None:
+    """Trees of runs are large; they go when the replay is done, not when the collector comes round."""
+    toy_evidence(tmp_path)
+    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=5))
+    gc.collect()
+    gc.disable()
+    try:
+        replay_on(ground, "opt-greedy")
+        left = [thing for thing in gc.get_objects() if isinstance(thing, Node | Unfolding | Settling)]
+    finally:
+        gc.enable()
+    assert not left

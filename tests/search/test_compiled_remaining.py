@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.search import compiled_remaining, remaining
+from workbench.search import compiled_remaining, corrected, remaining
 from workbench.search.remaining import BELIEF_MODELS, KINDS
 
 chances = st.one_of(st.sampled_from([0.0, 1e-12, 1e-6, 0.5, 1.0]), st.floats(0.0, 1.0))
@@ -30,9 +30,20 @@ def test_compiled_is_numpy(data: st.DataObject, items: int, containers: int) -> 
     assert np.allclose(compiled_remaining.chance_of_any(some), remaining.chance_of_any(some), rtol=1e-8, atol=1e-8)
 
 
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.integers(2, 9))
+def test_the_order_of_the_others_is_numpys(seed: int, items: int, containers: int) -> None:
+    rng = np.random.default_rng(seed)
+    p, between_m = rng.integers(0, 3, (items, containers)) / 4, rng.integers(0, 4, (containers, containers)) * 1.0
+    searched = np.argsort(rng.random((items, containers)), axis=1)[:, : rng.integers(1, containers)]
+    from_m = between_m[searched].mean(axis=1)
+    ours = compiled_remaining.others(p, searched, from_m, between_m)
+    assert (ours == corrected.others(p, searched, from_m, between_m)).all(), "ties too go to the earlier"
+
+
 def test_without_numba_the_readable_one_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     p, candidates = np.array([[0.2, 0.7, 0.4]]), np.array([[0, 1]])
     compiled = {m: remaining.still_missing_by_subset(p, candidates, m) for m in BELIEF_MODELS}
-    monkeypatch.setattr(remaining, "_compiled", lambda: None)
+    monkeypatch.setattr(remaining, "compiled_loops", lambda: None)
     for model in BELIEF_MODELS:
         assert np.allclose(remaining.still_missing_by_subset(p, candidates, model), compiled[model], atol=1e-12)

@@ -374,3 +374,15 @@ def test_no_item_types_give_an_empty_table() -> None:
     none = Belief(item_types=(), containers=(ContainerId("c0"),), probability=np.zeros((0, 1)), estimator="test")
     table = expected_find_costs(none, THREE_ON_A_LINE, origins=(START,), targets=(START,), costs=COSTS)
     assert table.metres.shape == (0, 1, 1)
+
+
+def test_a_belief_about_some_of_its_types_has_their_rows_and_nothing_of_others() -> None:
+    mug, book, egg = ItemType("Mug"), ItemType("Book"), ItemType("Egg")
+    belief = Belief(
+        item_types=(mug, book), containers=(BED,), probability=np.array([[0.2], [0.7]]), estimator="by hand"
+    )
+    some = belief.only((egg, book))
+    assert some.probability.tolist() == [[0.0], [0.7]]
+    assert (some.item_types, some.containers, some.estimator) == ((egg, book), (BED,), "by hand")
+    assert belief.only((egg, book)) is some
+    assert belief.only((mug, book)) is belief

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import MappingProxyType
+
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_plan, toy_travel
 
@@ -32,6 +35,19 @@ def test_seeing_picking_carrying_and_placing() -> None:
     down = held.moved(START).placed()
     assert (down.holding, down.where(MUG.type)) == (None, ((START, MUG),))
     assert seen.holding is None, "the old view is untouched"
+
+
+def test_what_was_asked_before_is_not_told_of_other_contents() -> None:
+    before = _start()
+    assert (before.where(EGG.type), len(before.unsearched)) == (((LocationId(FRIDGE), EGG),), 4)
+    elsewhere = replace(before, items_at=MappingProxyType({LocationId(BED): (EGG,)}))
+    assert elsewhere.where(EGG.type) == ((LocationId(BED), EGG),)
+    assert elsewhere.unsearched == before.unsearched
+    assert replace(before, first_seen=MappingProxyType({})).unsearched == (FRIDGE, COUNTER, TABLE, BED, DESK)
+    travel = toy_travel()
+    fewer = TravelCosts(locations=travel.locations[:-1], metres=travel.metres[:-1, :-1], unreachable=(DESK,))
+    assert replace(before, travel=fewer).unsearched == (COUNTER, TABLE, BED)
+    assert before.moved(LocationId(BED)) == replace(before, robot_at=LocationId(BED))
 
 
 def test_a_shut_container_is_no_candidate_any_more() -> None:

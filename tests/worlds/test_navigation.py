@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
-from toy import BED, FRIDGE, TABLE, toy_plan
+from toy import BED, FRIDGE, TABLE, toy_plan, toy_travel
 
 from workbench.errors import BadValue
 from workbench.worlds import travel_cache
@@ -189,6 +189,16 @@ def test_corners_keep_the_length_and_stay_on_free_cells(free: npt.NDArray[np.boo
         assert abs(b[1] - a[1]) in (0, n)
         for k in range(n + 1):
             assert free[a[0] + (b[0] - a[0]) // n * k, a[1] + (b[1] - a[1]) // n * k]
+
+
+def test_the_indices_of_several_locations_are_those_of_each() -> None:
+    travel = toy_travel()
+    some = (travel.locations[3], travel.locations[0], travel.locations[3])
+    assert travel.rows(some).tolist() == [3, 0, 3] == travel.rows(some).tolist()
+    assert travel.reaches_all(some)
+    assert not travel.reaches_all((*some, "Box|0"))
+    with pytest.raises(KeyError):
+        travel.rows((*some, "Box|0"))
 
 
 def test_travel_costs_are_equal_by_value() -> None:

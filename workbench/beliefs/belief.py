@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -32,13 +32,16 @@ class Belief:
     containers: tuple[ContainerId, ...]
     probability: npt.NDArray[np.float64]
     estimator: str
+    _only: dict[tuple[ItemType, ...], Belief] = field(
+        default_factory=dict[tuple[ItemType, ...], "Belief"], init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         p = np.array(self.probability, dtype=np.float64)
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
-        if not np.isfinite(p).all() or (p < 0).any() or (p > 1).any():
+        if p.size and not (p.min() >= 0 and p.max() <= 1):  # nan is neither
             raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
@@ -46,6 +49,17 @@ class Belief:
     def of(self, item_type: ItemType) -> npt.NDArray[np.float64]:
         """The row of an item type, shape (containers,). Raises ValueError when it is not in the belief."""
         return self.probability[self.item_types.index(item_type)]
+
+    def only(self, item_types: tuple[ItemType, ...]) -> Belief:
+        """The belief about some of its types, in their order; a type that it does not have gets probability 0."""
+        if item_types == self.item_types:
+            return self
+        made = self._only.get(item_types)
+        if made is None:
+            rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
+            probability = np.array(rows).reshape(len(item_types), len(self.containers))
+            made = self._only[item_types] = replace(self, item_types=item_types, probability=probability)
+        return made
 
 
 class Estimator(Protocol):

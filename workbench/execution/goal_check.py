@@ -11,6 +11,8 @@ from workbench.worlds.knowledge import Knowledge
 
 def is_met(goal: Goal, knowledge: Knowledge) -> bool:
     """Whether the goal holds; parts of an AllOf are met by instances of their own."""
+    if isinstance(goal, Delivered | Holding):
+        return bool(_candidates(goal, knowledge))
     return _met_by(goal, knowledge, frozenset()) is not None
 
 

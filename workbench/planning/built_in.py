@@ -52,13 +52,17 @@ class Solved:
 
 @dataclass(slots=True)
 class _Attempt:
-    """One recipe from one way of beginning (with the held thing used, or put down first)."""
+    """One recipe from one way of beginning (with the held thing used, or put down first).
+
+    Attributes:
+        bound: what it costs at least; None as long as nobody needs it.
+    """
 
     recipe: Recipe
     arrays: _Arrays
     hand: int
     put_down: bool
-    bound: float = 0.0
+    bound: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,26 +145,26 @@ class _Passes:
     def straight(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound >= self.limit:
+            if attempt.bound is not None and attempt.bound >= self.limit:
                 break
             if self.clock() > self.deadline:
-                self.unproven = min(self.unproven, attempt.bound)
+                self.leaves_out(attempt)
                 break
             left -= self.try_one(attempt, max(left, LEAST_NODES), staging=False)
 
     def on_the_way(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound >= self.limit:
+            if attempt.bound is not None and attempt.bound >= self.limit:
                 break
             if left <= 0 or self.clock() > self.deadline:
-                self.unproven = min(self.unproven, attempt.bound)
+                self.leaves_out(attempt)
                 break
             left -= self.try_one(attempt, left, staging=True)
 
     def try_one(self, attempt: _Attempt, most_nodes: int, *, staging: bool) -> int:
         if not fits(attempt, staging=staging):
-            self.unproven = min(self.unproven, attempt.bound)
+            self.leaves_out(attempt)
             return 0
         status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
         if status == rs.LIMIT:
@@ -174,10 +178,16 @@ class _Passes:
         self.expanded += nodes
         return nodes
 
+    def leaves_out(self, attempt: _Attempt) -> None:
+        """What the attempt costs at least is not excluded."""
+        self.unproven = min(self.unproven, _least(self.problem, attempt))
+
 
 def fits(attempt: _Attempt, *, staging: bool) -> bool:
     """Whether the search's states can be numbered in 62 bits."""
     n, slots = len(attempt.arrays.d), len(attempt.recipe.slots)
+    if (n * (slots + 1) << attempt.arrays.n_ops) * (n + 1) ** slots < MOST_CODE:
+        return True
     used = {slot for operation in attempt.recipe.operations for slot in operation.slots}
     states = n * (slots + 1) << attempt.arrays.n_ops
     for slot in range(slots):
@@ -216,9 +226,16 @@ def _attempts(problem: Problem) -> list[_Attempt]:
         for slot, wanted in enumerate(recipe.slots):
             if held.id in wanted.things:
                 attempts.append(_Attempt(recipe, arrays, slot, False))
-    for attempt in attempts:
+    if len(attempts) > 1:  # an only one need not be compared
+        attempts.sort(key=lambda attempt: _least(problem, attempt))
+    return attempts
+
+
+def _least(problem: Problem, attempt: _Attempt) -> float:
+    """What an attempt costs at least; remembered."""
+    if attempt.bound is None:
         attempt.bound = _search(problem, attempt, 0.0, 1)[2]
-    return sorted(attempts, key=lambda attempt: attempt.bound)
+    return attempt.bound
 
 
 def _search(
@@ -242,18 +259,63 @@ def _search(
 
 def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
     where = {location: i for i, location in enumerate(problem.locations)}
-    rows = [problem.travel.index(location) for location in problem.locations]
-    d = np.ascontiguousarray(problem.travel.metres[np.ix_(rows, rows)])
-    n, slots = len(rows), len(recipe.slots)
+    rows = problem.travel.rows(problem.locations)
+    d = problem.travel.metres[rows[:, None], rows]
+    op_slot, op_where, op_after, link = _operations(recipe) if recipe.operations else NO_OPERATIONS
+    centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
+    potential = np.zeros((1 + len(centres), len(rows)))
+    potential[1:] = d[:, centres].T
+    fetch, least, standing = _errands(problem, recipe, where, d, potential)
+    return _Arrays(
+        d=d,
+        fetch=fetch,
+        least=least,
+        potential=potential,
+        standing=standing,
+        end=np.array([where[slot.end] if slot.end else -1 for slot in recipe.slots], dtype=np.int64),
+        in_hand=np.array([slot.in_hand for slot in recipe.slots], dtype=np.int64),
+        op_slot=op_slot,
+        op_where=op_where,
+        op_after=op_after,
+        link=link,
+        n_ops=len(recipe.operations),
+    )
+
+
+def _errands(
+    problem: Problem, recipe: Recipe, where: dict[LocationId, int], d: rs.FloatArray, potential: rs.FloatArray
+) -> tuple[rs.FloatArray, rs.FloatArray, rs.IntArray]:
+    """fetch, least and standing of recipe_search.search."""
     things = {thing.id: thing for thing in problem.things}
-    fetch = np.full((slots, n, n), np.inf)
-    standing = np.zeros((slots, n), dtype=np.int64)
+    tables = _find_tables(problem)
+    at = np.full((len(recipe.slots), max((len(slot.things) for slot in recipe.slots), default=0)), -1)
+    find = np.full_like(at, -1)
     for s, slot in enumerate(recipe.slots):
-        for name in slot.things:
-            fetch[s] = np.minimum(fetch[s], _fetch(problem, things[name], where, d))
-            at = _place_of(problem, things[name])
-            if at is not None:
-                standing[s, where[at]] = 1
+        for j, name in enumerate(slot.things):
+            place = _place_of(problem, things[name])
+            if place is not None:
+                at[s, j] = where[place]
+            elif problem.find_costs is not None:
+                find[s, j] = problem.find_costs.item_types.index(things[name].type)
+    return rs.errands(at, find, tables, d, potential, problem.costs.manipulation)
+
+
+def _find_tables(problem: Problem) -> rs.FloatArray:
+    """Find costs between the problem's locations, shape (types, locations, locations), read-only."""
+    costs, n = problem.find_costs, len(problem.locations)
+    if costs is not None and costs.origins == problem.locations == costs.targets:
+        return costs.metres
+    tables = np.zeros((0, n, n))
+    if costs is not None:
+        rows = [costs.origins.index(location) for location in problem.locations]
+        columns = [costs.targets.index(location) for location in problem.locations]
+        tables = np.ascontiguousarray(costs.metres[:, np.array(rows)[:, None], columns])
+    tables.flags.writeable = False
+    return tables
+
+
+def _operations(recipe: Recipe) -> tuple[rs.IntArray, rs.IntArray, rs.IntArray, rs.IntArray]:
+    """op_slot, op_where, op_after and link of recipe_search.search."""
     parts = max([len(o.slots) for o in recipe.operations], default=1)
     op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
     op_where = np.zeros_like(op_slot)
@@ -263,23 +325,7 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
         for j, slot in enumerate(operation.slots):
             op_slot[o, j] = slot
             op_where[o, j] = operation.preparation.parts[j].where == "hand"
-    centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
-    potential = np.stack([np.zeros(n), *(d[:, centre] for centre in centres)])
-    reduced = fetch[None] + potential[:, None, :, None] - potential[:, None, None, :]
-    return _Arrays(
-        d=d,
-        fetch=fetch,
-        least=np.ascontiguousarray(reduced.min(axis=2)),
-        potential=np.ascontiguousarray(potential),
-        standing=standing,
-        end=np.array([where[slot.end] if slot.end else -1 for slot in recipe.slots], dtype=np.int64),
-        in_hand=np.array([slot.in_hand for slot in recipe.slots], dtype=np.int64),
-        op_slot=op_slot,
-        op_where=op_where,
-        op_after=op_after,
-        link=_links(recipe),
-        n_ops=len(recipe.operations),
-    )
+    return op_slot, op_where, op_after, _links(recipe)
 
 
 def _links(recipe: Recipe) -> rs.IntArray:
@@ -305,34 +351,23 @@ def _standing_slots(operation: Operation) -> tuple[int, ...]:
     return tuple(slot for slot, part in parts if part.where == "here")
 
 
+NO_OPERATIONS = _operations(Recipe())
+"""Of recipes that only carry things."""
+
+
 def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
     """Where a thing stands once the hand is free; None when it is missing."""
     return problem.robot_at if thing.held else thing.at
 
 
-def _fetch(problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray) -> rs.FloatArray:
-    at = _place_of(problem, thing)
-    if at is not None:
-        i = where[at]
-        return d[:, i][:, None] + problem.costs.manipulation + d[i, :][None, :]
-    costs = problem.find_costs
-    if costs is None:
-        return np.full_like(d, np.inf)
-    table = costs.metres[costs.item_types.index(thing.type)]
-    if costs.origins == problem.locations == costs.targets:
-        return table
-    rows = [costs.origins.index(location) for location in problem.locations]
-    columns = [costs.targets.index(location) for location in problem.locations]
-    return table[np.ix_(rows, columns)]
-
-
 def _fetch_cost(
     problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray, i: int, j: int
 ) -> float:
-    """One entry of _fetch."""
-    at = _place_of(problem, thing)
+    """One entry of a thing's own table of errands."""
+    at, costs = _place_of(problem, thing), problem.find_costs
     if at is None:
-        return float(_fetch(problem, thing, where, d)[i, j])
+        here, there = problem.locations[i], problem.locations[j]
+        return costs.of(thing.type, here, there) if costs is not None else float("inf")
     k = where[at]
     return float(d[i, k] + problem.costs.manipulation + d[k, j])
 
@@ -462,9 +497,8 @@ def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]
 
 def without_hypothetical(plan: Plan) -> Plan:
     """The plan as others see it: a thing that is not found yet has a type and no id."""
-
-    def shown(step: PlanStep) -> PlanStep:
-        unknown = any(item.startswith(MISSING) for item in step.items)
-        return replace(step, items=()) if unknown else step
-
-    return replace(plan, steps=tuple(shown(step) for step in plan.steps))
+    unknown = [any(item.startswith(MISSING) for item in step.items) for step in plan.steps]
+    if not any(unknown):
+        return plan
+    pairs = zip(plan.steps, unknown, strict=True)
+    return replace(plan, steps=tuple([replace(step, items=()) if hidden else step for step, hidden in pairs]))

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import final
 
-import numpy as np
-
-from workbench.beliefs.belief import Belief
 from workbench.planning.actions import relevant_types
 from workbench.planning.built_in import without_hypothetical
 from workbench.planning.find_pricing import FindPricing, FindQuestion
@@ -111,12 +108,12 @@ def problem_at(
         locations = tuple(dict.fromkeys(ends))
     else:
         if places is None:
-            places = (*hubs_for(view), *pricing.meeting_places(only(view.belief, types)))
+            places = (*hubs_for(view), *pricing.meeting_places(view.belief.only(types)))
         locations = locations_that_matter(goal, knowledge, places)
     find_costs = None
     if types:
         question = FindQuestion(
-            belief=only(view.belief, types),
+            belief=view.belief.only(types),
             travel=knowledge.travel,
             origins=locations,
             targets=locations,
@@ -124,15 +121,6 @@ def problem_at(
         )
         find_costs = pricing.price(question)
     return problem_of(goal, knowledge, view.costs, locations=locations, find_costs=find_costs)
-
-
-def only(belief: Belief, item_types: tuple[ItemType, ...]) -> Belief:
-    """The belief about some of its types, in their order; a type that it does not have gets probability 0."""
-    rows = [belief.of(t) if t in belief.item_types else np.zeros(len(belief.containers)) for t in item_types]
-    probability = np.array(rows).reshape(len(item_types), len(belief.containers))
-    return Belief(
-        item_types=item_types, containers=belief.containers, probability=probability, estimator=belief.estimator
-    )
 
 
 def with_search_order(
@@ -156,7 +144,7 @@ def _order(plan: Plan, policy: SearchPolicy, view: View) -> tuple[SearchStop, ..
             item_type=first.item_types[0],
             origin=first.origin,
             target=first.target,
-            belief=only(view.belief, first.item_types),
+            belief=view.belief.only(first.item_types),
             travel=view.knowledge.travel,
             costs=view.costs,
         )

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from types import MappingProxyType
 
 from workbench.planning.actions import BY_NAME, relevant_types
 from workbench.planning.plans import PlanStep
@@ -192,12 +193,19 @@ def missing_types(
     """
     if not knowledge.unsearched:
         return ()
-    needed = {t: max(sum(want.item_type == t for want in way) for way in ways_of(goal)) for t in relevant_types(goal)}
     return tuple(
         t
-        for t in relevant_types(goal)
-        if (not available or t in available) and (find_known or _known(knowledge, t) < max(needed[t], 1))
+        for t, most in most_needed(goal).items()
+        if (not available or t in available) and (find_known or _known(knowledge, t) < max(most, 1))
     )
+
+
+@lru_cache(maxsize=256)
+def most_needed(goal: Goal) -> Mapping[ItemType, int]:
+    """Of each relevant type, sorted, how many wants of one way name it at most."""
+    ways = ways_of(goal)
+    most = {t: max(sum(want.item_type == t for want in way) for way in ways) for t in relevant_types(goal)}
+    return MappingProxyType(most)
 
 
 def _known(knowledge: Knowledge, item_type: ItemType) -> int:
@@ -232,12 +240,11 @@ def problem_of(
     """The problem as the robot knows it; finds are offered for the types that find_costs has."""
     things: list[Thing] = []
     found = find_costs.item_types if find_costs is not None else ()
-    for item_type in relevant_types(goal):
+    for item_type, most in most_needed(goal).items():
         for location, item in knowledge.where(item_type):
             if knowledge.travel.reaches(location):
                 things.append(Thing(id=item.id, type=item_type, at=location))
         if item_type in found:
-            most = max(sum(want.item_type == item_type for want in way) for way in ways_of(goal))
             lacking = max(most - _known(knowledge, item_type), 1)
             names = [f"{MISSING}{item_type}"] + [f"{MISSING}{item_type}#{i + 2}" for i in range(lacking - 1)]
             things += [Thing(id=ItemId(name), type=item_type) for name in names]

@@ -41,6 +41,41 @@ def _compiled(function: Any) -> Any:
 
 
 @_compiled
+def errands(at, find, tables, d, potential, c):
+    """What fetching each slot costs; see search for the answers.
+
+    Args:
+        at: where each slot's known instances stand, -1 for none, shape (slots, instances).
+        find: tables of its missing ones, -1 for none, same shape.
+        tables: find costs, shape (tables, places, places).
+        d, potential, c: as in search.
+
+    Returns:
+        fetch, least and standing.
+    """
+    slots, n = len(at), len(d)
+    fetch = np.full((slots, n, n), _INF)
+    least = np.full((len(potential), slots, n), _INF)
+    standing = np.zeros((slots, n), dtype=np.int64)
+    for s in range(slots):
+        for j in range(at.shape[1]):
+            k = at[s, j]
+            if k >= 0:
+                standing[s, k] = 1
+            if k < 0 and find[s, j] < 0:
+                continue
+            for a in range(n):
+                for b in range(n):
+                    w = d[a, k] + c + d[k, b] if k >= 0 else tables[find[s, j], a, b]
+                    fetch[s, a, b] = min(fetch[s, a, b], w)
+        for p in range(len(potential)):
+            for a in range(n):
+                for b in range(n):
+                    least[p, s, b] = min(least[p, s, b], fetch[s, a, b] + potential[p, a] - potential[p, b])
+    return fetch, least, standing
+
+
+@_compiled
 def _heuristic(
     robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, n_ops, c,
     work,
@@ -371,7 +406,7 @@ def search(
                 if op_slot[o, j] == s and op_where[o, j] == 0:
                     tool[s] = False
     all_done = (1 << n_ops) - 1
-    capacity = 1024
+    capacity = 64
     node_pos = np.full((capacity, n_slots), -1, dtype=np.int64)
     node = np.zeros((capacity, 3), dtype=np.int64)  # robot, hand, done
     node_g = np.zeros(capacity)
@@ -379,7 +414,7 @@ def search(
     action = np.zeros((capacity, 3), dtype=np.int64)
     heap_f = np.zeros(capacity)
     heap_n = np.zeros(capacity, dtype=np.int64)
-    table = np.full((4096, 2), -1, dtype=np.int64)
+    table = np.full((256, 2), -1, dtype=np.int64)
     count = 1
     heap = 0
     node[0, 0] = robot0

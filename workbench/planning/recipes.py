@@ -7,16 +7,20 @@ has eighteen: boil in a pot or a kettle, peel one of three, toast, each with cof
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TypeVar
 
 from workbench.planning.actions import Preparation, producers
 from workbench.planning.problem import Problem, ways_of
-from workbench.planning.tasks import Delivered, Holding
+from workbench.planning.tasks import Delivered, Goal, Holding, goal_locations
 from workbench.worlds.house import ItemId, ItemType, LocationId
+from workbench.worlds.knowledge import Fact
 
 T = TypeVar("T")
 
 MOST_RECIPES = 4000
+MOST_REMEMBERED = 256
+"""Problems whose recipes are remembered: replanning and replay ask for the same ones with things elsewhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +66,24 @@ class Recipe:
         return "; ".join([*done, *(slot.type for i, slot in enumerate(self.slots) if i not in used)])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Given:
+    """All of a problem that its recipes depend on: not where things stand, nor what finding them costs.
+
+    Attributes:
+        things: with their types, sorted by id.
+        reached: the goal's places that can be reached.
+    """
+
+    goal: Goal
+    things: tuple[tuple[ItemId, ItemType], ...]
+    facts: frozenset[Fact]
+    reached: tuple[LocationId, ...]
+
+    def of_type(self, item_type: ItemType) -> tuple[ItemId, ...]:
+        return tuple([name for name, its_type in self.things if its_type == item_type])
+
+
 @dataclass(frozen=True, slots=True)
 class _Open:
     """A property that some slot still has to get, before operation `before`."""
@@ -73,9 +95,20 @@ class _Open:
 
 def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
     """Every recipe that the problem's things can fill, in an order that does not change."""
+    given = _Given(
+        goal=problem.goal,
+        things=tuple([(thing.id, thing.type) for thing in problem.things]),
+        facts=problem.facts,
+        reached=tuple([place for place in goal_locations(problem.goal) if problem.travel.reaches(place)]),
+    )
+    return _recipes(given)
+
+
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _recipes(given: _Given) -> tuple[Recipe, ...]:
     found: dict[Recipe, None] = {}
-    for way in ways_of(problem.goal):
-        if sum(isinstance(want, Holding) for want in way) > 1 or not _reached(way, problem):
+    for way in ways_of(given.goal):
+        if sum(isinstance(want, Holding) for want in way) > 1 or not all(want.at in given.reached for want in way):
             continue
         slots = tuple(Slot(type=want.item_type, end=want.at, in_hand=isinstance(want, Holding)) for want in way)
         wanted = tuple(
@@ -84,19 +117,15 @@ def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
             if isinstance(want, Delivered)
             for prop in want.properties
         )
-        for recipe in _expand(Recipe(slots=slots), wanted, problem):
-            for filled in _filled(_first_things_first(recipe), problem):
+        for recipe in _expand(Recipe(slots=slots), wanted, given):
+            for filled in _filled(_first_things_first(recipe), given):
                 found[filled] = None
                 if len(found) >= MOST_RECIPES:
                     return tuple(found)
     return tuple(found)
 
 
-def _reached(way: tuple[Delivered | Holding, ...], problem: Problem) -> bool:
-    return all(problem.travel.reaches(want.at) for want in way)
-
-
-def _expand(recipe: Recipe, wanted: tuple[_Open, ...], problem: Problem) -> list[Recipe]:
+def _expand(recipe: Recipe, wanted: tuple[_Open, ...], given: _Given) -> list[Recipe]:
     """All ways of giving the wanted properties: by an instance that has it, or by a preparation."""
     if not wanted:
         return [recipe]
@@ -104,20 +133,20 @@ def _expand(recipe: Recipe, wanted: tuple[_Open, ...], problem: Problem) -> list
     slot = recipe.slots[head.slot]
     made = [i for i, op in enumerate(recipe.operations) if _gives(op, head.slot, head.prop)]
     if made:
-        return _expand(_ordered(recipe, head.before, made[0]), rest, problem)
+        return _expand(_ordered(recipe, head.before, made[0]), rest, given)
     grown: list[Recipe] = []
     has = replace(slot, has=slot.has | {head.prop})
-    if any(_fits(has, thing.id, problem) for thing in problem.of_type(slot.type)):
-        grown += _expand(replace(recipe, slots=_with(recipe.slots, head.slot, has)), rest, problem)
+    if any(_fits(has, thing, given) for thing in given.of_type(slot.type)):
+        grown += _expand(replace(recipe, slots=_with(recipe.slots, head.slot, has)), rest, given)
     for preparation, index in producers(slot.type, head.prop):
-        for parts, slots in _cast(preparation, index, head.slot, recipe.slots, problem):
+        for parts, slots in _cast(preparation, index, head.slot, recipe.slots, given):
             number = len(recipe.operations)
             operations = (*recipe.operations, Operation(preparation=preparation, slots=parts))
             more = _ordered(replace(recipe, slots=slots, operations=operations), head.before, number)
             needs = tuple(
                 _Open(parts[i], prop, number) for i, part in enumerate(preparation.parts) for prop in part.needs
             )
-            grown += _expand(more, (*needs, *rest), problem)
+            grown += _expand(more, (*needs, *rest), given)
     return grown
 
 
@@ -157,7 +186,7 @@ def _ordered(recipe: Recipe, before: int | None, number: int) -> Recipe:
 
 
 def _cast(
-    preparation: Preparation, index: int, slot: int, slots: tuple[Slot, ...], problem: Problem
+    preparation: Preparation, index: int, slot: int, slots: tuple[Slot, ...], given: _Given
 ) -> list[tuple[tuple[int, ...], tuple[Slot, ...]]]:
     """Who plays which part: a slot that the recipe has already, or a new one of each type that things exist of."""
     castings: list[tuple[tuple[int, ...], tuple[Slot, ...]]] = [((), slots)]
@@ -170,18 +199,18 @@ def _cast(
             for item_type in part.types:
                 same = [s for s, other in enumerate(current) if other.type == item_type and s not in (*chosen, slot)]
                 following += [((*chosen, s), current) for s in same]
-                if len(problem.of_type(item_type)) > sum(other.type == item_type for other in current):
+                if len(given.of_type(item_type)) > sum(other.type == item_type for other in current):
                     following.append(((*chosen, len(current)), (*current, Slot(type=item_type))))
         castings = following
     return castings
 
 
-def _filled(recipe: Recipe, problem: Problem) -> list[Recipe]:
+def _filled(recipe: Recipe, given: _Given) -> list[Recipe]:
     """The recipe with its slots' instances; where two slots share a type, one recipe for each assignment."""
     filled = [recipe.slots]
     types = [slot.type for slot in recipe.slots]
     for i, slot in enumerate(recipe.slots):
-        fitting = tuple(thing.id for thing in problem.of_type(slot.type) if _fits(slot, thing.id, problem))
+        fitting = tuple(thing for thing in given.of_type(slot.type) if _fits(slot, thing, given))
         if types.count(slot.type) == 1:
             choices = [fitting] if fitting else []
         else:
@@ -195,8 +224,8 @@ def _filled(recipe: Recipe, problem: Problem) -> list[Recipe]:
     return [replace(recipe, slots=slots) for slots in filled]
 
 
-def _fits(slot: Slot, thing: ItemId, problem: Problem) -> bool:
-    return all((prop, (thing,)) in problem.facts for prop in slot.has)
+def _fits(slot: Slot, thing: ItemId, given: _Given) -> bool:
+    return all((prop, (thing,)) in given.facts for prop in slot.has)
 
 
 def _with(items: tuple[T, ...], index: int, item: T) -> tuple[T, ...]:

@@ -72,6 +72,28 @@ class Situation(NamedTuple):
     handle: float
 
 
+class Room(NamedTuple):
+    """Room that all rollouts work in, one after the other.
+
+    Attributes:
+        searched: containers, shape (n,); subset: of each want's candidates, shape (K,).
+        places, known: as a situation's, and what was found since.
+        legs: what delivering each want costs from the robot's place (row 0) and from each target, shape (K + 1, K).
+        rest: what is left (a mask of wants) once a want outside it was delivered last, shape (2**K, K + 1).
+        finds: what comes again in every world: finds by where they begin (a container, then a want's place), the
+            want and the subset, shape (n + K, K, 2**c); is_known: which of them are filled in.
+    """
+
+    searched: Mask
+    subset: Indices
+    known: Indices
+    places: Indices
+    legs: Array
+    rest: Array
+    finds: Array
+    is_known: Mask
+
+
 @njit(cache=True, nogil=True)
 def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
     """Eq. 1's table for one type: reference.cost_table before its last step, shape (2**c, c)."""
@@ -133,20 +155,31 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
         held: shape (worlds, K, n).
     """
     answer = np.empty((len(kinds), len(held)))
+    wants, n = len(here.targets), len(here.containers)
+    room = Room(
+        searched=np.zeros(n, np.bool_),
+        subset=np.zeros(wants, np.int64),
+        known=here.known.copy(),
+        places=here.places.copy(),
+        legs=np.empty((wants + 1, wants)),
+        rest=np.zeros((1 << wants, wants + 1)),
+        finds=np.empty((n + wants, wants, here.missing.shape[1])),
+        is_known=np.zeros((n + wants, wants, here.missing.shape[1]), np.bool_),
+    )
     for w in range(len(held)):
         for step in range(len(kinds)):
-            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w])
+            answer[step, w] = _rollout(kinds[step], targets[step], here, held[w], room)
     return answer
 
 
-@njit(cache=True, nogil=True)
-def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
+@njit(cache=True, nogil=True, inline="always")
+def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) -> float:
+    searched, subset, known, places, legs, rest, finds, is_known = room
+    searched[:] = False
+    subset[:] = 0
+    known[:] = here.known
     wants, n = len(here.targets), len(here.containers)
-    at, hand, done = here.robot, here.hand, here.done
-    searched = np.zeros(n, np.bool_)
-    subset = np.zeros(wants, np.int64)
-    known, places = here.known.copy(), here.places.copy()
-    legs, rest = np.empty((wants + 1, wants)), np.zeros((1 << wants, wants + 1))
+    at, begin, hand, done = here.robot, -1, here.hand, here.done
     cost = 0.0
     for step in range(MOST_STEPS):
         for way in here.ways:
@@ -155,7 +188,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
         if step > 0:
             kind, target = FETCH, hand
             if hand < 0:
-                _fill_legs(legs, here, at, done, known, places, subset)
+                _fill_legs(legs, here, at, begin, done, known, places, subset, finds, is_known)
                 target = _first_of_cheapest(legs, rest, here.ways, done)
                 if target < 0:
                     return cost + HOPELESS
@@ -169,11 +202,11 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
                 cost += here.metres[at, goal] + here.handle
             else:
                 cost += _by_known(here, target, at, known, places) + 2.0 * here.handle
-            at, hand, done = goal, -1, done | 1 << target
+            at, begin, hand, done = goal, n + target, -1, done | 1 << target
             continue
         place = here.containers[target]
         cost += here.metres[at, place] + here.look
-        at = place
+        at, begin = place, target
         searched[target] = True
         for k in range(wants):
             if here.number[k, target] >= 0:
@@ -184,7 +217,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask) -> float:
     return cost + HOPELESS
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indices) -> float:
     """Metres by the best known instance to its target."""
     best = np.inf
@@ -194,13 +227,27 @@ def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indic
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _fill_legs(
-    legs: Array, here: Situation, at: int, done: int, known: Indices, places: Indices, subset: Indices
+    legs: Array,
+    here: Situation,
+    at: int,
+    begin: int,
+    done: int,
+    known: Indices,
+    places: Indices,
+    subset: Indices,
+    finds: Array,
+    is_known: Mask,
 ) -> None:
-    """What delivering each want costs from the robot's place (row 0) and from each target."""
-    wants = len(here.targets)
+    """What delivering each want costs from the robot's place (row 0) and from each target left: Room.legs.
+
+    begin: the robot's place as Room.finds counts them.
+    """
+    wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
+        if row > 0 and done >> (row - 1) & 1:
+            continue
         start = at if row == 0 else here.targets[row - 1]
         for k in range(wants):
             if done >> k & 1:
@@ -208,12 +255,16 @@ def _fill_legs(
             if known[k] > 0:
                 legs[row, k] = _by_known(here, k, start, known, places) + 2.0 * here.handle
             elif here.sought[k]:
-                legs[row, k] = _find(here, k, start, subset[k])[0] + here.handle
+                place = begin if row == 0 else n + row - 1
+                if not is_known[place, k, subset[k]]:
+                    is_known[place, k, subset[k]] = True
+                    finds[place, k, subset[k]] = _find(here, k, start, subset[k])[0]
+                legs[row, k] = finds[place, k, subset[k]] + here.handle
             else:
                 legs[row, k] = np.inf
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, int]:
     """Eq. 1's cost of finding a want once a subset of its candidates has been searched, and the first look."""
     r = here.missing[want, subset]
@@ -232,19 +283,21 @@ def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, i
     return best / r, look
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> int:
-    """The first want of the cheapest order of what is left of some way, or -1; rest is room to work in."""
+    """The first want of the cheapest order of what is left of some way, or -1."""
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
         if mask & done:
             continue
-        for row in range(wants + 1):
+        for last in range(wants):
+            if (mask | done) >> last & 1:
+                continue
             best = np.inf
             for k in range(wants):
                 if mask >> k & 1:
-                    best = min(best, legs[row, k] + rest[mask ^ 1 << k, k + 1])
-            rest[mask, row] = best
+                    best = min(best, legs[last + 1, k] + rest[mask ^ 1 << k, k + 1])
+            rest[mask, last + 1] = best
     best, first = np.inf, -1
     for way in ways:
         left = way & ~done
@@ -256,7 +309,7 @@ def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> in
     return first
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask) -> int:
     """Eq. 1's next candidate; after them always the container of greatest chance against the way; -1 for none."""
     look = _find(here, want, at, subset)[1]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from workbench.planning.composed import only
 from workbench.planning.problem import ways_of
 from workbench.planning.rollouts import Situation, onward_costs
 from workbench.planning.strategy import View
@@ -15,15 +16,19 @@ from workbench.planning.tasks import Delivered
 from workbench.search.candidates import choose
 from workbench.search.places import Places, places
 from workbench.search.remaining import still_missing_by_subset, unconditioned
-from workbench.worlds.house import ContainerId, LocationId
+from workbench.worlds.house import ContainerId
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
 
 MOST_WANTS = 5
 CANDIDATES = 10
 """Of each type in the rollouts' own Eq. 1."""
 
 MOST_CHANCE = 1 - 1e-9
+
+MOST_REMEMBERED = 256
+"""Searches for one thing: 0.1 MB each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +68,7 @@ def delivery_of(view: View) -> Delivery | None:
     held = knowledge.holding
     if len(set(types)) < len(types) or len(wants) > MOST_WANTS or (held is not None and held.type not in types):
         return None
-    here = places(only(view.belief, types), travel, origins=(knowledge.robot_at,), targets=())
+    here = places(view.belief.only(types), travel, origins=(knowledge.robot_at,), targets=())
     if not here.containers or not all(travel.reaches(want.at) for want in wants):
         return None
     done = sum(1 << k for k, want in enumerate(wants) if _is_met(want, view))
@@ -103,7 +108,7 @@ def _situation(
 ) -> Situation:
     travel, costs = view.knowledge.travel, view.costs
     wants, n = here.probability.shape
-    at = np.array([travel.index(LocationId(c)) for c in here.containers], dtype=np.int64)
+    at = travel.rows(here.containers).astype(np.int64)
     to_m = travel.metres[at[:, None], targets]
     count = min(CANDIDATES, n)
     known = np.zeros((wants, max(map(len, standing)) + n), dtype=np.int64)
@@ -115,15 +120,10 @@ def _situation(
         if not sought[k]:
             chance[k] = 0.0 if k == hand or done >> k & 1 else np.minimum(here.probability[k], MOST_CHANCE)
             continue
-        p = here.probability[k : k + 1]
-        chance[k] = np.minimum(unconditioned(p, "marginal")[0], MOST_CHANCE)
-        chosen = choose(p, here.from_m[0], to_m[:, k], limit=count, ranking="worth")
-        candidates[k], number[k, chosen[0]] = chosen[0], np.arange(count)
-        missing[k] = still_missing_by_subset(p, chosen, "marginal")[0]
-        beyond[k] = _beyond(chance[k], chosen[0], here.between_m, to_m[:, k]) + costs.manipulation
-        between_m = np.ascontiguousarray(here.between_m[np.ix_(chosen[0], chosen[0])])
-        found = costs.manipulation + to_m[chosen[0], k]
-        onward[k] = onward_costs(missing[k], between_m, found, beyond[k], float(costs.search))
+        ways_m = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
+        one = _sought(here.probability[k].tobytes(), *ways_m, look=costs.search, handle=costs.manipulation)
+        chance[k], candidates[k], missing[k], onward[k], beyond[k] = one
+        number[k, one.candidates] = np.arange(count)
     return Situation(
         metres=travel.metres,
         containers=at,
@@ -146,9 +146,40 @@ def _situation(
     )
 
 
-def _beyond(chance: Array, chosen: npt.NDArray[np.intp], between_m: Array, to_m: Array) -> float:
+class _Sought(NamedTuple):
+    """The rows of a Situation that are about one missing thing."""
+
+    chance: Array
+    candidates: Indices
+    missing: Array
+    onward: Array
+    beyond: float
+
+
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _sought(p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: float, handle: float) -> _Sought:
+    """A search for one thing: many moments have the same, and differ in the other things.
+
+    Args:
+        p, from_m, to_m, between_m: rows of float64 over the unsearched containers, between_m over all their pairs.
+    """
+    chances, from_here, to_target = (np.frombuffer(row) for row in (p, from_m, to_m))
+    n = len(chances)
+    between = np.frombuffer(between_m).reshape(n, n)
+    chosen = choose(chances[None], from_here, to_target, limit=min(CANDIDATES, n), ranking="worth")
+    chance = np.minimum(unconditioned(chances[None], "marginal")[0], MOST_CHANCE)
+    missing = still_missing_by_subset(chances[None], chosen, "marginal")[0]
+    beyond = _beyond(chance, chosen[0], between, to_target) + handle
+    ways_m = np.ascontiguousarray(between[np.ix_(chosen[0], chosen[0])])
+    onward = onward_costs(missing, ways_m, handle + to_target[chosen[0]], beyond, float(look))
+    return _Sought(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
+
+
+def _beyond(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:
     """A rough cost of going on among the containers that are no candidates: two in five of them are looked into."""
-    others = np.setdiff1d(np.arange(len(chance)), chosen)
+    is_other = np.ones(len(chance), dtype=np.bool_)
+    is_other[chosen] = False
+    others = np.flatnonzero(is_other)
     if not len(others):
         return 0.0
     weight = chance[others] + 1e-9

@@ -52,8 +52,9 @@ def cost_table(
             answer[these],
         )
 
-    items, threads = len(answer), min(os.cpu_count() or 1, MOST_THREADS)
-    if between_m.shape[1] < THREADS_FROM or threads == 1:
+    items = len(answer)
+    threads = min(os.cpu_count() or 1, MOST_THREADS) if between_m.shape[1] >= THREADS_FROM else 1
+    if threads == 1:
         part(slice(None))
         return answer
     each = -(-items // threads)

@@ -1,4 +1,5 @@
-"""Two loops of remaining.py, compiled: the chance of any instance, and what is missing after every subset.
+"""Loops of remaining.py and corrected.py, compiled: the chance of any instance, what is missing after every subset,
+the order of those that are no candidates.
 
 A search asks for both before every look; in numpy their many small steps took longer than the program itself.
 Import this module only when it is needed, as compiled.py.
@@ -71,3 +72,28 @@ def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
             else:
                 answer[item, subset] = exp(within) * abs(expm1(without) / expm1(within + without))
     return answer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+    """corrected.others from the mean way from the candidates, shape (item types, containers)."""
+    items, n = p.shape
+    left = n - searched.shape[1]
+    order = np.empty((items, left), np.intp)
+    is_left = np.empty(n, np.bool_)
+    for item in range(items):
+        is_left[:] = True
+        for j in searched[item]:
+            is_left[j] = False
+        last = -1
+        for stop in range(left):
+            best, chosen = -1.0, -1
+            for a in range(n):
+                if is_left[a]:
+                    worth = p[item, a] / (1.0 + (from_m[item, a] if last < 0 else between_m[last, a]))
+                    if worth > best:
+                        best, chosen = worth, a
+            order[item, stop] = chosen
+            is_left[chosen] = False
+            last = chosen
+    return order

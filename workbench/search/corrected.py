@@ -24,7 +24,7 @@ from workbench.search.costs import ActionCosts
 from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.places import Places, places
-from workbench.search.remaining import still_missing_along, unconditioned
+from workbench.search.remaining import compiled_loops, still_missing_along, unconditioned
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -115,10 +115,18 @@ def tail_costs(
 
 def _others(p: Array, searched: Indices, between_m: Array) -> Indices:
     """The containers that are no candidates, in the order in which they follow: shape (item types, others)."""
+    from_m = between_m[searched].mean(axis=1)
+    program = compiled_loops()
+    return (
+        others(p, searched, from_m, between_m) if program is None else program.others(p, searched, from_m, between_m)
+    )
+
+
+def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+    """The same from the mean way from what was searched to each container, shape (item types, containers)."""
     rows = np.arange(len(p))
     left = np.ones(p.shape, dtype=bool)
     np.put_along_axis(left, searched, False, axis=1)
-    from_m = between_m[searched].mean(axis=1)
     order: list[Indices] = []
     for _ in range(p.shape[1] - searched.shape[1]):
         chosen = np.argmax(np.where(left, p / (1.0 + from_m), -1.0), axis=1)

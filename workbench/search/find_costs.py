@@ -43,7 +43,7 @@ class FindCosts:
         shape = (len(self.item_types), len(self.origins), len(self.targets))
         if metres.shape != shape:
             raise BadValue("find costs", metres.shape, f"of shape {shape} (item types, origins, targets)")
-        if not np.isfinite(metres).all() or (metres < 0).any():
+        if metres.size and not (metres.min() >= 0 and metres.max() < np.inf):  # nan is neither
             raise BadValue("find costs", "a negative or non-finite entry", "finite and at least 0")
         metres.flags.writeable = False
         object.__setattr__(self, "metres", metres)

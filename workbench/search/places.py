@@ -57,11 +57,11 @@ def places(
         LocationOutOfReach: an origin or target that is not on the axis of the travel costs.
     """
     containers, probability = belief.containers, belief.probability
-    reachable = [j for j, c in enumerate(containers) if travel.reaches(LocationId(c))]
-    if len(reachable) < len(containers):
+    if not travel.reaches_all(containers):
+        reachable = [j for j, c in enumerate(containers) if travel.reaches(LocationId(c))]
         containers = tuple(containers[j] for j in reachable)
         probability = np.ascontiguousarray(probability[:, reachable])
-    at = np.array([travel.index(LocationId(c)) for c in containers], dtype=np.intp)
+    at = travel.rows(containers)
     starts, ends = _indices(travel, origins), _indices(travel, targets)
     return Places(
         containers=containers,

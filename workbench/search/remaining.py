@@ -79,7 +79,7 @@ def unconditioned(probability: Array, model: BeliefModel) -> Array:
     p = np.where(nowhere, ALIKE, probability)
     if model != "marginal" or not p.size:
         return p
-    program = _compiled()
+    program = compiled_loops()
     rows = p.reshape(-1, p.shape[-1])
     z = chance_of_any(rows) if program is None else program.chance_of_any(rows)
     return p * np.maximum(z, LEAST_CHANCE).reshape(*p.shape[:-1], 1)
@@ -128,7 +128,7 @@ def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp]
         Shape (item types, 2**k); entry 0 of each is 1.
     """
     w = weights(probability, model)
-    program = _compiled()
+    program = compiled_loops()
     if program is not None:
         return program.missing_by_subset(w, candidates, KINDS[model])
     return missing_by_subset(w, candidates, model)
@@ -166,7 +166,7 @@ def still_missing_along(probability: Array, order: npt.NDArray[np.intp], model: 
 
 
 @cache
-def _compiled() -> ModuleType | None:
+def compiled_loops() -> ModuleType | None:
     """compiled_remaining, or None where numba cannot be imported."""
     try:
         from workbench.search import compiled_remaining

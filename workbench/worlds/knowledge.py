@@ -22,6 +22,26 @@ Fact = tuple[str, tuple[ItemId, ...]]
 """A property of items that preparing has brought about: ("boiled", (egg,))."""
 
 
+@dataclass(slots=True, eq=False)
+class _Asked:
+    """What was answered about the same contents before; walking, say, changes none of it.
+
+    Attributes:
+        items_at, first_seen, closed, plan, travel: what the answers hold for, by identity: nothing of it can change.
+        unsearched, where: as Knowledge's, as far as they were asked for.
+    """
+
+    items_at: Mapping[LocationId, tuple[Item, ...]] | None = None
+    first_seen: Contents | None = None
+    closed: frozenset[ContainerId] | None = None
+    plan: FloorPlan | None = None
+    travel: TravelCosts | None = None
+    unsearched: tuple[ContainerId, ...] | None = None
+    where: dict[ItemType, tuple[tuple[LocationId, Item], ...]] = field(
+        default_factory=dict[ItemType, tuple[tuple[LocationId, Item], ...]]
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knowledge:
     """The robot's state as it knows it. Planning receives this and never the truth.
@@ -46,19 +66,35 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
+    _asked: _Asked = field(default_factory=_Asked, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        asked, plan, travel = self._asked, self.plan, self.travel
+        same_place = asked.plan is plan and asked.travel is travel
+        same_left = same_place and asked.first_seen is self.first_seen and asked.closed is self.closed
+        if not same_left or asked.items_at is not self.items_at:
+            left = asked.unsearched if same_left else None
+            anew = _Asked(self.items_at, self.first_seen, self.closed, plan, travel, left)
+            object.__setattr__(self, "_asked", anew)
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
         """Containers that can be reached and have not been looked into, in the plan's order."""
-        seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
-        names = [c.id for c in self.plan.containers]
-        return tuple([c for c in names if c not in seen and c not in closed and reaches(LocationId(c))])
+        if self._asked.unsearched is None:
+            seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
+            names = [c.id for c in self.plan.containers]
+            left = [c for c in names if c not in seen and c not in closed and reaches(LocationId(c))]
+            self._asked.unsearched = tuple(left)
+        return self._asked.unsearched
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
         """Known instances of a type that stand somewhere (not the held one), in sorted order of place."""
-        found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
-        found.sort(key=lambda pair: pair[0])
-        return tuple(found)
+        asked = self._asked.where
+        if item_type not in asked:
+            found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
+            found.sort(key=lambda pair: pair[0])
+            asked[item_type] = tuple(found)
+        return asked[item_type]
 
     def knows(self, item_type: ItemType) -> bool:
         """Whether an instance's place is known, the hand included."""

@@ -17,6 +17,9 @@ from workbench.errors import BadValue
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, LocationId
 
+MOST_ROWS = 10_000
+"""Groups of locations whose indices are remembered; beyond this, all are forgotten."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TravelCosts:
@@ -35,6 +38,9 @@ class TravelCosts:
     metres: npt.NDArray[np.float64]
     unreachable: tuple[ContainerId, ...] = ()
     _index: Mapping[LocationId, int] = field(init=False, repr=False, compare=False)
+    _rows: dict[tuple[str, ...], npt.NDArray[np.intp]] = field(
+        default_factory=dict[tuple[str, ...], npt.NDArray[np.intp]], init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         metres = np.array(self.metres, dtype=np.float64)
@@ -61,6 +67,20 @@ class TravelCosts:
     def index(self, location: LocationId) -> int:
         """The row and column of a location. Raises KeyError when it cannot be reached."""
         return self._index[location]
+
+    def rows(self, locations: tuple[str, ...]) -> npt.NDArray[np.intp]:
+        """The indices of several locations, read-only; remembered. Raises KeyError when one cannot be reached."""
+        found = self._rows.get(locations)
+        if found is None:
+            if len(self._rows) >= MOST_ROWS:
+                self._rows.clear()
+            found = np.array([self._index[LocationId(location)] for location in locations], dtype=np.intp)
+            found.flags.writeable = False
+            self._rows[locations] = found
+        return found
+
+    def reaches_all(self, locations: tuple[str, ...]) -> bool:
+        return locations in self._rows or all(location in self._index for location in locations)
 
     def reaches(self, location: LocationId) -> bool:
         return location in self._index

@@ -1,0 +1,70 @@
+"""Between what does the cost from a state on lie, where nobody has followed a run yet? Bounded once a state.
+
+From below by what must still be walked (still_to_walk.py), from above by what can still be walked (most_to_walk.py).
+Both go by what is known of the goal's items and by which containers are left, whatever the strategy: strategies over
+one log that come to the same state share the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import final
+
+from replayers.evidence import Evidence
+from replayers.intervals import Interval
+from replayers.most_to_walk import MostToWalk
+from replayers.relevance import Relevance
+from replayers.still_to_walk import StillToWalk
+from workbench.planning.tasks import goal_types
+from workbench.worlds.knowledge import Knowledge
+
+MOST_STATES = 20_000
+"""Remembered; beyond this, all is forgotten and bounded anew."""
+
+
+@final
+class FromOutside:
+    """The bounds for one log, one task and one kind of strategy; arguments as MostToWalk's and StillToWalk's.
+
+    Attributes:
+        least, most: the two sides.
+    """
+
+    def __init__(
+        self,
+        evidence: Evidence,
+        relevance: Relevance,
+        *,
+        max_steps: int,
+        nearest_first: bool = False,
+        empty_handed: bool = False,
+    ) -> None:
+        self.least = StillToWalk(evidence, relevance)
+        self.most = MostToWalk(evidence, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed)
+        self._types = goal_types(evidence.task.goal)
+        self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
+        self._bounded: dict[Hashable, tuple[float, float, bool]] = {}
+
+    def interval(self, knowledge: Knowledge) -> Interval:
+        """The cost from a state on."""
+        key = self._key(knowledge)
+        found = self._bounded.get(key)
+        if found is None:
+            if len(self._bounded) >= MOST_STATES:
+                self._bounded.clear()
+            found = self._bounded[key] = self._bound(knowledge)
+        low, high, certain = found
+        return Interval(low, high, may_fail=not certain)
+
+    def _bound(self, knowledge: Knowledge) -> tuple[float, float, bool]:
+        """From below, from above, and whether the goal can be met in every world."""
+        low = self.least.from_here(knowledge)
+        if not self.most.fits_straight:
+            return low, self.most.by_step_limit(), False
+        return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)
+
+    def _key(self, knowledge: Knowledge) -> Hashable:
+        """All of a state that the two sides read."""
+        left = tuple([c for c in self._searchable if c not in knowledge.first_seen])
+        stand = tuple([knowledge.where(t) for t in self._types])
+        return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts
