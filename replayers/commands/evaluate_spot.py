@@ -19,7 +19,12 @@ def spot(
     strategies: Annotated[str, typer.Option("--strategies", "-s", help="Which, comma-separated.")] = (
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[
+        str, typer.Option("--estimator", help="What our strategies believe: counts, fcnn, best.")
+    ] = "best",
+    paper_estimator: Annotated[
+        str, typer.Option("--paper-estimator", help="What the paper's strategies believe.")
+    ] = "fcnn",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the logs; kept.")] = None,
     cross: Annotated[
         bool, typer.Option("--cross/--no-cross", help="Replay each log for the other strategies.")
@@ -70,6 +75,7 @@ def spot(
             configurations=chosen,
             strategies=names,
             estimator=estimator,
+            paper_estimator=paper_estimator,
             seed=seed,
             images_hz=images_hz,
             raw=raw,
