@@ -250,6 +250,25 @@ def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path):
     assert examine(tmp_path / "m.mcap").verdict is Verdict.FINE
 
 
+@pytest.mark.parametrize("way", [("--every", "8"), ("--by", "run")])
+def test_a_split_into_fewer_parts_leaves_none_of_the_others(log: Path, tmp_path: Path, way: tuple[str, str]):
+    output = tmp_path / "p" / "part.mcap"
+    assert _lios("log", "split", log, "-o", output, "--every", "1") == 0
+    before = len(list(output.parent.iterdir()))
+    assert _lios("log", "split", log, "-o", output, *way, "--force") == 0
+    assert len(list(output.parent.iterdir())) < before
+    assert _lios("log", "merge", *sorted(output.parent.iterdir()), "-o", tmp_path / "m.mcap") == 0
+    assert sorted(_facts(tmp_path / "m.mcap")) == sorted(_facts(log))
+
+
+def test_a_part_is_not_split_over_itself(log: Path, tmp_path: Path):
+    output = tmp_path / "p" / "part.mcap"
+    assert _lios("log", "split", log, "-o", output, "--every", "4") == 0
+    there = {path: path.read_bytes() for path in output.parent.iterdir()}
+    assert _lios("log", "split", output.with_name("part_0003.mcap"), "-o", output, "--every", "4", "--force") == 2
+    assert {path: path.read_bytes() for path in output.parent.iterdir()} == there
+
+
 def test_merge_orders_by_time_and_refuses_two_runs(log: Path, foreign: Path, tmp_path: Path):
     assert _lios("log", "merge", log, foreign, "-o", tmp_path / "m.mcap") == 0
     stamps = [m.log_time for m in messages(tmp_path / "m.mcap")]
