@@ -61,7 +61,11 @@ def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | No
 
 
 class _Console(Console):
-    """A console that leaves it to the command line what a reader that is gone means."""
+    """A console that shows what it is given (houses:-1 is no thumb), and leaves it to the command line what a
+    reader that is gone means."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(emoji=False, **options)
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError
@@ -69,7 +73,7 @@ class _Console(Console):
 
 def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
     """The items again, with a progress bar on standard error when that is a terminal."""
-    console = Console(stderr=True)
+    console = _Console(stderr=True)
     if not console.is_terminal:
         yield from items
         return

@@ -24,7 +24,9 @@ def spot(
     cross: Annotated[
         bool, typer.Option("--cross/--no-cross", help="Replay each log for the other strategies.")
     ] = True,
-    images_hz: Annotated[float, typer.Option("--images-hz", help="Pictures per second in the logs.")] = 0.03,
+    images_hz: Annotated[
+        float, typer.Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
+    ] = 0.03,
     raw: Annotated[
         bool, typer.Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")
     ] = True,
@@ -58,8 +60,8 @@ def spot(
 
     place = load_site(site)
     known = tuple(configurations_of(place))
-    chosen = known if configurations == "all" else tuple(_listed(configurations))
-    names = tuple(canonical_name(name) or name for name in _listed(strategies))
+    chosen = known if configurations == "all" else tuple(dict.fromkeys(_listed(configurations)))
+    names = tuple(dict.fromkeys(canonical_name(name) or name for name in _listed(strategies)))
     if not chosen or not names:
         raise BadValue("configurations and strategies", f"{configurations}; {strategies}", "at least one of each")
     with tempfile.TemporaryDirectory(prefix="lios-spot-") as scratch:
