@@ -6,6 +6,7 @@ Exit codes: 0 fine, 1 failed, 2 bad usage or bad input, 3 finished with loss.
 from __future__ import annotations
 
 import inspect
+import logging
 import math
 import os
 import sys
@@ -219,6 +220,9 @@ def main(argv: list[str] | None = None) -> None:
         for name in ("stdout", "stderr"):
             if getattr(sys, name) is None:  # closed by whoever started this
                 setattr(sys, name, stack.enter_context(open(os.devnull, "w", encoding="utf-8")))
+        if "--debug" in args:
+            logging.basicConfig(format="%(message)s")
+            logging.getLogger("lios").setLevel(logging.DEBUG)
         code = run([a for a in args if a != "--debug"], debug="--debug" in args)
         sys.exit(_code_after_output(code))
 
