@@ -10,7 +10,7 @@ import pytest
 
 from workbench import cli
 from workbench.errors import BadValue, Failed, LiosError, Lossy, UnknownName
-from workbench.terminal import emit_table, say
+from workbench.terminal import counted, emit_table, say
 
 
 def _entries() -> list[str]:
@@ -129,3 +129,7 @@ def test_a_file_where_a_folder_is_needed_is_bad_input(tmp_path: Path, monkeypatc
         monkeypatch.setattr(cli, "say", said.append)
         assert cli.run(["anything"]) == 2
         assert part in said[0]
+
+
+def test_things_are_counted_as_people_count() -> None:
+    assert [counted(n, "container") for n in (0, 1, 2)] == ["0 containers", "1 container", "2 containers"]

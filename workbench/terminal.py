@@ -25,6 +25,11 @@ def say(text: str) -> None:
         _Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
 
 
+def counted(number: int, thing: str) -> str:
+    """ "1 container", "2 containers"."""
+    return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
 def emit_json(answer: Any) -> None:
     """A machine's answer, on standard output: one JSON document, keys in the order given.
 

@@ -229,7 +229,7 @@ def run(
     from recorders.spot.telling import in_words
     from recorders.spot.world import RunSettings
     from workbench.errors import BadValue, OutputExists
-    from workbench.terminal import emit_json, say
+    from workbench.terminal import counted, emit_json, say
     from workbench.worlds.site import load_site
 
     if output.exists() and not force and not dry_run:
@@ -283,7 +283,8 @@ def run(
             }
         )
     else:
-        say(f"{end.status}: {report.seconds:.0f} s, {end.searches} containers searched, {end.travel_m:.1f} m walked")
+        looked = counted(end.searches, "container")
+        say(f"{end.status}: {report.seconds:.0f} s, {looked} searched, {end.travel_m:.1f} m walked")
         say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")
 
 

@@ -227,6 +227,9 @@ def test_the_commands_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert {"a", "b", "wins", "undecided", "loses"} <= set(compared["rows"][0])
     assert len(pd.read_parquet(folder / "replays.parquet")) == len(list(replays_in(folder)))
     assert lios(["compare", str(folder), "-k", "oracle opt"]) == 0
+    assert "No pair's names contain 'oracle opt'. There are: conditioned-lios, model-lios" in capsys.readouterr().err
+    assert lios(["compare", str(folder), "-k", "OPT-greedy"]) == 0
+    assert "model-lios" in capsys.readouterr().out
     assert lios(["replay", str(log), "--verify"]) == 0
 
 
