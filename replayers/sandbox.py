@@ -63,8 +63,8 @@ class HiddenTruth:
 
 
 def is_foreign(name: str) -> bool:
-    """Whether a name means a planner from outside: "module:Class" or an installed entry point."""
-    if canonical_name(name) is not None:
+    """Whether a name means a planner from outside: "module:Class" or an installed entry point; no NAME@SOLVER is."""
+    if canonical_name(name.partition("@")[0]) is not None:
         return False
     if ":" in name or any(entry.name == name for entry in entry_points(group=ENTRY_POINTS)):
         return True

@@ -66,6 +66,7 @@ def test_loading_tells_asking_for_the_truth_from_other_mistakes() -> None:
 def test_which_names_come_from_outside() -> None:
     assert is_foreign("some_module:Planner")
     assert not is_foreign("ModelLIOS")
+    assert not is_foreign("model-lios@command:planner {domain} {problem} {plan}")
     with pytest.raises(UnknownName, match="model-lios"):
         is_foreign("model-lio")
 
