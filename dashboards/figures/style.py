@@ -63,8 +63,16 @@ def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
     """A bar of some metres in the lower left corner of a map; its words below it, off the walls."""
     x, y = ax.get_xlim()[0], ax.get_ylim()[0]
     ax.plot([x, x + metres], [y, y], color="#23262b", linewidth=1.6, solid_capstyle="butt", clip_on=False)
-    words = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 6.5}
-    ax.annotate(f"{metres:g} m", (x + metres / 2, y), xytext=(0, -2), annotation_clip=False, **words)
+    ax.annotate(
+        f"{metres:g} m",
+        (x + metres / 2, y),
+        xytext=(0, -2),
+        textcoords="offset points",
+        annotation_clip=False,
+        ha="center",
+        va="top",
+        fontsize=6.5,
+    )
 
 
 def label_of(timeline: Timeline) -> str:

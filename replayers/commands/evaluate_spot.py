@@ -51,9 +51,9 @@ def spot(
 
     require_bosdyn()
     from recorders.spot.site_tasks import delivery_of, site_task
+    from replayers.batch import strategies_named
     from replayers.spot_experiment import SpotExperiment, cross_replay, run_experiment
     from workbench.errors import BadValue
-    from workbench.planning.strategies import canonical_name
     from workbench.terminal import emit_json, emit_table, emit_text, progress, say
     from workbench.worlds.site import load_site
     from workbench.worlds.site_configurations import configurations_of
@@ -61,7 +61,7 @@ def spot(
     place = load_site(site)
     known = tuple(configurations_of(place))
     chosen = known if configurations == "all" else tuple(dict.fromkeys(_listed(configurations)))
-    names = tuple(dict.fromkeys(canonical_name(name) or name for name in _listed(strategies)))
+    names = strategies_named(strategies, with_truth=True)
     if not chosen or not names:
         raise BadValue("configurations and strategies", f"{configurations}; {strategies}", "at least one of each")
     with tempfile.TemporaryDirectory(prefix="lios-spot-") as scratch:
