@@ -153,7 +153,7 @@ def _interrupted(*_: object, **__: object) -> bytes:
 def test_a_folder_is_no_output(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     for name in ("a.jsonl", "b.mcap"):
         (tmp_path / name).mkdir()
-        assert _lios("log", "convert", log, "-o", tmp_path / name, "--force") == 1
+        assert _lios("log", "convert", log, "-o", tmp_path / name, "--force") == 2
         assert "it is a folder" in capsys.readouterr().err
     assert _lios("log", "convert", log, "-o", log, "--force") == 2
     assert _lios("log", "convert", log, "-o", tmp_path / "no" / "such" / "a.jsonl") == 0
