@@ -20,7 +20,7 @@ from replayers.run import Run, read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
-from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy_names
+from workbench.planning.strategies import needs_truth, resolved_name, strategy_names
 from workbench.process_pool import process_pool
 
 NEW_OBJECTS = 500_000
@@ -89,7 +89,7 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
         if part == "all":
             names.update(dict.fromkeys(strategy_names(with_truth=with_truth)))
         elif part:
-            names[canonical_name(part) or part] = None
+            names[resolved_name(part)] = None
     if not names:
         raise BadValue("--strategies", text, "all, or names with commas between them")
     return tuple(names)
@@ -122,7 +122,7 @@ def _replayed(log: Path, wanted: Wanted) -> Iterator[Outcome]:
         return
     ground: Ground | LiosError | None = None
     for name in wanted.strategies:
-        if canonical_name(name) in NEEDS_TRUTH and not wanted.settings.with_truth:
+        if needs_truth(name) and not wanted.settings.with_truth:
             yield LogFailed(log=str(log), strategy=name, reason="it knows the whole house: give --with-truth")
             continue
         key = key_of(sha256, name, wanted.settings)
