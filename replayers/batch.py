@@ -110,8 +110,8 @@ def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
         shares = shares_of({log: _much_to_make(one, wanted) for log, one in opened.items()})
         if len(shares) <= 1:
             yield None
-            for one in opened.values():
-                yield from replayed(one, wanted)
+            for log in logs:
+                yield from replayed(opened[log], wanted)
             return
         last = shares[-1]
         opened[last.log].load(last.strategies[0])
@@ -119,9 +119,9 @@ def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
             made = {share: pool.submit(_share_of, share) for share in shares}
             ahead = {(share.log, name): made[share] for share in shares for name in share.strategies}
             yield None
-            for log, one in opened.items():
+            for log in logs:
                 elsewhere = {name: ahead[log, name] for name in wanted.strategies if (log, name) in ahead}
-                yield from replayed(one, wanted, elsewhere)
+                yield from replayed(opened[log], wanted, elsewhere)
 
 
 def _much_to_make(one: OneLog, wanted: Wanted) -> tuple[str, ...]:

@@ -111,7 +111,8 @@ class Knowledge:
         after = self._with(self.robot_at, self.holding, there, first_seen=first, visited=visited)
         if self._asked.unsearched is not None:
             after._asked.unsearched = tuple([c for c in self._asked.unsearched if c != container])
-        return after
+        before = self.items_at.get(LocationId(container), ())
+        return after._others_stand_as_in(self, {item.type for item in (*before, *items)})
 
     def shut(self, container: ContainerId) -> Knowledge:
         """After a container turned out to be impossible to search."""
@@ -119,9 +120,11 @@ class Knowledge:
 
     def picked(self, item: Item) -> Knowledge:
         """After picking an item up at robot_at."""
-        left = tuple(i for i in self.items_at.get(self.robot_at, ()) if i.id != item.id)
+        here = self.items_at.get(self.robot_at, ())
+        left = tuple([i for i in here if i.id != item.id])
         there = MappingProxyType({**self.items_at, self.robot_at: left})
-        return self._with(self.robot_at, item, there)
+        gone = {item.type, *[i.type for i in here if i.id == item.id]}
+        return self._with(self.robot_at, item, there)._others_stand_as_in(self, gone)
 
     def placed(self) -> Knowledge:
         """After putting the held item down at robot_at."""
@@ -129,7 +132,7 @@ class Knowledge:
             return self
         here = (*self.items_at.get(self.robot_at, ()), self.holding)
         there = MappingProxyType({**self.items_at, self.robot_at: here})
-        return self._with(self.robot_at, None, there)
+        return self._with(self.robot_at, None, there)._others_stand_as_in(self, {self.holding.type})
 
     def lost(self, item: ItemId) -> Knowledge:
         """After an item turned out not to be where it was believed to be."""
@@ -138,6 +141,12 @@ class Knowledge:
 
     def with_facts(self, facts: frozenset[Fact]) -> Knowledge:
         return replace(self, facts=facts)
+
+    def _others_stand_as_in(self, before: Knowledge, moved: set[ItemType]) -> Knowledge:
+        """This, with what was asked of types that did not move."""
+        if self._asked is not before._asked:
+            self._asked.where.update([(t, at) for t, at in before._asked.where.items() if t not in moved])
+        return self
 
     def _with(
         self,
