@@ -36,7 +36,7 @@ SPOT_STRATEGIES: Mapping[str, str] = {
     "conditioned-lios": "-conditioned-lios",
 }
 """Strategy of a Spot log, and how its name goes on after that of the configuration."""
-SPOT_ESTIMATOR, RAW_HOME = "best", "A"
+RAW_HOME = "A"
 """Configuration A, which the paper tells most of, also holds bosdyn's messages as they came and a depth camera."""
 
 
@@ -61,7 +61,6 @@ def make_spot(folder: Path) -> list[Path]:
         spot(
             strategies=",".join(SPOT_STRATEGIES),
             configurations=home,
-            estimator=SPOT_ESTIMATOR,
             output=folder,
             raw=home == RAW_HOME,
             cross=False,

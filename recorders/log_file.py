@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
-from workbench.errors import Failed, FileMissing, InputError, OutputExists
+from workbench.errors import Failed, FileMissing, InputError, OutputExists, WrongKind
 
 try:
     import fcntl
@@ -35,6 +35,7 @@ def create(path: Path, *, force: bool) -> BinaryIO:
 
     Raises:
         OutputExists: it exists, and force is not set.
+        WrongKind: it is a folder.
         CannotCreate: no permission, or a part of its path is a file.
         BeingWritten: by another process.
     """
@@ -46,6 +47,8 @@ def create(path: Path, *, force: bool) -> BinaryIO:
         if path.exists() and path.is_file():
             raise OutputExists(path) from None
         raise CannotCreate(path, "a part of its path is a file") from None
+    except IsADirectoryError:
+        raise WrongKind(path, needed="file") from None
     except OSError as error:
         raise CannotCreate(path, error.strerror or str(error)) from error
     reserve(stream, path)
@@ -76,6 +79,27 @@ def reopen(path: Path, *, size: int | None) -> BinaryIO:
         stream.close()
         raise BeingWritten(path)
     return stream
+
+
+def part_path(path: Path, number: int) -> Path:
+    """The file of a part of a log: run.mcap, 2 -> run_0002.mcap."""
+    return path.with_name(f"{path.stem}_{number:04d}{path.suffix or '.mcap'}")
+
+
+def remove_parts(path: Path, *, beyond: int) -> None:
+    """Takes away what an earlier, longer log of that name left, from a part on: it would be taken for the new log's.
+
+    Only parts that follow without a gap; a file that merely has a number in its name stays.
+
+    Raises:
+        BeingWritten: the last of them, by another process; then all are left.
+    """
+    there: list[Path] = []
+    while (part := part_path(path, beyond + len(there))).is_file():
+        there.append(part)
+    for part in reversed(there):
+        with reopen(part, size=None):
+            part.unlink()
 
 
 def reserve(stream: BinaryIO, path: Path) -> None:

@@ -16,6 +16,7 @@ from typing import Protocol, final
 
 from recorders.channel_spec import ChannelSpec
 from recorders.chunk import Compression
+from recorders.log_file import part_path, remove_parts
 from recorders.writer import CHUNK_BYTES, KEEP_FREE_BYTES, McapWriter
 from workbench.errors import BadValue, OutputExists
 
@@ -159,8 +160,8 @@ class LogFiles:
         self._compression: Compression = compression
         self._standing = Standing()
         self.parts: list[Path] = []
-        if not self._split.never and not force:
-            self._refuse_parts_of_another_log()
+        if not self._split.never:
+            self._refuse_parts_of_another_log() if not force else remove_parts(self._path, beyond=1)
         self._part = self._open_part()
 
     @property
@@ -227,7 +228,7 @@ class LogFiles:
     def _open_part(self) -> Part:
         path = self._path
         if not self._split.never:
-            path = path.with_name(f"{path.stem}_{len(self.parts):04d}{path.suffix}")
+            path = part_path(path, len(self.parts))
         writer = McapWriter(
             path,
             force=self._force,

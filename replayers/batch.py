@@ -26,7 +26,7 @@ from replayers.one_log import (
 )
 from replayers.shares import Share, shares_of
 from workbench.errors import BadValue, FileMissing, MalformedFile
-from workbench.planning.strategies import canonical_name, strategy_names
+from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
 
 __all__ = ["LogFailed", "Outcome", "Wanted", "log_path", "logs_among", "replay_all", "replay_log", "strategies_named"]
@@ -70,7 +70,7 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
         if part == "all":
             names.update(dict.fromkeys(strategy_names(with_truth=with_truth)))
         elif part:
-            names[canonical_name(part) or part] = None
+            names[resolved_name(part)] = None
     if not names:
         raise BadValue("--strategies", text, "all, or names with commas between them")
     return tuple(names)

@@ -17,7 +17,7 @@ from recorders.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
 from replayers.content import Content, Message
 from replayers.mcap_records import Record
 from replayers.scanning import Damage, open_log, scan
-from workbench.errors import Failed, OutputExists
+from workbench.errors import Failed, OutputExists, WrongKind
 
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
 
@@ -47,14 +47,14 @@ class Copier:
 
     Raises:
         OutputExists: the output exists, and the style does not say that it may be replaced.
-        CannotCreate: no file can be made there.
+        CannotCreate, WrongKind: no file can be made there.
         NoRoom: from the end of the context.
     """
 
     def __init__(self, path: Path | str, style: Style, *, profile: str = "") -> None:
         self.path, self._force = Path(path), style.force
         if self.path.is_dir():
-            raise CannotCreate(self.path, "it is a folder")
+            raise WrongKind(self.path, needed="file")
         if self.path.exists() and not style.force:
             raise OutputExists(self.path)
         try:

@@ -22,7 +22,7 @@ from recorders.log_file import CannotCreate
 from replayers.columns import SCHEMAS
 from replayers.copying import NoRoom
 from replayers.frames import LogSource, Problem, Tables
-from workbench.errors import BadValue, Malformed, OutputExists, UnknownName
+from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
 
 Format = Literal["parquet", "csv"]
 Told = Callable[[Iterator[str]], Iterable[str]]
@@ -85,7 +85,8 @@ def export(
     Raises:
         NothingToExport: none of the logs holds a run.
         OutputExists: the folder holds something, and force is not given.
-        CannotCreate: it is a file, or cannot be made.
+        WrongKind: it is a file.
+        CannotCreate: it cannot be made.
         NoRoom: it cannot be written to; nothing was.
         BadValue: partitions of CSV, or by a column that is none of PARTITIONS.
     """
@@ -93,7 +94,7 @@ def export(
         if column not in PARTITIONS or file_format == "csv":
             raise BadValue("--partition-by", column, f"of Parquet, by {', '.join(PARTITIONS)}")
     if folder.exists() and not folder.is_dir():
-        raise CannotCreate(folder, "it is a file, and a folder is needed")
+        raise WrongKind(folder, needed="folder")
     if folder.exists() and any(folder.iterdir()) and not force:
         raise OutputExists(folder)
     draft = folder / f".{os.getpid()}.part"

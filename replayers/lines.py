@@ -12,19 +12,19 @@ from replayers.copying import Loss, NoRoom
 from replayers.reader import messages
 from replayers.rewriting import Rewritten, Told, not_itself
 from replayers.showing import Shown
-from workbench.errors import OutputExists
+from workbench.errors import OutputExists, WrongKind
 
 
 def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewritten:
     """Writes a log's messages to a .jsonl file, which gets its name when it is whole.
 
     Raises:
-        OutputExists, CannotCreate, NoRoom: nothing was written.
+        OutputExists, CannotCreate, WrongKind, NoRoom: nothing was written.
         BadValue: output and log are the same file.
     """
     not_itself([log], output)
     if output.is_dir():
-        raise CannotCreate(output, "it is a folder")
+        raise WrongKind(output, needed="file")
     if output.exists() and not force:
         raise OutputExists(output)
     shown, loss, count = Shown(whole=True), Loss(), 0

@@ -21,7 +21,7 @@ from replayers.run import Run, read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import FileMissing, LiosError, MalformedFile
-from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
+from workbench.planning.strategies import needs_truth, strategy
 
 NEW_OBJECTS = 500_000
 """Before the collector comes again."""
@@ -78,7 +78,7 @@ class OneLog:
 
     def without_work(self, name: str) -> Outcome | None:
         """What is known of a strategy over this log: it is kept, or it cannot be run. None where it is to be made."""
-        if canonical_name(name) in NEEDS_TRUTH and not self._wanted.settings.with_truth:
+        if needs_truth(name) and not self._wanted.settings.with_truth:
             reason = "it knows the whole house: give --with-truth"
             return LogFailed(log=self._log, strategy=name, reason=reason)
         path = self._path(name)

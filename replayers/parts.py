@@ -10,6 +10,7 @@ from typing import Self, final
 
 from mcap.records import Attachment, Channel, Metadata
 
+from recorders.log_file import part_path, remove_parts
 from recorders.narrator import LATCHED
 from recorders.sinks import PART_METADATA, REPEATED
 from replayers.content import Message
@@ -77,6 +78,7 @@ class Parts:
             stack.push(self._copier)
             if error is not None:
                 raise error
+        remove_parts(self._output, beyond=len(self.paths))
 
     def _is_full(self, log_time: int) -> bool:
         if self._first_ns is None:
@@ -104,7 +106,7 @@ class Parts:
             self._copier.describe(part)
 
     def _open(self) -> Copier:
-        path = self._output.with_name(f"{self._output.stem}_{len(self.paths):04d}{self._output.suffix or '.mcap'}")
+        path = part_path(self._output, len(self.paths))
         copier = Copier(path, self._style, profile=self._profile)
         before = shown(self.paths[-1].name) if self.paths else ""
         copier.writer.add_metadata(PART_METADATA, {"part": str(len(self.paths)), "before": before})

@@ -28,7 +28,7 @@ from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
-from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
+from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.worlds.house import ContainerId, Item
 from workbench.worlds.knowledge import Knowledge
@@ -119,7 +119,7 @@ def replay_on(ground: Ground, strategy_name: str, *, worlds: Sequence[str] = ())
         UnknownName: no such strategy.
         Unsupported: the oracle without the truth.
     """
-    if canonical_name(strategy_name) in NEEDS_TRUTH:
+    if needs_truth(strategy_name):
         return _in_truth_only(ground, strategy_name)
     if is_foreign(strategy_name):
         with Sandboxed(strategy_name, timeout_s=ground.settings.timeout_s) as planner:
@@ -246,7 +246,7 @@ def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
     events = in_truth(ground, strategy(strategy_name, house=ground.truth))
     ended = _ended(events)
     return Replay(
-        strategy=canonical_name(strategy_name) or strategy_name,
+        strategy=resolved_name(strategy_name),
         status=ended.status,
         reason=ended.reason,
         unseen=None,

@@ -162,10 +162,15 @@ def split_up(
 ) -> Rewritten:
     """A log in parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
 
+    Of an earlier, longer split under that name (with force) nothing is left.
+
     Raises:
-        BadValue: not one way of splitting was given.
+        BadValue: not one way of splitting was given; or the log bears the name of one of its own parts.
     """
     from replayers.parts import Parts
+
+    if re.fullmatch(re.escape(output.stem) + r"_[0-9]{4,}", source.stem):
+        not_itself([source], output.with_name(source.name))
 
     loss, count = Loss(), 0
     if by_run:

@@ -12,6 +12,7 @@ import multiprocessing
 import os
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from importlib.machinery import PathFinder
 from importlib.metadata import entry_points
@@ -62,8 +63,8 @@ class HiddenTruth:
 
 
 def is_foreign(name: str) -> bool:
-    """Whether a name means a planner from outside: "module:Class" or an installed entry point."""
-    if canonical_name(name) is not None:
+    """Whether a name means a planner from outside: "module:Class" or an installed entry point; no NAME@SOLVER is."""
+    if canonical_name(name.partition("@")[0]) is not None:
         return False
     if ":" in name or any(entry.name == name for entry in entry_points(group=ENTRY_POINTS)):
         return True
@@ -187,7 +188,13 @@ class Sandboxed:
 
 
 def _serve(pipe: Connection, spec: str, folder: str) -> None:
-    """The far side: loads the planner, then answers one request after the other."""
+    """The far side: loads the planner, then answers one request after the other.
+
+    What the planner prints goes to standard error: standard output is the command's answer, which a machine may read.
+    """
+    sys.stdout = sys.stderr
+    with suppress(OSError):
+        os.dup2(2, 1)
     sys.path.insert(0, folder)
     planner: list[Strategy] = []
 
@@ -220,8 +227,8 @@ def _tried(ask: Callable[[], object]) -> tuple[str, object]:
         return "ok", ask()
     except AskedForTruth as error:
         return "cheated", str(error)
-    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything; here it becomes a status
-        return "raised", f"it raised {type(error).__name__}: {error}"
+    except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+        return "raised", f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
 
 
 def load_foreign(spec: str) -> Strategy:

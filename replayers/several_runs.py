@@ -15,6 +15,7 @@ from pathlib import Path
 
 from mcap.records import Attachment, Channel, Metadata
 
+from recorders.log_file import part_path, remove_parts
 from recorders.sinks import PART_METADATA
 from replayers.content import Message
 from replayers.copying import Copier, Loss, Style, contents, profile_of
@@ -119,6 +120,7 @@ def split_by_run(source: Path, output: Path, style: Style, loss: Loss, told: Tol
         for message in told(_messages(source, loss, taking)):
             taking.put(message)
             count += 1
+    remove_parts(output, beyond=len(taking.paths))
     return taking.paths, count
 
 
@@ -156,7 +158,7 @@ class _TakingApart:
             _copy(copier, plain)
 
     def _open(self, run: int) -> None:
-        path = self.output.with_name(f"{self.output.stem}_{len(self.paths):04d}{self.output.suffix or '.mcap'}")
+        path = part_path(self.output, len(self.paths))
         copier = self.files.enter_context(Copier(path, self.style, profile=self.profile))
         self._copiers[run] = copier
         self.paths.append(path)

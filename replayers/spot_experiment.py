@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from workbench.evaluation.task_experiment import PAPER_STRATEGIES
 from workbench.execution.events import Ended
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT
@@ -35,6 +36,7 @@ class SpotExperiment:
 
     Attributes:
         folder: where the logs go, "spot_A_model-lios.mcap" and so on.
+        estimator: what ours and plug-ins believe; paper_estimator: what the paper's strategies believe.
         images_hz: pictures per second; the shipped logs have few.
         raw: also bosdyn's messages as they came, and a depth camera, which viewers show from those.
     """
@@ -45,10 +47,15 @@ class SpotExperiment:
     configurations: tuple[str, ...] = ("A", "B", "C", "D")
     strategies: tuple[str, ...] = STRATEGIES
     estimator: str = "best"
+    paper_estimator: str = "fcnn"
     seed: int = 0
     images_hz: float = 0.03
     raw: bool = True
     force: bool = False
+
+    def estimator_of(self, strategy: str) -> str:
+        """What a strategy believes."""
+        return self.paper_estimator if strategy in PAPER_STRATEGIES else self.estimator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +63,7 @@ class SpotRow:
     """One run.
 
     Attributes:
+        estimator: what the strategy believed.
         paper_seconds, paper_searches: what the paper reports for this cell, where it does.
     """
 
@@ -66,6 +74,7 @@ class SpotRow:
     searches: int
     cost: float
     travel_m: float
+    estimator: str
     log: Path
     paper_seconds: float | None = None
     paper_searches: int | None = None
@@ -103,19 +112,22 @@ def run_experiment(experiment: SpotExperiment) -> Iterator[SpotRow]:
 
 
 def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossRow]:
-    """Replays each run's strategy over the logs of the others in its configuration."""
+    """Replays each run's strategy, with what it believes, over the logs of the others in its configuration."""
     from replayers.replay import Settings, ground_of, replay_on
     from replayers.run import read
 
-    settings = Settings(worlds=worlds)
     priced = {(row.configuration, row.strategy): cost_by_the_matrix(read(row.log)) for row in rows}
     for row in rows:
         others = [o for o in rows if o.configuration == row.configuration and o.strategy != row.strategy]
         if not others:
             continue
-        ground = ground_of(read(row.log), settings)
+        run = read(row.log)
+        grounds = {
+            name: ground_of(run, Settings(worlds=worlds, estimator=name))
+            for name in sorted({o.estimator for o in others})
+        }
         for other in others:
-            replayed = replay_on(ground, other.strategy)
+            replayed = replay_on(grounds[other.estimator], other.strategy)
             if replayed.bounds is None:
                 continue
             lower, upper = replayed.bounds.lower, replayed.bounds.upper
@@ -171,7 +183,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         site=site,
         task=experiment.task,
         strategy=strategy,
-        estimator=experiment.estimator,
+        estimator=experiment.estimator_of(strategy),
         seed=experiment.seed,
         costs=ROBOT,
         rates=thin_rates(experiment.images_hz, raw=experiment.raw),
@@ -191,6 +203,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         searches=ended.searches,
         cost=ended.cost,
         travel_m=ended.travel_m,
+        estimator=experiment.estimator_of(strategy),
         log=log,
         paper_seconds=None if paper is None else paper.seconds,
         paper_searches=None if paper is None else paper.searches,

@@ -18,7 +18,7 @@ from replayers.ground import Ground, Settings
 from replayers.replay import Replay
 from replayers.unfolding import Filled
 from workbench import __version__
-from workbench.errors import FileMissing, MalformedFile
+from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import Acted
 
 RECORD_VERSION = 3
@@ -245,11 +245,11 @@ def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | No
         on_skipped: is told of a file that is no replay or one of another version, and the others are read.
 
     Raises:
-        FileMissing: no such folder.
+        FileMissing, WrongKind: no such folder, or a file.
         MalformedFile: such a file, and nobody to tell.
     """
     if not folder.is_dir():
-        raise FileMissing(folder)
+        raise WrongKind(folder, needed="folder") if folder.exists() else FileMissing(folder)
     for path in sorted(folder.rglob(f"*{SUFFIX}")):
         try:
             yield read_replay(path)

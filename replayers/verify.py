@@ -26,7 +26,7 @@ from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
 from workbench.execution.loop import run_task
-from workbench.planning.strategies import NEEDS_TRUTH, canonical_name, strategy
+from workbench.planning.strategies import needs_truth, strategy
 from workbench.planning.strategy import Strategy
 from workbench.runs.codec import to_wire
 from workbench.runs.vocabulary import (
@@ -97,7 +97,7 @@ def verify(run: Run) -> Verification:
     """
     evidence = evidence_of(run)
     name = run.info.strategy
-    if canonical_name(name) in NEEDS_TRUTH:
+    if needs_truth(name):
         return _compared(run, _with_truth(run, name), ())
     estimator, note = _believer(run, evidence)
     notes = tuple(n for n in (*evidence.notes, note) if n)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import pytest
 
 from workbench import cli
 from workbench.errors import BadValue, Failed, LiosError, Lossy, UnknownName
+from workbench.terminal import counted, emit_table, say
 
 
 def _entries() -> list[str]:
@@ -86,3 +89,47 @@ def test_an_unknown_name_lists_the_nearest_and_stays_short() -> None:
     message = str(UnknownName("item type", "mugg", ["Mug", "Bread", "Bed"], where="toy"))
     assert message == "no item type 'mugg' in toy. Did you mean: Mug."
     assert len(str(UnknownName("item type", "x" * 10_000, ["Mug"]))) < 200
+
+
+def test_what_is_said_is_said_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    """An address such as houses:-1: is no emoji, and [red] no colour."""
+    emit_table([{"house": "houses:-1: [red]x", "cost": 1.0}])
+    say("broken:X: houses:-1: [red]x[/red]")
+    told = capsys.readouterr()
+    assert "houses:-1: [red]x" in told.out
+    assert told.err == "broken:X: houses:-1: [red]x[/red]\n"
+
+
+def test_the_help_of_a_group_shows_its_commands_together(capsys: pytest.CaptureFixture[str]) -> None:
+    """evaluate replay is no neighbour of replay."""
+    for group in ("evaluate", "houses", "spot"):
+        assert cli.run([group, "--help"]) == 0
+        shown = capsys.readouterr().out
+        assert "Commands:" in shown
+        assert not any(f"{panel}:" in shown for panel in cli.PANELS)
+
+
+def test_a_file_where_a_folder_is_needed_is_bad_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+
+    class Broken:
+        def __init__(self, make: Callable[[], object]) -> None:
+            self.make = make
+
+        def main(self, **_: object) -> None:
+            self.make()
+
+    for make, part in (
+        ((tmp_path / "file").mkdir, "it is a file"),
+        ((tmp_path / "file" / "below" / "more").mkdir, "file: it is a file"),
+        (tmp_path.read_bytes, "it is a folder"),
+    ):
+        said: list[str] = []
+        monkeypatch.setattr(cli, "app", lambda make=make: Broken(make))
+        monkeypatch.setattr(cli, "say", said.append)
+        assert cli.run(["anything"]) == 2
+        assert part in said[0]
+
+
+def test_things_are_counted_as_people_count() -> None:
+    assert [counted(n, "container") for n in (0, 1, 2)] == ["0 containers", "1 container", "2 containers"]

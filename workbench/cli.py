@@ -6,12 +6,14 @@ Exit codes: 0 fine, 1 failed, 2 bad usage or bad input, 3 finished with loss.
 from __future__ import annotations
 
 import inspect
+import logging
 import math
 import os
 import sys
 from contextlib import ExitStack
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, TextIO
 
 import click
@@ -19,7 +21,7 @@ import typer
 from click.shell_completion import get_completion_class
 
 from workbench import __version__
-from workbench.errors import LiosError
+from workbench.errors import LiosError, WrongKind
 from workbench.terminal import emit_text, say
 
 PANELS: dict[str, tuple[str, ...]] = {
@@ -94,7 +96,8 @@ class Commands(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         shown = self.list_commands(ctx)
-        panels = {title: [n for n in names if n in shown] for title, names in PANELS.items()}
+        groups = {} if ctx.parent else PANELS
+        panels = {title: [n for n in names if n in shown] for title, names in groups.items()}
         rest = [n for n in shown if not any(n in names for names in panels.values())]
         panels["Commands" if ctx.parent else "More"] = rest
         for title, names in panels.items():
@@ -217,6 +220,9 @@ def main(argv: list[str] | None = None) -> None:
         for name in ("stdout", "stderr"):
             if getattr(sys, name) is None:  # closed by whoever started this
                 setattr(sys, name, stack.enter_context(open(os.devnull, "w", encoding="utf-8")))
+        if "--debug" in args:
+            logging.basicConfig(format="%(message)s")
+            logging.getLogger("lios").setLevel(logging.DEBUG)
         code = run([a for a in args if a != "--debug"], debug="--debug" in args)
         sys.exit(_code_after_output(code))
 
@@ -266,17 +272,36 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except OSError as error:
         if debug:
             raise
-        say(_os_error_line(error))
-        return 1
+        wrong = _wrong_kind(error)
+        say(f"lios: {wrong}" if wrong else _os_error_line(error))
+        return wrong.exit_code if wrong else 1
     except KeyboardInterrupt:
         say("Stopped.")
         return 1
     except Exception as error:
         if debug:
             raise
-        say(f"lios: an error that should not happen: {type(error).__name__}: {error}. Run with --debug.")
+        words = " ".join(str(error).split())
+        say(f"lios: an error that should not happen: {type(error).__name__}: {words}. Run with --debug.")
         return 1
     return code if isinstance(code, int) else 0
+
+
+def _wrong_kind(error: OSError) -> WrongKind | None:
+    """What an error of the system says of a path that the user gave: a file for a folder, or the other way round."""
+    if error.filename is None:
+        return None
+    if isinstance(error, IsADirectoryError):
+        return WrongKind(error.filename, needed="file")
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return WrongKind(_first_file(error.filename), needed="folder")
+    return None
+
+
+def _first_file(path: str | bytes) -> Path:
+    """The part of a path that is a file where a folder would have to be."""
+    whole = Path(os.fsdecode(path))
+    return next((part for part in reversed(whole.parents) if part.is_file()), whole)
 
 
 def _os_error_line(error: OSError) -> str:

@@ -75,6 +75,14 @@ class OutputExists(InputError):
         super().__init__(f"{path} exists. Give another -o/--output, or --force to replace it.")
 
 
+class WrongKind(InputError):
+    """A file where a folder is needed, or a folder where a file is."""
+
+    def __init__(self, path: Path | str, *, needed: str) -> None:
+        other = "file" if needed == "folder" else "folder"
+        super().__init__(f"{_short(str(path), 300)}: it is a {other}, and a {needed} is needed. Give another path.")
+
+
 class MalformedFile(Malformed):
     """A file cannot be read as what it should be.
 

@@ -25,6 +25,11 @@ def say(text: str) -> None:
         _Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
 
 
+def counted(number: int, thing: str) -> str:
+    """ "1 container", "2 containers"."""
+    return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
 def emit_json(answer: Any) -> None:
     """A machine's answer, on standard output: one JSON document, keys in the order given.
 
@@ -61,7 +66,11 @@ def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | No
 
 
 class _Console(Console):
-    """A console that leaves it to the command line what a reader that is gone means."""
+    """A console that shows what it is given (houses:-1 is no thumb), and leaves it to the command line what a
+    reader that is gone means."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(emoji=False, **options)
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError
@@ -69,7 +78,7 @@ class _Console(Console):
 
 def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
     """The items again, with a progress bar on standard error when that is a terminal."""
-    console = Console(stderr=True)
+    console = _Console(stderr=True)
     if not console.is_terminal:
         yield from items
         return

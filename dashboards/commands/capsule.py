@@ -26,8 +26,11 @@ def capsule(
     """
     from dashboards.capsule import write_capsule
     from dashboards.one_place import left_out, read_together
+    from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise BadValue("-o/--output", str(output), "a name that ends in .html")
     timelines = read_together(logs)
     size = write_capsule(timelines, output, force=force)
     elsewhere = left_out(timelines)

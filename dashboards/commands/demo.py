@@ -40,7 +40,7 @@ def demo(
     from replayers.replay import Settings
     from replayers.run import read
     from replayers.stored_replays import path_of
-    from workbench.terminal import emit_json, emit_table, say
+    from workbench.terminal import counted, emit_json, emit_table, say
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
 
@@ -49,7 +49,7 @@ def demo(
     trial = trial_for(Wish(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
     say(f"1. A robot looks for a {ITEM} in {trial.house.plan.name}, by {trial.strategy} (the paper's search policy).")
     end = record_trial(trial, log, force=True)
-    say(f"   {end.status}: cost {end.cost:.1f}, {end.searches} containers searched, recorded to {log}")
+    say(f"   {end.status}: cost {end.cost:.1f}, {counted(end.searches, 'container')} searched, recorded to {log}")
     say("2. What would every other strategy have cost? From the log alone, and for comparison in the recorded truth:")
     wanted = Wanted(
         strategies=strategies_named("all", with_truth=True),

@@ -12,17 +12,20 @@ from workbench.worlds.names import readable_name
 
 
 def draw_beliefs_over_time(ax: Axes, timeline: Timeline, focus: str) -> None:
-    """Probabilities of the containers that were ever most believed, until they were searched."""
+    """Probabilities of the containers that were ever most believed, held between decisions, until searched."""
     found = belief_series(timeline, focus)
     for i, (container, series) in enumerate(found.items()):
+        last_ns, last = series[-1]
+        held = [*series, (min((d for d in timeline.decision_ns if d > last_ns), default=timeline.end_ns), last)]
         ax.step(
-            [timeline.seconds(stamp) for stamp, _ in series],
-            [100 * p for _, p in series],
+            [timeline.seconds(stamp) for stamp, _ in held],
+            [100 * p for _, p in held],
             where="post",
             color=unit(run_colour(i)),
             label=place_words(container),
             marker="o",
             markersize=2,
+            markevery=slice(0, len(series)),
         )
     ax.set_xlabel("time (s)")
     ax.set_ylabel(f"belief in {readable_name(focus)} (%)")

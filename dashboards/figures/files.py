@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -77,13 +78,19 @@ def _one(width_in: float, height_in: float, draw: Callable[[Axes], None]) -> Fig
 
 
 def _belief_maps(timeline: Timeline, focus: str) -> Figure:
-    """Maps of the belief in one item side by side, on one colour scale: while it was believed to be somewhere."""
+    """Maps of the belief in one item side by side, on one colour scale: while it was believed to be somewhere.
+
+    An order of search is shown where it is the order for that item.
+    """
     stamps = [d.stamp_ns for d in timeline.decisions if d.belief is not None and focus in d.belief.item_types]
     chosen = sorted({stamps[round(i * (len(stamps) - 1) / max(1, MAPS - 1))] for i in range(MAPS)})
     figure = Figure(figsize=(PAGE_IN, PAGE_IN / len(chosen) * 0.95), layout="constrained")
     axes = figure.subplots(1, len(chosen), squeeze=False)[0]
     for i, stamp in enumerate(chosen):
-        draw_belief_map(axes[i], timeline, scene_at(timeline, stamp, focus=focus), scale=i == len(chosen) - 1)
+        scene = scene_at(timeline, stamp, focus=focus)
+        if scene_at(timeline, stamp).focus != focus:
+            scene = replace(scene, search_order=())
+        draw_belief_map(axes[i], timeline, scene, scale=i == len(chosen) - 1)
     return figure
 
 

@@ -60,10 +60,19 @@ def as_map(ax: Axes) -> None:
 
 
 def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
-    """A bar of some metres in the lower left corner of a map."""
+    """A bar of some metres in the lower left corner of a map; its words below it, off the walls."""
     x, y = ax.get_xlim()[0], ax.get_ylim()[0]
     ax.plot([x, x + metres], [y, y], color="#23262b", linewidth=1.6, solid_capstyle="butt", clip_on=False)
-    ax.text(x + metres / 2, y, f"{metres:g} m", ha="center", va="bottom", fontsize=6.5)
+    ax.annotate(
+        f"{metres:g} m",
+        (x + metres / 2, y),
+        xytext=(0, -2),
+        textcoords="offset points",
+        annotation_clip=False,
+        ha="center",
+        va="top",
+        fontsize=6.5,
+    )
 
 
 def label_of(timeline: Timeline) -> str:

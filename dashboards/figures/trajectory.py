@@ -29,7 +29,7 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     _number_searches(ax, first)
     if len(timelines) > 1:
         handles = [Line2D([], [], color=unit(run_colour(i)), label=label_of(t)) for i, t in enumerate(timelines)]
-        ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=min(4, len(handles)))
+        ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=min(4, len(handles)))
     scale_bar(ax)
 
 

@@ -92,6 +92,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", 
     return f'<table class="lios" data-table="{text(key)}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
 
 
+def trouble(line: str) -> str:
+    """What went wrong, in a line; nothing for nothing."""
+    return f'<div class="lp"><p class="trouble">{name(line, most=400)}</p></div>' if line else ""
+
+
 def style() -> str:
     """The sheet that all panels share."""
     return f"<style>{resource('panels/panels.css')}</style>"

@@ -19,7 +19,8 @@ def title(timeline: Timeline) -> str:
     parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", info.source]
     notes = [] if timeline.run.complete else ["This log stops short of its end; it is shown as far as it goes."]
     if timeline.run.damage:
-        notes.append(f"{len(timeline.run.damage)} damaged places were skipped; see lios doctor.")
+        count = len(timeline.run.damage)
+        notes.append(f"{count} damaged {'place was' if count == 1 else 'places were'} skipped; see lios doctor.")
     if not timeline.decisions:
         notes.append("This log holds no decisions.")
     if not timeline.item_types:

@@ -51,13 +51,14 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
     ticks = "".join(_tick(share, top) for share in (0.0, 0.5, 1.0))
     below = sum((b.cost or 0.0) < (a.cost or 0.0) - SAME for a, b in found)
     above = sum((b.cost or 0.0) > (a.cost or 0.0) + SAME for a, b in found)
+    tasks = "task" if len(found) == 1 else "tasks"
     return (
         f'<div class="lp"><svg width="{SIDE_PX}" height="{SIDE_PX}" role="img">'
         f'<line x1="{low}" y1="{SIDE_PX - low}" x2="{high}" y2="{SIDE_PX - high}" stroke="#c9cdd3"/>{ticks}'
         f'<text x="{(low + high) / 2}" y="{SIDE_PX - 3}" text-anchor="middle">cost of {text(first)}</text>'
         f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">'
         f"cost of {text(second)}</text>"
-        f"{points}</svg><p>{len(found)} tasks: {name(second)} costs {_difference(found)} than {name(first)} on"
+        f"{points}</svg><p>{len(found)} {tasks}: {name(second)} costs {_difference(found)} than {name(first)} on"
         f" average; it is cheaper in {below} and dearer in {above}.</p>"
         '<p class="muted">Under the line the second is cheaper; orange: one of the two failed; pale: not recorded.'
         " A click on a point opens its two runs.</p></div>"

@@ -69,13 +69,14 @@ def _phase(a: float, b: float, y: int, phase: str, title: str, support: str) -> 
 
 
 def _axis(end: float, unit: str, height: int) -> str:
+    """Marks at round readings. The first names the unit, so that the others stand apart in a narrow window too."""
     step = _round_step(end / 8)
     marks: list[str] = []
     at = 0.0
     while at <= end * 1.0001:
         x = _x(at / end)
         marks.append(f'<line x1="{x:.2f}%" x2="{x:.2f}%" y1="10" y2="{height}" stroke="#e3e5e8"/>')
-        label = f"{at:g}{' ' + unit if unit else ''}"
+        label = f"{at:g}{' ' + unit if unit and not at else ''}"
         anchor = "" if x < LAST_LABEL else ' text-anchor="end"'
         marks.append(f'<text x="{x:.2f}%" y="9"{anchor}>{label}</text>')
         at += step

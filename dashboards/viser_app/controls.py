@@ -16,7 +16,7 @@ from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.markup import style
+from dashboards.panels.markup import style, trouble
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
@@ -58,6 +58,7 @@ class Controls:
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
         session.settlers.append(self._settled)
+        session.troubled.append(lambda line: self._set("trouble", trouble(line)))
         session.client.camera.on_update(self._looked)
 
     def _build(self) -> None:
@@ -69,6 +70,7 @@ class Controls:
         self._add("address")
         self._html["style"] = gui.add_html(style() + script())
         self._add("title")
+        self._add("trouble")
         self._add("now")
         self._build_time()
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
@@ -150,6 +152,11 @@ class Controls:
             self._html[name].content = content
             self._sent[name] = content
 
+    def _draw(self, name: str, make: Callable[[], str]) -> None:
+        """Fills a panel; one that cannot be drawn says so, and the others are drawn all the same."""
+        with self._session.trouble.survived(f"the panel {name}", lambda line: self._set(name, trouble(line))):
+            self._set(name, make())
+
     def _opened(self, session: Session) -> None:
         """New runs: a new scale of time, new item types, a new strip."""
         clock = session.clock
@@ -170,20 +177,22 @@ class Controls:
         at = timeline.decision_at(scene.stamp_ns)
         frame = timeline.decisions[at] if at >= 0 else None
         robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
-        self._set("now", now(scene))
-        self._set("beliefs", beliefs(scene, timeline))
-        self._set("plan", plan(scene))
-        looks = first_looks(timeline, frame) if frame is not None else ()
-        self._set("costs", find_costs(scene, robot_at, looks))
+        self._draw("now", lambda: now(scene))
+        self._draw("beliefs", lambda: beliefs(scene, timeline))
+        self._draw("plan", lambda: plan(scene))
+        self._draw(
+            "costs",
+            lambda: find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
+        )
         if self._plotted is None or self._plotted[0] is not session.clock or self._plotted[1] != scene.focus:
             self._plotted = (session.clock, scene.focus)
-            self._set("plots", plots(session.clock, self._names, scene.focus))
+            self._draw("plots", lambda: plots(session.clock, self._names, scene.focus))
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
-        self._set("comparison", comparison(session.clock, scenes, self._names))
+        self._draw("comparison", lambda: comparison(session.clock, scenes, self._names))
         ended = any(bool(other.unseen.any()) for other in scenes)
-        self._set("legend", legend(scene, unopened=bool(session.unopened.any()), ended=ended))
-        self._set("cursor", cursor(session.clock, state.at))
+        self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
+        self._draw("cursor", lambda: cursor(session.clock, state.at))
         if abs(self._slider.value - state.at) > 1e-9:
             self._slider.value = min(state.at, self._slider.max)
         label = "Pause" if state.playing else "Play"
@@ -198,7 +207,7 @@ class Controls:
         if self._camera_panel.visible != wanted:
             self._camera_panel.visible = wanted
         if senses is not None and wanted:
-            self._set("cameras", cameras(senses.pictures(stamp_ns), stamp_ns))
+            self._draw("cameras", lambda: cameras(senses.pictures(stamp_ns), stamp_ns))
 
     def _slid(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:

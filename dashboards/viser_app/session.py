@@ -1,13 +1,14 @@
 """What one browser is looking at: which runs, which moment, which options; and the one thread that shows it.
 
 Callbacks only change the state and wake the thread; it always shows the newest state, so that a fast scrub skips
-moments instead of queueing them. When the browser leaves, the thread ends.
+moments instead of queueing them. What goes wrong while it shows is told in the tab, and it goes on. When the browser
+leaves, the thread ends.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from threading import Condition, Thread
 
@@ -25,7 +26,7 @@ from dashboards.unopened import unopened
 from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
-from workbench.errors import LiosError
+from dashboards.viser_app.trouble import Trouble, one_line
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
@@ -34,6 +35,8 @@ STRIP_PX, STRIP_ROW_PX = 170, 16
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
 UNMOVED_M = 0.02
+MOST_PLACED = 8
+MOST_LATE_FITS = 5
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
 MOST_RUNS = 16
@@ -86,17 +89,24 @@ class Session:
         self.watchers: list[Callable[[Session, list[Scene]], None]] = []
         self.openers: list[Callable[[Session], None]] = []
         self.settlers: list[Callable[[Session], None]] = []
+        self.trouble = Trouble(str(client.client_id))
+        self.troubled: list[Callable[[str], None]] = []
+        """Told of what went wrong as a line; of an empty one when all is well again."""
         self._wake = Condition()
-        self._dirty, self._alive = True, True
+        self._dirty, self._stirred, self._alive = True, False, True
         self._opened: tuple[tuple[int, ...], int] | None = None
         self._revision = 0
         self._walls = ""
         self._fitted: tuple[bool, CameraPose] | None = None
+        self._placed: list[tuple[float, ...]] = []
+        """Where the camera was put by us, as far as a browser may still tell of it."""
+        self._late_fits = 0
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
         self.stage.light()
-        self._open(self.state)
+        self._placed.append(tuple(self.client.camera.position))
+        self._survive(lambda: self._open(self.state))
         self._thread.start()
 
     def stop(self) -> None:
@@ -123,6 +133,7 @@ class Session:
     def stir(self) -> None:
         """Something that the state does not hold has changed: the camera. The view will settle anew."""
         with self._wake:
+            self._stirred = True
             self._wake.notify_all()
 
     def align(self, alignment: Alignment) -> None:
@@ -188,8 +199,8 @@ class Session:
     def _can_read(self, run: int) -> bool:
         try:
             self.library.timeline(run)
-        except LiosError as error:
-            self._tell("This log cannot be shown", str(error))
+        except Exception as error:  # noqa: BLE001  one log must not break the view of the others
+            self._tell("This log cannot be shown", one_line(error))
             return False
         return True
 
@@ -204,14 +215,26 @@ class Session:
         pose = self.fit(from_above=from_above)
         if pose is not None:
             self._fitted = (from_above, pose)
+            self._placed = [*self._placed[1 - MOST_PLACED :], pose.position]
             look(self.client, pose)
 
-    def fit_again(self) -> None:
-        """Fits the camera to a picture of another shape, if nobody has moved it since it was fitted."""
+    def fit_again(self, *, late: bool = False) -> None:
+        """Fits the camera to a picture of another shape, if nobody has moved it since it was fitted.
+
+        What a browser tells of its camera may be older than what it was told: then it is where it was put before.
+
+        Args:
+            late: the view has settled, and the camera should be where it was put by now.
+        """
         if self._fitted is None:
             return
-        from_above, pose = self._fitted
-        if np.allclose(self.client.camera.position, pose.position, atol=UNMOVED_M):
+        from_above, _ = self._fitted
+        at, pose = self.client.camera.position, self.fit(from_above=from_above)
+        self._late_fits = self._late_fits if late else 0
+        if pose is None or _is_near(at, pose.position) or self._late_fits >= MOST_LATE_FITS:
+            return
+        if any(_is_near(at, place) for place in self._placed):
+            self._late_fits += late
             self.look(from_above=from_above)
 
     def fit(self, *, from_above: bool = False) -> CameraPose | None:
@@ -264,25 +287,41 @@ class Session:
         while True:
             with self._wake:
                 woken = True
-                if not self._dirty and not self.state.playing:
+                if self._alive and not (self._dirty or self._stirred or self.state.playing):
                     woken = self._wake.wait(SETTLED_AFTER_S if unsettled else None)
                     last = time.monotonic()
                 if not self._alive:
                     return
                 changed = self._dirty or self.state.playing
-                self._dirty = False
+                self._dirty = self._stirred = False
             if not changed:
                 if not woken:
-                    for settler in self.settlers:
-                        settler(self)
+                    self._survive(self._settle)
                 unsettled = woken
                 continue
             now, unsettled = time.monotonic(), True
-            self._advance(now - last)
+            self._survive(lambda passed_s=now - last: self._show_next(passed_s))
             last = now
-            self._show()
             if self.state.playing:
                 time.sleep(max(0.0, 1 / FRAMES_A_SECOND - (time.monotonic() - now)))
+
+    def _survive(self, act: Callable[[], None]) -> None:
+        """Does a thing; when it fails, the tab says so, and whatever comes next is shown all the same."""
+        lines: list[str] = []
+        with self.trouble.survived("this moment", lines.append):
+            act()
+        for troubled in self.troubled:
+            with self.trouble.survived("what went wrong", lines.append):
+                troubled("".join(lines[:1]))
+
+    def _settle(self) -> None:
+        self.fit_again(late=True)
+        for settler in self.settlers:
+            settler(self)
+
+    def _show_next(self, passed_s: float) -> None:
+        self._advance(passed_s)
+        self._show()
 
     def _advance(self, seconds: float) -> None:
         """Moves a playing run on; at its end it stops or begins again."""
@@ -320,3 +359,7 @@ class Session:
             look(self.client, behind(scenes[0].robot))
         for watcher in self.watchers:
             watcher(self, scenes)
+
+
+def _is_near(place: Sequence[float] | npt.NDArray[np.float64], other: Sequence[float]) -> bool:
+    return np.allclose(place, other, atol=UNMOVED_M)

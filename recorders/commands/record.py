@@ -55,7 +55,7 @@ def record(
     from recorders.trial import Wish, record_trial, trial_for
     from workbench.errors import OutputExists
     from workbench.planning.strategies import resolved_name
-    from workbench.terminal import emit_json, say
+    from workbench.terminal import counted, emit_json, say
     from workbench.worlds.assets import assets_for
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
@@ -88,7 +88,8 @@ def record(
         )
     else:
         say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {seed}")
-        say(f"{end.status}: cost {end.cost:.1f}, {end.searches} containers searched, {end.travel_m:.1f} m walked")
+        looked = counted(end.searches, "container")
+        say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
         if files is None:
             say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
         else:

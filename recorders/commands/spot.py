@@ -22,7 +22,9 @@ def simulate(
     configuration: Annotated[
         str, typer.Option("--configuration", help="Where things lie and the robot starts (configurations.yaml).")
     ] = "A",
-    port: Annotated[int, typer.Option("--port", help="Port on loopback; 0 for a free one.")] = 50443,
+    port: Annotated[
+        int, typer.Option("--port", min=0, max=65535, help="Port on loopback; 0 for a free one.")
+    ] = 50443,
     speed_up: Annotated[float, typer.Option("--speed-up", help="The body lives this many times faster.")] = 1.0,
     fault: Annotated[
         list[str] | None,
@@ -63,6 +65,8 @@ def simulate(
 
     if not 0.01 <= speed_up <= 100:
         raise BadValue("--speed-up", speed_up, "between 0.01 and 100")
+    if for_s is not None and for_s < 0:
+        raise BadValue("--for", for_s, "at least 0 seconds")
     surveyed = load_site(site)
     place, house = arranged(surveyed, pick_configuration(surveyed, configuration))
     faults = read_faults(fault or ())
@@ -225,7 +229,7 @@ def run(
     from recorders.spot.telling import in_words
     from recorders.spot.world import RunSettings
     from workbench.errors import BadValue, OutputExists
-    from workbench.terminal import emit_json, say
+    from workbench.terminal import counted, emit_json, say
     from workbench.worlds.site import load_site
 
     if output.exists() and not force and not dry_run:
@@ -279,7 +283,8 @@ def run(
             }
         )
     else:
-        say(f"{end.status}: {report.seconds:.0f} s, {end.searches} containers searched, {end.travel_m:.1f} m walked")
+        looked = counted(end.searches, "container")
+        say(f"{end.status}: {report.seconds:.0f} s, {looked} searched, {end.travel_m:.1f} m walked")
         say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")
 
 

@@ -24,7 +24,7 @@ from workbench.execution.events import Ended, RunStatus
 from workbench.planning.tasks import Task
 from workbench.runs.vocabulary import RunInfo
 from workbench.search.costs import ROBOT
-from workbench.terminal import say
+from workbench.terminal import counted, say
 from workbench.worlds.site import Site
 
 ASKED_LATER = "best"
@@ -95,7 +95,7 @@ class SessionReport:
         to = f"{len(self.files)} files, {self.files[0]} to {output}" if len(self.files) > 1 else output
         return (
             f"{self.seconds:.0f} s recorded to {to}: {sum(self.taken.values())} answers, {lost} messages lost"
-            f"{gaps}, {self.ended.searches} containers looked into{troubles}. Next: lios info {output}"
+            f"{gaps}, {counted(self.ended.searches, 'container')} looked into{troubles}. Next: lios info {output}"
         )
 
 

@@ -48,7 +48,11 @@ def compare(
     if not records:
         raise MalformedFile(folder, "no replays in this folder", "Make some: lios replay LOG... -o DIR")
     pairs = compared(records, rng=np.random.default_rng(seed))
-    pairs = tuple(pair for pair in pairs if match in f"{pair.a} {pair.b}")
+    met = tuple(pair for pair in pairs if match.lower() in f"{pair.a} {pair.b}".lower())
+    if pairs and not met:
+        names = sorted({name for pair in pairs for name in (pair.a, pair.b)})
+        say(f"No pair's names contain {match!r}. There are: {', '.join(names)}.")
+    pairs = met
     if frames:
         replays_frame(records).to_parquet(folder / "replays.parquet")
         steps_frame(records).to_parquet(folder / "steps.parquet")
@@ -58,7 +62,8 @@ def compare(
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(records),
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
-    emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
+    if rows:
+        emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
     for place in changed:
         say(f"note: {place} differs between logs (plan or travel costs); its versions count as different houses")
     if frames:

@@ -61,7 +61,7 @@ def replay(
     from replayers.replay_figures import summary
     from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for
     from replayers.sandbox import is_foreign
-    from workbench.errors import BadValue, Failed, OutputExists
+    from workbench.errors import BadValue, Failed, OutputExists, WrongKind
     from workbench.planning.scenarios import family_of
     from workbench.terminal import emit_json, emit_table, progress, say
 
@@ -75,6 +75,8 @@ def replay(
         family_of(scenario)  # refuses what is no scenario
     if len(names) < 2:
         raise BadValue("--strategies", strategies, "two or more: each is replayed over the others' logs")
+    if output is not None and output.is_dir():
+        raise WrongKind(output, needed="file")
     places = places_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
     settings = Settings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
     plan = Plan(places=places, strategies=names, settings=settings, estimator=estimator)

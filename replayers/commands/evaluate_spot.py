@@ -19,12 +19,19 @@ def spot(
     strategies: Annotated[str, typer.Option("--strategies", "-s", help="Which, comma-separated.")] = (
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[
+        str, typer.Option("--estimator", help="What our strategies believe: counts, fcnn, best.")
+    ] = "best",
+    paper_estimator: Annotated[
+        str, typer.Option("--paper-estimator", help="What the paper's strategies believe.")
+    ] = "fcnn",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the logs; kept.")] = None,
     cross: Annotated[
         bool, typer.Option("--cross/--no-cross", help="Replay each log for the other strategies.")
     ] = True,
-    images_hz: Annotated[float, typer.Option("--images-hz", help="Pictures per second in the logs.")] = 0.03,
+    images_hz: Annotated[
+        float, typer.Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
+    ] = 0.03,
     raw: Annotated[
         bool, typer.Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")
     ] = True,
@@ -49,17 +56,17 @@ def spot(
 
     require_bosdyn()
     from recorders.spot.site_tasks import delivery_of, site_task
+    from replayers.batch import strategies_named
     from replayers.spot_experiment import SpotExperiment, cross_replay, run_experiment
     from workbench.errors import BadValue
-    from workbench.planning.strategies import canonical_name
     from workbench.terminal import emit_json, emit_table, emit_text, progress, say
     from workbench.worlds.site import load_site
     from workbench.worlds.site_configurations import configurations_of
 
     place = load_site(site)
     known = tuple(configurations_of(place))
-    chosen = known if configurations == "all" else tuple(_listed(configurations))
-    names = tuple(canonical_name(name) or name for name in _listed(strategies))
+    chosen = known if configurations == "all" else tuple(dict.fromkeys(_listed(configurations)))
+    names = strategies_named(strategies, with_truth=True)
     if not chosen or not names:
         raise BadValue("configurations and strategies", f"{configurations}; {strategies}", "at least one of each")
     with tempfile.TemporaryDirectory(prefix="lios-spot-") as scratch:
@@ -70,6 +77,7 @@ def spot(
             configurations=chosen,
             strategies=names,
             estimator=estimator,
+            paper_estimator=paper_estimator,
             seed=seed,
             images_hz=images_hz,
             raw=raw,

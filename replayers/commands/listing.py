@@ -39,9 +39,11 @@ def list_logs(
     """
     from replayers.listing import memory_for, rows_of
     from replayers.log_paths import find_logs
+    from workbench.planning.strategies import resolved_name
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
+    strategy = resolved_name(strategy)
     places = where or ["."]
     memory = memory_for(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
     paths = find_logs(places)
@@ -49,7 +51,7 @@ def list_logs(
     wanted = [
         row
         for row in rows
-        if (not scenario or row.scenario == scenario)
+        if (not scenario or row.scenario == scenario.lower())
         and (not strategy or row.strategy == strategy)
         and (not status or row.status == status)
         and place in row.place

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from workbench.options import Json
+from workbench.planning.plans import PlanStatus
 
 
 def plan(
@@ -58,14 +59,15 @@ def plan(
     )
     if output is not None:
         _write(made, output, force=force)
-    if pddl:
-        emit_text(made.pddl.domain + made.pddl.problem)
-    if sas:
-        emit_text(made.sas.text)
     if json:
-        emit_json(made.answer())
-    elif not (pddl or sas):
+        printed = {"domain": made.pddl.domain, "problem": made.pddl.problem} if pddl else {}
+        emit_json(made.answer() | printed | ({"sas": made.sas.text} if sas else {}))
+    elif pddl or sas:
+        emit_text((made.pddl.domain + made.pddl.problem if pddl else "") + (made.sas.text if sas else ""))
+    else:
         _show(made)
+    if made.plan.status in (PlanStatus.TIMED_OUT, PlanStatus.SOLVER_FAILED) and not (pddl or sas):
+        raise typer.Exit(1)
 
 
 def _write(made: Any, folder: Path, *, force: bool) -> None:
@@ -100,6 +102,9 @@ def _show(made: Any) -> None:
     rows = [{"step": i + 1, "does": s["does"], "cost": s["cost"]} for i, s in enumerate(answer["steps"])]
     if rows:
         emit_table(rows)
+    if made.plan.status is not PlanStatus.SOLVED:
+        emit_text(f"{answer['status']}: {answer['note']}".rstrip(": "))
+        return
     bound = answer["lower_bound"]
     quality = (
         "optimal over these places" if answer["optimal"] else f"at least {bound:.1f}" if bound else "only a plan"

@@ -28,7 +28,7 @@ def recover(
     """
     from replayers.recover import recover as save
 
-    saved = output or log.with_name(f"{log.stem}.recovered.mcap")
+    saved = output or log.parent / f"{log.stem}.recovered.mcap"
     done = save(log, saved, force=force, told=lambda records: progress(records, title="recover"))
     if as_json:
         emit_json(_answer(done))

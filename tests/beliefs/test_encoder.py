@@ -90,6 +90,14 @@ def test_shipped_vectors_are_those_of_the_live_model() -> None:
 @live
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
+def test_loading_the_model_draws_no_bar_where_nobody_watches(capfd: pytest.CaptureFixture[str]) -> None:
+    module.live_encoder.__wrapped__(module.MINILM)
+    assert capfd.readouterr().err == ""
+
+
+@live
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
 def test_an_encoder_that_is_not_there_is_not_looked_for_in_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
     def called(*_: object, **__: object) -> None:
         raise AssertionError("the network was asked")

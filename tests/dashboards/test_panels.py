@@ -201,3 +201,11 @@ def test_table_cells_are_markup_and_heads_are_text() -> None:
     made = table(("<b>",), [["<i>1</i>"]], key="k")
     assert "&lt;b&gt;" in made
     assert "<i>1</i>" in made
+
+
+def test_the_strip_names_its_unit_once() -> None:
+    """In a narrow window "120 s" and "140 s" would run into each other."""
+    made = strip(clock := Clock(timelines=(timeline_of(toy_run()),)), ["lios"], [run_colour(0)])
+    labels = re.findall(r"<text[^>]*>([^<]*)</text>", made)
+    assert labels[0] == "0 s"
+    assert all(float(label) <= clock.end * 1.001 for label in labels[1:])

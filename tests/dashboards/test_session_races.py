@@ -13,7 +13,9 @@ from toy_run import other_run, toy_run
 from dashboards.clock import Clock
 from dashboards.library import MOST_OPEN, Library
 from dashboards.timeline import timeline_of
+from dashboards.viser_app import session as session_module
 from dashboards.viser_app.bridge import changes_of, obey
+from dashboards.viser_app.cameras import CameraPose
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
 
@@ -142,3 +144,66 @@ def test_first_looks_go_with_their_run(number: int) -> None:
     frame = timeline.decisions[number - 1]
     assert first_looks(timeline, frame) is first_looks(timeline, frame)
     assert list(timeline.first_looks) == [number]
+
+
+def test_a_house_fits_its_window_although_the_browser_tells_of_an_older_camera(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The panel is docked while the page arrives: the new size comes with the camera of before the first fit."""
+    made = session()
+    put: list[CameraPose] = []
+    monkeypatch.setattr(session_module, "look", lambda _, pose: put.append(pose))
+    camera = SimpleNamespace(position=(9.0, 9.0, 9.0), image_width=1600, image_height=1000)
+    made.client.camera = camera  # type: ignore[misc]
+    made._placed.append(camera.position)
+    made.look()
+    camera.image_width = 1156
+    made.fit_again()
+    assert len(put) == 2
+    assert put[1] == made.fit() != put[0]
+    camera.position = put[0].position  # the last word of the browser: the second fit was overtaken
+    made._settle()
+    assert put[2] == made.fit()
+    camera.position = put[2].position
+    made._settle()
+    assert len(put) == 3, "it fits"
+    camera.position, camera.image_width = (1.0, 2.0, 3.0), 900  # a person's own
+    made.fit_again()
+    made._settle()
+    assert len(put) == 3
+
+
+def test_a_camera_that_never_gets_where_it_is_put_is_left_in_peace(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = session()
+    put: list[CameraPose] = []
+    monkeypatch.setattr(session_module, "look", lambda _, pose: put.append(pose))
+    made.client.camera = SimpleNamespace(position=(9.0, 9.0, 9.0), image_width=1600, image_height=1000)  # type: ignore[misc]
+    made._placed.append((9.0, 9.0, 9.0))
+    made.look()
+    for _ in range(50):
+        made._settle()
+    assert len(put) < 10
+
+
+def test_a_browser_that_leaves_while_its_view_settles_leaves_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = session()
+    monkeypatch.setattr(made, "_show", lambda: None)
+    made.settlers.append(Session.stop)
+    made._thread.start()
+    made._thread.join(timeout=5)
+    assert not made._thread.is_alive()
+
+
+def test_a_camera_that_moves_while_the_view_settles_settles_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = session()
+    monkeypatch.setattr(made, "_show", lambda: None)
+    settled: list[int] = []
+
+    def settle(of: Session) -> None:
+        settled.append(len(settled))
+        of.stop() if len(settled) == 2 else of.stir()
+
+    made.settlers.append(settle)
+    made._thread.start()
+    made._thread.join(timeout=5)
+    assert settled == [0, 1]

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from toy import COUNTER, toy_plan
 from toy_run import ns, other_run, stamp, toy_run
 
+import replayers
 from dashboards.belief_series import belief_series
 from dashboards.capsule import capsule_page
 from dashboards.clock import Clock
@@ -40,6 +41,7 @@ from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan, Room, RoomId
 
 OURS = timeline_of(toy_run())
+SAMPLES = Path(__file__).parents[2] / "logs"
 
 
 def row(file: str, strategy: str, cost: float | None = 1.0, **more: object) -> RunRow:
@@ -128,8 +130,8 @@ def test_marks_of_an_axis_can_be_told_apart() -> None:
 def test_the_last_label_of_the_strip_fits() -> None:
     """Of 15 s every 2 s is marked; the mark at 14 s stands at 93.3 %."""
     made = strip(Clock(timelines=(OURS,)), ["lios"], [(0, 0, 0)])
-    assert '<text x="93.33%" y="9" text-anchor="end">14 s</text>' in made
-    assert '<text x="80.00%" y="9">12 s</text>' in made
+    assert '<text x="93.33%" y="9" text-anchor="end">14</text>' in made
+    assert '<text x="80.00%" y="9">12</text>' in made
 
 
 def test_ids_are_told_as_people_say_them() -> None:
@@ -171,6 +173,40 @@ def test_belief_maps_side_by_side_are_of_one_item(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(files, "draw_belief_map", lambda _ax, _run, scene, *, scale: shown.append(scene.focus))
     files._belief_maps(OURS, "Plate")
     assert set(shown) == {"Plate"}
+
+
+def test_a_map_of_one_item_shows_no_order_of_search_for_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dashboards.figures import files
+
+    shown: list[tuple[int, bool]] = []
+    monkeypatch.setattr(
+        files, "draw_belief_map", lambda _ax, _run, s, *, scale: shown.append((s.decision, bool(s.search_order)))
+    )
+    timeline = timeline_of(replayers.read(SAMPLES / "spot-home-A.mcap"))
+    files._belief_maps(timeline, "WaterBottle")
+    assert shown == [(1, True), (2, False), (3, False)], "then it is the cell phone that is looked for"
+
+
+def test_a_belief_is_drawn_until_its_container_was_searched() -> None:
+    from dashboards.figures.beliefs_over_time import draw_beliefs_over_time
+
+    timeline = timeline_of(replayers.read(SAMPLES / "find-lios.mcap"))
+    ax = Figure().subplots()
+    draw_beliefs_over_time(ax, timeline, "Mug")
+    first = next(line for line in ax.lines if line.get_label() == "countertop 3|0")
+    assert list(first.get_xdata()) == [0.0, timeline.seconds(timeline.decision_ns[1])]
+    assert len(set(first.get_ydata())) == 1
+
+
+def test_the_words_of_a_scale_stand_off_the_walls() -> None:
+    from dashboards.figures.trajectory import draw_trajectory
+
+    figure = Figure(figsize=(5, 4))
+    ax = figure.subplots()
+    draw_trajectory(ax, [timeline_of(replayers.read(SAMPLES / "spot-home-A.mcap"))])
+    figure.canvas.draw()
+    words = next(text for text in ax.texts if text.get_text() == "2 m")
+    assert words.get_window_extent().y1 <= ax.transData.transform((0, ax.get_ylim()[0]))[1]
 
 
 def test_the_figures_item_is_what_the_first_decision_finds(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from pathlib import Path
 
@@ -46,6 +47,23 @@ WRONG = (
     "render LOG --video -o film.png",
     "info folder",
     "info noise",
+    "recover ''",
+    "compare noise",
+    "plan LOG -o noise",
+    "export LOG -o noise",
+    "figures LOG -o noise",
+    "site from-log LOG -o noise",
+    "evaluate tasks --scenarios deliver-1 -n 1 -o noise",
+    "evaluate replay -n 1 -o folder --force",
+    "record --find mug -o folder --force",
+    "capsule LOG -o noise --force",
+    "record --find mug --house houses:-1",
+    "record --find mug --house houses:99",
+    "evaluate search --queries 1 --policies json:dumps",
+    "evaluate search --queries 1 --policies :f",
+    "evaluate spot --images-hz -1",
+    "spot simulate --port 99999",
+    "spot simulate --for -1",
 )
 
 
@@ -74,3 +92,34 @@ def test_a_folder_without_an_evaluation_says_how_to_make_one(
 def test_ranges_stay_in_the_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["plan", "--help"]) == 0
     assert "x>=0.0" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_log_is_never_taken_for_an_output(tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    log.write_bytes(LOG.read_bytes())
+    assert cli.run(["capsule", str(log), "-o", str(log), "--force"]) == 2
+    assert log.read_bytes() == LOG.read_bytes()
+
+
+@pytest.mark.parametrize("solver", ["up-nothing", "command:false {domain} {problem} {plan}"])
+def test_a_solver_that_finds_nothing_is_no_success(solver: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["plan", str(LOG), "--solver", solver]) == 1
+    said = capsys.readouterr().out
+    assert said.startswith("solver-failed: ")
+    assert "cost" not in said
+
+
+def test_a_plan_for_machines_holds_its_problem_if_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["plan", str(LOG), "--json", "--pddl", "--sas"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["domain"].startswith("(define (domain")
+    assert answer["problem"].startswith("(define (problem")
+    assert answer["sas"].startswith("begin_version")
+
+
+def test_runs_are_listed_by_the_papers_names_too(capsys: pytest.CaptureFixture[str]) -> None:
+    counts = []
+    for name in ("model-lios", "ModelLIOS"):
+        assert cli.run(["list", str(LOG.parent), "--strategy", name, "--json"]) == 0
+        counts.append(len(json.loads(capsys.readouterr().out)["rows"]))
+    assert counts[0] == counts[1] > 0

@@ -88,6 +88,26 @@ def test_a_stopped_evaluation_goes_on(tmp_path: Path, rows: list[TaskRow]) -> No
     assert [plain(r) for r in stored] == [plain(r) for r in rows]
 
 
+def test_a_disk_that_is_full_when_an_evaluation_goes_on_costs_no_trial(
+    tmp_path: Path, rows: list[TaskRow], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = TrialStore(tmp_path, request())
+    store.add(rows[:3])
+    store.close()
+    before = (tmp_path / "trials.jsonl").read_bytes()
+    write = Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        if path.name.startswith(".trials"):
+            raise OSError(28, "No space left on device")
+        return write(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space"):
+        TrialStore(tmp_path, request())
+    assert (tmp_path / "trials.jsonl").read_bytes() == before
+
+
 def test_another_evaluation_is_not_mixed_in(tmp_path: Path, rows: list[TaskRow]) -> None:
     store = TrialStore(tmp_path, request())
     store.add(rows[:1])

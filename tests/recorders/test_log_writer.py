@@ -20,7 +20,7 @@ from recorders.writer import LIBRARY, AlreadyClosed, DiskFull, McapWriter
 from replayers.reader import messages
 from replayers.scanning import open_log
 from replayers.summary import read_index
-from workbench.errors import OutputExists
+from workbench.errors import OutputExists, WrongKind
 
 
 def _fill(writer: McapWriter, count: int, size: int = 100) -> int:
@@ -107,7 +107,7 @@ def test_a_folder_or_a_file_in_the_way_is_one_clear_line(tmp_path: Path):
     (tmp_path / "file").write_text("x")
     with pytest.raises(CannotCreate):
         McapWriter(tmp_path / "file" / "a.mcap")
-    with pytest.raises((CannotCreate, OutputExists)):
+    with pytest.raises(WrongKind, match="it is a folder, and a file is needed"):
         McapWriter(tmp_path, force=True)
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from recorders.background import Background
 from recorders.channel_spec import ChannelSpec
+from recorders.log_file import BeingWritten, reserve
 from recorders.ring_buffer import RingBuffer
 from recorders.sinks import PART_METADATA, LogFiles, Split
 from recorders.writer import DiskFull
@@ -78,6 +79,30 @@ def test_parts_of_an_earlier_log_stop_nothing_midway(tmp_path: Path):
         files.write(CAMERA, b"x", log_time=i * NANO // 10)
     files.close()
     assert _data(left_over, "/camera") == [b"x"] * 10
+
+
+def test_a_shorter_log_in_place_of_a_longer_one_leaves_no_part_of_it(tmp_path: Path):
+    """They would be merged as one; what is no part of it stays."""
+    year = tmp_path / "a_2024.mcap"
+    year.write_bytes(b"mine")
+    for seconds in (40, 20):
+        files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
+        for i in range(seconds):
+            files.write(CAMERA, b"x", log_time=i * NANO // 10)
+        files.close()
+    assert sorted(tmp_path.iterdir()) == [*files.parts, year]
+    assert len(files.parts) == 2
+
+
+def test_parts_that_another_process_writes_stay(tmp_path: Path):
+    for number in range(3):
+        (tmp_path / f"a_{number:04d}.mcap").write_bytes(b"x")
+    there = sorted(tmp_path.iterdir())
+    with open(there[2], "rb") as theirs:
+        reserve(theirs, there[2])
+        with pytest.raises(BeingWritten):
+            LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
+    assert [path.read_bytes() for path in there] == [b"x"] * 3
 
 
 def test_a_recording_that_must_stop_is_closed_with_its_index(tmp_path: Path):

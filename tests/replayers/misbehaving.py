@@ -25,6 +25,23 @@ class Raises(Behaves):
         raise ValueError("no idea")
 
 
+class RaisesLines(Behaves):
+    def decide(self, view: View) -> Decision:
+        raise ValueError("first\n  second")
+
+
+class Interrupts(Behaves):
+    def decide(self, view: View) -> Decision:
+        raise KeyboardInterrupt
+
+
+class Prints(Behaves):
+    def decide(self, view: View) -> Decision:
+        print("what I think")
+        os.write(1, b"what my library thinks\n")
+        return super().decide(view)
+
+
 class Hangs(Behaves):
     def decide(self, view: View) -> Decision:
         time.sleep(60)

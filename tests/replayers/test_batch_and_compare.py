@@ -227,7 +227,17 @@ def test_the_commands_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert {"a", "b", "wins", "undecided", "loses"} <= set(compared["rows"][0])
     assert len(pd.read_parquet(folder / "replays.parquet")) == len(list(replays_in(folder)))
     assert lios(["compare", str(folder), "-k", "oracle opt"]) == 0
+    assert "No pair's names contain 'oracle opt'. There are: conditioned-lios, model-lios" in capsys.readouterr().err
+    assert lios(["compare", str(folder), "-k", "OPT-greedy"]) == 0
+    assert "model-lios" in capsys.readouterr().out
     assert lios(["replay", str(log), "--verify"]) == 0
+    capsys.readouterr()
+    assert lios(["replay", str(log), "--strategies", "oracle@everywhere"]) == 2
+    assert "oracle@everywhere: it knows the whole house" in capsys.readouterr().err
+    assert lios(["replay", str(log), "--strategies", "PesLIOS@sas-blind,pes-lios", "--json"]) == 0
+    with_solver, plain = json.loads(capsys.readouterr().out)["rows"]
+    assert (with_solver["strategy"], plain["strategy"]) == ("pes-lios@sas-blind", "pes-lios")
+    assert (with_solver["lower"], with_solver["upper"]) == (plain["lower"], plain["upper"])
 
 
 def test_bad_input_is_one_line_and_exit_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

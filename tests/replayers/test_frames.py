@@ -183,7 +183,7 @@ def test_an_export_replaces_nothing_unless_forced(log: Path, tmp_path: Path):
     assert cli.run(["export", str(log), "-o", str(out), "--force"]) == 0
     assert (out / "mine.txt").read_text() == "x", "only tables are replaced"
     assert len(list(out.iterdir())) == 1 + len(SCHEMAS)
-    assert cli.run(["export", str(log), "-o", str(out / "mine.txt"), "--force"]) == 1
+    assert cli.run(["export", str(log), "-o", str(out / "mine.txt"), "--force"]) == 2
     assert (out / "mine.txt").read_text() == "x"
 
 

@@ -153,7 +153,7 @@ def _interrupted(*_: object, **__: object) -> bytes:
 def test_a_folder_is_no_output(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     for name in ("a.jsonl", "b.mcap"):
         (tmp_path / name).mkdir()
-        assert _lios("log", "convert", log, "-o", tmp_path / name, "--force") == 1
+        assert _lios("log", "convert", log, "-o", tmp_path / name, "--force") == 2
         assert "it is a folder" in capsys.readouterr().err
     assert _lios("log", "convert", log, "-o", log, "--force") == 2
     assert _lios("log", "convert", log, "-o", tmp_path / "no" / "such" / "a.jsonl") == 0
@@ -248,6 +248,25 @@ def test_a_split_log_merges_to_itself(log: Path, tmp_path: Path):
     assert _lios("log", "merge", *parts, "-o", tmp_path / "m.mcap") == 0
     assert sorted(_facts(tmp_path / "m.mcap")) == sorted(_facts(log))
     assert examine(tmp_path / "m.mcap").verdict is Verdict.FINE
+
+
+@pytest.mark.parametrize("way", [("--every", "8"), ("--by", "run")])
+def test_a_split_into_fewer_parts_leaves_none_of_the_others(log: Path, tmp_path: Path, way: tuple[str, str]):
+    output = tmp_path / "p" / "part.mcap"
+    assert _lios("log", "split", log, "-o", output, "--every", "1") == 0
+    before = len(list(output.parent.iterdir()))
+    assert _lios("log", "split", log, "-o", output, *way, "--force") == 0
+    assert len(list(output.parent.iterdir())) < before
+    assert _lios("log", "merge", *sorted(output.parent.iterdir()), "-o", tmp_path / "m.mcap") == 0
+    assert sorted(_facts(tmp_path / "m.mcap")) == sorted(_facts(log))
+
+
+def test_a_part_is_not_split_over_itself(log: Path, tmp_path: Path):
+    output = tmp_path / "p" / "part.mcap"
+    assert _lios("log", "split", log, "-o", output, "--every", "4") == 0
+    there = {path: path.read_bytes() for path in output.parent.iterdir()}
+    assert _lios("log", "split", output.with_name("part_0003.mcap"), "-o", output, "--every", "4", "--force") == 2
+    assert {path: path.read_bytes() for path in output.parent.iterdir()} == there
 
 
 def test_merge_orders_by_time_and_refuses_two_runs(log: Path, foreign: Path, tmp_path: Path):

@@ -26,6 +26,8 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
     ("planner", "reason"),
     [
         ("misbehaving:Raises", "it raised ValueError: no idea"),
+        ("misbehaving:RaisesLines", "it raised ValueError: first second"),
+        ("misbehaving:Interrupts", "it raised KeyboardInterrupt"),
         ("misbehaving:Hangs", "it made no decision within 0.3 s"),
         ("misbehaving:Dies", "its process died"),
         ("misbehaving:AnswersNonsense", "it returned str instead of a Decision"),
@@ -64,5 +66,16 @@ def test_loading_tells_asking_for_the_truth_from_other_mistakes() -> None:
 def test_which_names_come_from_outside() -> None:
     assert is_foreign("some_module:Planner")
     assert not is_foreign("ModelLIOS")
+    assert not is_foreign("model-lios@command:planner {domain} {problem} {plan}")
     with pytest.raises(UnknownName, match="model-lios"):
         is_foreign("model-lio")
+
+
+def test_what_a_planner_prints_is_no_part_of_the_answer(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Standard output may be read by a machine (--json)."""
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=0))
+    assert replay_on(ground, "misbehaving:Prints").exact
+    told = capfd.readouterr()
+    assert told.out == ""
+    assert "what I think" in told.err
+    assert "what my library thinks" in told.err

@@ -31,6 +31,14 @@ def test_a_simulated_log_comes_out_the_same_decision_by_decision(tmp_path: Path,
     assert answer.events >= len(run.plans) + len(run.actions) + len(run.observations)
 
 
+@pytest.mark.parametrize("name", ["model-lios@sas-blind", "conditioned-lios@everywhere", "oracle@everywhere"])
+def test_a_log_of_a_strategy_with_another_solver_comes_out_the_same(tmp_path: Path, name: str) -> None:
+    path = simulated_log(tmp_path / "run.mcap", name=name, task=TWO)
+    answer = verify(read(path, with_truth=True))
+    assert answer.same
+    assert answer.decisions > 0
+
+
 def test_a_skipped_container_is_named(tmp_path: Path) -> None:
     """What the robot never looked into, the strategy would have: the replay stops there."""
     run = read(simulated_log(tmp_path / "run.mcap", name="opt-greedy"))

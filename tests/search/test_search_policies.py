@@ -217,7 +217,7 @@ def test_policies_are_found_by_name_in_any_case() -> None:
 
 def test_an_unknown_name_lists_the_nearest() -> None:
     with pytest.raises(UnknownName, match="conditioned-lios"):
-        policy("conditionedlios")
+        policy("conditioned-lois")
 
 
 class Backwards:
@@ -250,3 +250,9 @@ def test_a_module_that_is_not_there_is_named(name: str) -> None:
 def test_something_that_is_no_policy_is_refused() -> None:
     with pytest.raises(BadValue, match="order"):
         policy("test_search_policies:MUG")
+
+
+def test_policies_answer_to_the_papers_spelling() -> None:
+    for name in ("ConditionedLIOS", "conditionedlios", " Conditioned-LIOS "):
+        assert policy(name).name == "conditioned-lios"
+    assert policy("LIOS").name == "lios"

@@ -12,6 +12,7 @@ from procthor_house import two_rooms
 from workbench.errors import BadValue, FileMissing, InputError, MalformedFile
 from workbench.worlds.house_files import MAX_LINE_BYTES, HouseIndexMissing, HouseIndexOutOfRange, split_address
 from workbench.worlds.procthor import load_house, load_houses
+from workbench.worlds.shipped import shipped_houses
 
 
 @pytest.fixture
@@ -111,6 +112,14 @@ def test_a_file_named_with_a_colon(tmp_path: Path) -> None:
     path = tmp_path / "odd:7.json"
     path.write_text(json.dumps(two_rooms()))
     assert split_address(str(path)) == (path, None)
+
+
+def test_a_shipped_house_is_found_by_the_name_that_logs_give_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert split_address("houses:9") == (shipped_houses(), 9)
+    assert load_house("houses:9").plan.name == "houses:9"
 
 
 def test_an_asset_table_that_is_none(three: Path, tmp_path: Path) -> None:

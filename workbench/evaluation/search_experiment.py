@@ -20,7 +20,7 @@ from workbench.evaluation.search_table import GREEDY
 from workbench.evaluation.search_trials import ORACLE, PAPER_POLICY, SearchTrial, house_trials, queries
 from workbench.process_pool import process_pool
 from workbench.search.costs import SIMULATION, ActionCosts
-from workbench.search.policies import policy, policy_names
+from workbench.search.policies import canonical_policy, policy, policy_names
 from workbench.worlds.house import Contents, FloorPlan, House, ItemType
 from workbench.worlds.navigation import navigate
 
@@ -129,7 +129,7 @@ def _queries_or_none(house: House) -> tuple[ItemType, ...]:
 
 def _checked(name: str) -> str:
     policy(name)
-    return name.lower() if name.lower() in policy_names() else name
+    return canonical_policy(name) or name
 
 
 def _house(

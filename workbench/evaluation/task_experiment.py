@@ -256,9 +256,9 @@ class TrialStore:
             _same_request(folder, read_request(settings), request)
         settings.write_bytes(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
         self.rows = read_rows(trials, torn_is_fine=True) if trials.exists() else []
-        with trials.open("wb") as stream:
-            for row in self.rows:
-                stream.write(msgspec.json.encode(row) + b"\n")
+        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # a row torn by a crash goes; the others never do
+        whole.write_bytes(b"".join(msgspec.json.encode(row) + b"\n" for row in self.rows))
+        whole.replace(trials)
         self._stream = trials.open("ab")
 
     def add(self, rows: Iterable[TaskRow]) -> None:

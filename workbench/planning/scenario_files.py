@@ -146,7 +146,7 @@ class _Reader:
         try:
             return type_named(self.text(node), known, kind=kind)
         except UnknownName as error:
-            raise self.wrong(node, str(error).rstrip("."), "Correct the name") from error
+            raise self.wrong(node, str(error).removesuffix("."), "Correct the name") from error
 
     def place(self, node: Any) -> LocationId:
         word = self.text(node)

@@ -157,6 +157,11 @@ def canonical_name(name: str) -> str | None:
     return next((ours for ours, paper in PAPER_NAMES.items() if paper.lower() == wanted), None)
 
 
+def needs_truth(name: str) -> bool:
+    """Whether a strategy, with whichever solver, must be given the house."""
+    return canonical_name(name.partition("@")[0]) in NEEDS_TRUTH
+
+
 def resolved_name(name: str) -> str:
     """The name that logs and tables give for it: an alias or the paper's spelling is the table's, others are kept."""
     base, at, solver_name = name.partition("@")

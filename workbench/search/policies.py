@@ -45,8 +45,8 @@ def policy(name: str) -> SearchPolicy:
     Raises:
         UnknownName: no such policy; lists the known ones.
     """
-    wanted = name.lower()
-    if wanted in POLICIES:
+    wanted = canonical_policy(name)
+    if wanted is not None:
         return POLICIES[wanted]()
     for entry in entry_points(group=ENTRY_POINTS):
         if entry.name == name:
@@ -54,6 +54,13 @@ def policy(name: str) -> SearchPolicy:
     if ":" in name:
         return _imported(name)
     raise UnknownName("search policy", name, policy_names())
+
+
+def canonical_policy(name: str) -> str | None:
+    """The table's name for a name in any case or in the paper's spelling (ConditionedLIOS); None for others."""
+    joined = {ours.replace("-", ""): ours for ours in POLICIES}
+    wanted = name.strip().lower()
+    return wanted if wanted in POLICIES else joined.get(wanted)
 
 
 def policy_names() -> tuple[str, ...]:
@@ -66,16 +73,22 @@ def _imported(name: str) -> SearchPolicy:
     module, _, attribute = name.partition(":")
     try:
         factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError) as error:
-        raise UnknownName("search policy", name, policy_names(), where=str(error)) from error
+    except (ImportError, AttributeError, ValueError) as error:
+        where = f"what can be imported ({error})"
+        raise UnknownName("search policy", name, policy_names(), where=where) from error
     return _made(name, factory)
 
 
 def _made(name: str, factory: object) -> SearchPolicy:
-    made = factory() if callable(factory) else factory
+    try:
+        made = factory() if callable(factory) else factory
+    except TypeError as error:
+        raise BadValue(
+            "search policy", name, f"a function or class that is called without arguments ({error})"
+        ) from error
     if not callable(getattr(made, "order", None)) or not isinstance(getattr(made, "name", None), str):
         raise BadValue(f"search policy {name}", made, "something with a name and order(query)")
     return cast(SearchPolicy, made)
 
 
-__all__ = ["ENTRY_POINTS", "POLICIES", "PolicyFactory", "oracle_policy", "policy", "policy_names"]
+__all__ = ["ENTRY_POINTS", "POLICIES", "PolicyFactory", "canonical_policy", "oracle_policy", "policy", "policy_names"]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import IO, NoReturn, cast
 
 from workbench.errors import BadValue, FileMissing, MalformedFile, NotFound
+from workbench.worlds.shipped import shipped_houses
 
 MAX_LINE_BYTES = 64 * 1024 * 1024
 """A house longer than this, decompressed, is refused: real ones take well under one MiB."""
@@ -37,7 +38,7 @@ class HouseIndexMissing(NotFound):
 
 
 def split_address(address: str) -> tuple[Path, int | None]:
-    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None).
+    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped file.
 
     Raises:
         FileMissing: no such file.
@@ -47,6 +48,8 @@ def split_address(address: str) -> tuple[Path, int | None]:
     if _is_file(address):
         return Path(address), None
     name, colon, index = address.rpartition(":")
+    if colon and name == house_stem(shipped_houses()):
+        name = str(shipped_houses())
     if not colon or not name.lower().endswith(SUFFIXES):
         if colon and _is_file(name):
             raise BadValue("house file", name, "a file that ends in " + ", ".join(SUFFIXES))

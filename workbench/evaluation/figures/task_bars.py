@@ -12,6 +12,7 @@ from workbench.evaluation.figures.style import BLUE, GREEN, GREY, ORANGE, PINK, 
 from workbench.planning.scenarios import PAPER_TITLES
 from workbench.planning.strategies import PAPER_NAMES
 
+DARK = "#000000"
 STRATEGY_COLOURS: Mapping[str, str] = MappingProxyType(
     {
         "opt-greedy": GREY,
@@ -21,7 +22,7 @@ STRATEGY_COLOURS: Mapping[str, str] = MappingProxyType(
         "model-lios": VERMILION,
         "conditioned-lios": BLUE,
         "scout-lios": GREEN,
-        "oracle": "#000000",
+        "oracle": DARK,
     }
 )
 
@@ -47,7 +48,8 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
             errors = [low, high]
         colour = STRATEGY_COLOURS.get(strategy, SKY)
         label = PAPER_NAMES.get(strategy, strategy)
-        ax.bar(at, heights, width, yerr=errors, color=colour, label=label, error_kw={"linewidth": 0.7})
+        line = {"linewidth": 0.9, "ecolor": DARK if colour != DARK else GREY}  # seen on the bar and above it
+        ax.bar(at, heights, width, yerr=errors, color=colour, label=label, error_kw=line)
     ax.set_xticks(range(len(scenarios)), [PAPER_TITLES.get(s, s) for s in scenarios], fontsize=8)
     ax.set_ylabel("mean cost, 95 % interval" if value == "mean_cost" else "share of trials done")
     ax.legend(fontsize=6.5, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, 1.16))

@@ -1,0 +1,60 @@
+"""What becomes of an exception while a view is drawn? A line in the tab, a line in the server's log, and it goes on.
+
+The thread of a view and the panels of a tab are edges like that of the command line: what escaped here would end the
+thread, and the tab would stand still without a word. The traceback follows in the log with --debug.
+"""
+
+from __future__ import annotations
+
+import logging
+import traceback
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import final
+
+from workbench.errors import LiosError
+
+LONGEST_LINE = 300
+log = logging.getLogger("lios.dashboard")
+
+
+@final
+class Trouble:
+    """What goes wrong in one view. The log is told of it once, for as long as it stays the same."""
+
+    def __init__(self, view: str) -> None:
+        self._view = view
+        self._told: dict[str, str] = {}
+
+    @contextmanager
+    def survived(self, what: str, tell: Callable[[str], None]) -> Generator[None]:
+        """Survives what is raised within.
+
+        Args:
+            what: is drawn ("the plan").
+            tell: shows a line in the tab.
+        """
+        try:
+            yield
+        except Exception as error:
+            line = f"{what} could not be drawn: {one_line(error)}"
+            if self._told.get(what) != line:
+                self._told[what] = line
+                log.error("lios: view %s: %s", self._view, line)
+                log.debug("the traceback of it:", exc_info=error)
+            with suppress(Exception):
+                tell(line)
+        else:
+            self._told.pop(what, None)
+
+
+def one_line(error: Exception) -> str:
+    """An exception as a line: its words, and for a mistake of ours its kind and where it came from."""
+    words = " ".join(str(error).split())
+    words = words if len(words) <= LONGEST_LINE else words[: LONGEST_LINE - 1] + "…"
+    if isinstance(error, LiosError):
+        return words
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {words}".rstrip(": ") + where
