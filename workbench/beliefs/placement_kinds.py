@@ -136,22 +136,22 @@ def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: F
     Args:
         vectors: of the item types' names, shape (items, dimensions), each of length 1.
     """
-    held, stood = _flat(found.held), _flat(found.stood)
-    prior, base = _what_all_things_do(found, how)
-    count, often = min(how.kinds, len(held)), np.minimum(held.sum(axis=1), 1 / LEAST)
+    lesson = _lesson(found, vectors, how)
+    held, stood = lesson.held, lesson.stood
+    count, often = min(how.kinds, len(held)), held.sum(axis=1)
     drawn = np.minimum(often, 20.0)
     starts = np.sort(rng.choice(len(held), count, replace=False, p=drawn / drawn.sum()))
     share = np.minimum(1.0, 20.0 / often[starts])[:, None]
-    expected = stood[starts] * base
+    expected = stood[starts] * lesson.base
     exposed = stood[starts] * (share * often[starts, None] / expected.sum(axis=1, keepdims=True))
     kinds = Kinds(
-        rate=_rates(held[starts] * share, exposed, prior, base, found, how),
+        rate=_rates(held[starts] * share, exposed, lesson, how),
         centre=(vectors[starts] + vectors.mean(axis=0)) / 2,
         weight=np.full((count, len(how.closeness)), 1.0 / count / len(how.closeness)),
     )
     for number in range(how.rounds):
         softness = min(1.0, 0.2 + number / (how.rounds / 2))
-        kinds = _better(kinds, held, stood, vectors, softness, prior, base, found, how)
+        kinds = _better(kinds, lesson, softness, how)
     return kinds
 
 
@@ -222,15 +222,28 @@ def _twice(rates: Floats, has: Floats) -> Floats:
     return np.where(has > 0, 1 - none, 1 - none - none * (rates / (1 - rates)).sum(axis=1))
 
 
-def _flat(values: Floats) -> Floats:
-    return values.reshape(len(values), -1)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Lesson:
+    """A tally made ready for fitting.
 
-
-def _what_all_things_do(found: Tally, how: Fitting) -> tuple[Floats, Floats]:
-    """How many containers stand for doubt, and how often they hold anything, shape (places,) each.
-
-    The rates are smoothed towards those of the container type. Both are scaled so that their product adds up to 1.
+    Attributes:
+        held, stood: finds and containers, shape (items, places).
+        vectors: of the names, shape (items, dimensions).
+        rooms: how many room kinds a place's index counts, the unknown one among them.
+        base: how often a container of a place holds anything, shape (places,).
+        prior: how many containers stand for doubt; times base it adds up to 1, shape (places,).
     """
+
+    held: Floats
+    stood: Floats
+    vectors: Floats
+    rooms: int
+    base: Floats
+    prior: Floats
+
+
+def _lesson(found: Tally, vectors: Floats, how: Fitting) -> _Lesson:
+    """What all things do is smoothed towards what they do in containers of the same type."""
     held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
     types = len(found.items)
     mean = held.sum() / stood.sum()
@@ -238,23 +251,28 @@ def _what_all_things_do(found: Tally, how: Fitting) -> tuple[Floats, Floats]:
     base = ((held + by_type * how.unseen * types) / (stood + how.unseen * types)).ravel()
     prior = stood.ravel() / types + how.unseen
     base = base / (stood.ravel() / types * base).sum()
-    return prior / (prior * base).sum(), base
+    return _Lesson(
+        held=found.held.reshape(types, -1),
+        stood=found.stood.reshape(types, -1),
+        vectors=vectors,
+        rooms=len(found.rooms) + 1,
+        base=base,
+        prior=prior / (prior * base).sum(),
+    )
 
 
-def _rates(held: Floats, exposed: Floats, prior: Floats, base: Floats, found: Tally, how: Fitting) -> Floats:
+def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floats:
     """Relative rates of kinds from finds and exposures, shape (kinds, places).
 
     Where little was seen, rates are drawn towards what all things do, times how much the kind favours the room.
     """
-    kinds = len(held)
-    shape = (kinds, len(found.rooms) + 1, len(found.containers) + 1)
+    shape = (len(held), lesson.rooms, -1)
     in_rooms = held.reshape(shape).sum(axis=2) + 1
-    usual = (exposed * base).reshape(shape).sum(axis=2) + 1
-    lifted = base * np.repeat(in_rooms / usual, shape[2], axis=1)
-    lifted = lifted / (lifted * prior).sum(axis=1, keepdims=True)
-    rate = (held + how.doubt * prior * lifted) / (exposed + how.doubt * prior)
-    stood = _flat(found.stood).mean(axis=0)
-    return rate / (rate * stood).sum(axis=1, keepdims=True)
+    usual = (exposed * lesson.base).reshape(shape).sum(axis=2) + 1
+    lifted = lesson.base * np.repeat(in_rooms / usual, held.shape[1] // lesson.rooms, axis=1)
+    lifted = lifted / (lifted * lesson.prior).sum(axis=1, keepdims=True)
+    rate = (held + how.doubt * lesson.prior * lifted) / (exposed + how.doubt * lesson.prior)
+    return rate / (rate * lesson.stood.mean(axis=0)).sum(axis=1, keepdims=True)
 
 
 def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: Fitting) -> Floats:
@@ -284,18 +302,9 @@ def _pulls(
     return pulls
 
 
-def _better(
-    kinds: Kinds,
-    held: Floats,
-    stood: Floats,
-    vectors: Floats,
-    softness: float,
-    prior: Floats,
-    base: Floats,
-    found: Tally,
-    how: Fitting,
-) -> Kinds:
+def _better(kinds: Kinds, lesson: _Lesson, softness: float, how: Fitting) -> Kinds:
     """One round: memberships, then kinds. Repeated finds of a type count less than first ones, as its own habit."""
+    held, stood, vectors = lesson.held, lesson.stood, lesson.vectors
     member = _membership(kinds, held, stood, vectors, softness, how)
     at, place = np.nonzero(held)
     finds, scale = held[at, place], stood @ kinds.rate.T
@@ -307,7 +316,7 @@ def _better(
     exposed = (by_type / np.maximum(scale.T, 1e-12)) @ stood
     whole = member.sum(axis=2)
     return Kinds(
-        rate=_rates(found_of, exposed, prior, base, found, how),
+        rate=_rates(found_of, exposed, lesson, how),
         centre=(whole.T @ vectors + 2 * vectors.mean(axis=0)) / (whole.sum(axis=0)[:, None] + 2),
         weight=(member.sum(axis=0) + 0.5) / (len(held) + 0.5 * kinds.weight.size),
     )
