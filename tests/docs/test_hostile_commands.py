@@ -107,6 +107,8 @@ def test_a_solver_that_finds_nothing_is_no_success(solver: str, capsys: pytest.C
     said = capsys.readouterr().out
     assert said.startswith("solver-failed: ")
     assert "cost" not in said
+    assert cli.run(["plan", str(LOG), "--solver", solver, "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["cost"] is None
 
 
 def test_a_plan_for_machines_holds_its_problem_if_asked(capsys: pytest.CaptureFixture[str]) -> None:
