@@ -119,6 +119,15 @@ def test_a_plan_for_machines_holds_its_problem_if_asked(capsys: pytest.CaptureFi
     assert answer["sas"].startswith("begin_version")
 
 
+def test_a_plan_is_by_default_the_first_though_nothing_was_known_at_the_start(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """find-lios.mcap: decisions after 0, 4.7, 7.7 s; the first look ends at 4.7 s."""
+    for asked, decision in (((), 1), (("--at", "0"), 1), (("--at", "5"), 2)):
+        assert cli.run(["plan", str(LOG.with_name("find-lios.mcap")), *asked, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["decision"] == decision
+
+
 def test_runs_are_listed_by_the_papers_names_too(capsys: pytest.CaptureFixture[str]) -> None:
     counts = []
     for name in ("model-lios", "ModelLIOS"):
