@@ -1,60 +1,41 @@
-"""How are many logs replayed by many strategies? A log at a time in a process each, kept as files, resumable.
+"""How are many logs replayed by many strategies? In several processes, in the order of the logs.
 
-What is kept already under the same key (log, strategy, settings, version) is read and not made again; a planner from
-outside always runs again, since its code may have changed. A log that cannot be replayed is a row that says so; it
-does not stop the others.
+A process takes a log at a time. Where there are fewer logs than processes, the strategies over a log are shared among
+them (shares.py): what comes of it is the same, in the same order. A log that cannot be replayed does not stop the
+others.
 """
 
 from __future__ import annotations
 
-import gc
 import os
-from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import chain
 from pathlib import Path
 
-from replayers.ground import Ground, Settings, ground_of
-from replayers.replay import replay_on
-from replayers.run import Run, read
-from replayers.sandbox import is_foreign
-from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
-from workbench.errors import BadValue, FileMissing, LiosError, MalformedFile
-from workbench.planning.strategies import needs_truth, resolved_name, strategy_names
-from workbench.process_pool import process_pool
+from replayers.ground import Ground
+from replayers.one_log import (
+    LogFailed,
+    OneLog,
+    Outcome,
+    Wanted,
+    log_path,
+    replay_log,
+    replayed,
+    what_is_loaded_stays,
+)
+from replayers.shares import Share, shares_of
+from workbench.errors import BadValue, FileMissing, MalformedFile
+from workbench.planning.strategies import resolved_name, strategy_names
+from workbench.process_pool import can_inherit, process_pool
 
-NEW_OBJECTS = 500_000
-"""Before the collector comes again."""
+__all__ = ["LogFailed", "Outcome", "Wanted", "log_path", "logs_among", "replay_all", "replay_log", "strategies_named"]
 
+FEW_OPEN = 6
+"""With fewer open containers, a log is replayed sooner than other processes are at work."""
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
-    """What to replay and where to keep it.
-
-    Attributes:
-        strategies: by name; "all" has been spelt out.
-        output: the folder that keeps replays; None keeps nothing.
-        write_logs: also record each replay as MCAP in the folder.
-        worlds: of replay.WORLDS, those in which the run is recorded besides.
-    """
-
-    strategies: tuple[str, ...]
-    settings: Settings
-    output: Path | None = None
-    write_logs: bool = False
-    worlds: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LogFailed:
-    """A log that could not be replayed, or a strategy that could not be run over it."""
-
-    log: str
-    strategy: str
-    reason: str
-
-
-Outcome = StoredReplay | LogFailed
+Handed = Iterator[Outcome | None]
+"""None once all that is to be done has been handed out; then the outcomes."""
 
 
 def logs_among(paths: Iterable[Path]) -> tuple[Path, ...]:
@@ -96,106 +77,76 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
 
 
 def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = None) -> Iterator[Outcome]:
-    """Replays every strategy over every log, in the order of the logs and then the strategies."""
-    count = min(workers or os.cpu_count() or 1, len(logs))
-    if count <= 1:
-        for log in logs:
-            yield from replay_log(log, wanted)
-        return
-    with process_pool(count) as pool:
-        for outcomes in pool.map(_all_of, [(log, wanted) for log in logs]):
-            yield from outcomes
+    """Replays every strategy over every log, in the order of the logs and then the strategies.
+
+    Processes start at once, before the first outcome is asked for: they can be copies of this one only while no other
+    thread runs here, such as a progress bar's.
+    """
+    count = workers or os.cpu_count() or 1
+    if len(logs) < count and len(wanted.strategies) > 1 and can_inherit():
+        return _at_work(_in_shares(logs, wanted, count))
+    if min(count, len(logs)) <= 1:
+        return chain.from_iterable(replay_log(log, wanted) for log in logs)
+    return _at_work(_log_by_log(logs, wanted, min(count, len(logs))))
 
 
-def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
-    """Replays every strategy over one log, one by one."""
-    with _what_is_loaded_stays():
-        yield from _replayed(log, wanted)
+def _at_work(handed: Handed) -> Iterator[Outcome]:
+    next(handed)
+    return (outcome for outcome in handed if outcome is not None)
 
 
-def _replayed(log: Path, wanted: Wanted) -> Iterator[Outcome]:
-    try:
-        run = read(log, with_truth=wanted.settings.with_truth)
-        sha256, run_id = run.sha256, run.info.run_id
-    except LiosError as error:
-        yield LogFailed(log=str(log), strategy="", reason=str(error))
-        return
-    ground: Ground | LiosError | None = None
-    for name in wanted.strategies:
-        if needs_truth(name) and not wanted.settings.with_truth:
-            yield LogFailed(log=str(log), strategy=name, reason="it knows the whole house: give --with-truth")
-            continue
-        key = key_of(sha256, name, wanted.settings)
-        path = path_of(wanted.output, sha256, run_id, name) if wanted.output else None
-        kept = _kept(path, key, wanted) if path and not is_foreign(name) else None
-        if kept is not None:
-            yield kept
-            continue
-        if ground is None:
-            ground = _ground(run, wanted.settings)
-        yield (
-            _one(ground, name, key, path, wanted)
-            if isinstance(ground, Ground)
-            else LogFailed(log=str(log), strategy=name, reason=str(ground))
-        )
+def _log_by_log(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
+    with process_pool(count, inherit=True) as pool:
+        made = [pool.submit(_all_of, log, wanted) for log in logs]
+        yield None
+        for outcomes in made:
+            yield from outcomes.result()
 
 
-@contextmanager
-def _what_is_loaded_stays() -> Generator[None]:
-    """Meanwhile the collector need not walk again and again through what was there before, nor come so often:
-    what a replay makes is kept, or goes without it."""
-    before = gc.get_threshold()
-    gc.freeze()
-    gc.set_threshold(max(before[0], NEW_OBJECTS) if before[0] else 0, *before[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
-        gc.unfreeze()
+def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
+    """Processes share the strategies over a log; they inherit what was read and prepared here."""
+    with what_is_loaded_stays():
+        opened = {log: OneLog(log, wanted) for log in logs}
+        shares = shares_of({log: _much_to_make(one, wanted) for log, one in opened.items()})
+        if len(shares) <= 1:
+            yield None
+            for log in logs:
+                yield from replayed(opened[log], wanted)
+            return
+        last = shares[-1]
+        opened[last.log].load(last.strategies[0])
+        with process_pool(min(count, len(shares)), inherit=True, initializer=partial(_inherit, opened)) as pool:
+            made = {share: pool.submit(_share_of, share) for share in shares}
+            ahead = {(share.log, name): made[share] for share in shares for name in share.strategies}
+            yield None
+            for log in logs:
+                elsewhere = {name: ahead[log, name] for name in wanted.strategies if (log, name) in ahead}
+                yield from replayed(opened[log], wanted, elsewhere)
 
 
-def _ground(run: Run, settings: Settings) -> Ground | LiosError:
-    try:
-        return ground_of(run, settings)
-    except LiosError as error:
-        return error
+def _much_to_make(one: OneLog, wanted: Wanted) -> tuple[str, ...]:
+    """The strategies over a log that are worth another process."""
+    if one.failure is not None:
+        return ()
+    names = tuple(name for name in wanted.strategies if one.without_work(name) is None)
+    if not names or not isinstance(one.ground, Ground) or len(one.ground.evidence.open) < FEW_OPEN:
+        return ()
+    return names
 
 
-def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted) -> Outcome:
-    try:
-        made = replay_on(ground, name, worlds=wanted.worlds)
-    except LiosError as error:
-        return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
-    record = stored(ground, made, key=key)
-    if path is not None:
-        if wanted.write_logs:
-            from replayers.origin import write_replay_log
-
-            write_replay_log(log_path(path), ground, made, force=True)
-            for world in made.worlds:
-                write_replay_log(log_path(path, world), ground, made, world=world, force=True)
-        write_replay(path, record)
-    return record
+def _all_of(log: Path, wanted: Wanted) -> list[Outcome]:
+    return list(replay_log(log, wanted))
 
 
-def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
-    """A kept replay of the same key, complete with its log if that is wanted."""
-    if wanted.write_logs and not log_path(path).exists():
-        return None
-    try:
-        record = read_replay(path)
-    except (FileMissing, MalformedFile):
-        return None
-    if record.bounds is not None and not all(log_path(path, world).exists() for world in wanted.worlds):
-        return None
-    return record if record.key == key else None
+_opened: Mapping[Path, OneLog] = {}
+"""In a process that shares logs: as they were prepared where it comes from."""
 
 
-def log_path(path: Path, world: str = "") -> Path:
-    """Where the recording of a kept replay stands: beside it; in a world, with the world before its suffix."""
-    stem = path.name.removesuffix(SUFFIX)
-    return path.with_name(f"{stem}.{world}.replay.mcap" if world else f"{stem}.replay.mcap")
+def _inherit(opened: Mapping[Path, OneLog]) -> None:
+    global _opened
+    _opened = opened
 
 
-def _all_of(task: tuple[Path, Wanted]) -> list[Outcome]:
-    return list(replay_log(*task))
+def _share_of(share: Share) -> dict[str, Outcome]:
+    one = _opened[share.log]
+    return {name: one.made(name) for name in share.strategies}

@@ -58,6 +58,8 @@ class Relevance:
         must_exist: types of which an instance is somewhere.
         hidden: whether some container can hold things that no robot can see (unreachable, or refusing).
         finishing: types that stop mattering once the goal's parts that name them are met.
+        shown: relevant types that no open container may hold: the log shows all there are. Where they stand matters
+            all the same.
     """
 
     types: tuple[ItemType, ...]
@@ -66,10 +68,18 @@ class Relevance:
     hidden: bool
     finishing: Mapping[ItemType, Goal]
     unique: bool = False
+    shown: tuple[ItemType, ...] = ()
 
     def live(self, knowledge: Knowledge) -> tuple[ItemType, ...]:
-        """The types that still matter, given what has been done."""
-        return tuple(t for t in self.types if not (t in self.finishing and is_met(self.finishing[t], knowledge)))
+        """The types that open containers may hold and that still matter, given what has been done."""
+        return self._unfinished(self.types, knowledge)
+
+    def live_and_shown(self, knowledge: Knowledge) -> tuple[ItemType, ...]:
+        """All types that still matter: where they stand tells one state from another."""
+        return self._unfinished((*self.types, *self.shown), knowledge)
+
+    def _unfinished(self, types: tuple[ItemType, ...], knowledge: Knowledge) -> tuple[ItemType, ...]:
+        return tuple(t for t in types if not (t in self.finishing and is_met(self.finishing[t], knowledge)))
 
     def options(
         self,
@@ -112,8 +122,8 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
     listed = frozenset(task.available) if assumptions.inventory else frozenset[ItemType]()
     seen = evidence.seen_types()
     types = tuple(sorted(wanted & (listed | seen) if listed else wanted))
-    if assumptions.unique:
-        types = tuple(t for t in types if t not in seen)
+    shown = tuple(t for t in types if t in seen) if assumptions.unique else ()
+    types = tuple(t for t in types if t not in shown)
     most = demand(task.goal)
     looked = set(evidence.contents) | set(evidence.open)
     return Relevance(
@@ -121,8 +131,9 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
         most=MappingProxyType({t: max(1, most[t]) for t in types}),
         must_exist=frozenset(t for t in types if t in listed),
         hidden=any(c.id not in looked for c in evidence.place.plan.containers),
-        finishing=MappingProxyType(_finishing(task.goal, types)),
+        finishing=MappingProxyType(_finishing(task.goal, (*types, *shown))),
         unique=assumptions.unique,
+        shown=shown,
     )
 
 

@@ -313,7 +313,7 @@ class Telling:
     steady: bool
 
     def __call__(self, knowledge: Knowledge) -> Hashable:
-        live = self.relevance.live(knowledge)
+        live = self.relevance.live_and_shown(knowledge)
         held = knowledge.holding.id if knowledge.holding else None
         return (
             live,

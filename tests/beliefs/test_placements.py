@@ -14,6 +14,7 @@ from learnable import learnable_house
 
 from workbench.beliefs.encoder import Vectors
 from workbench.beliefs.placement_kinds import (
+    LEAST,
     Fitting,
     Tally,
     fit_kinds,
@@ -21,8 +22,14 @@ from workbench.beliefs.placement_kinds import (
     several_in_a_room,
     tally,
 )
-from workbench.beliefs.placements import among_rivals, given_that_it_is_here, placements_from
-from workbench.worlds.house import ContainerId, FloorPlan, House, Item, ItemId, ItemType
+from workbench.beliefs.placements import (
+    among_rivals,
+    given_that_it_is_here,
+    placements_from,
+    where_it_stands_already,
+)
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import ContainerId, FloorPlan, Furniture, House, Item, ItemId, ItemType, RoomId
 
 QUICK = Fitting(kinds=2, rounds=20, runs=2)
 
@@ -59,6 +66,40 @@ def test_rivals_are_those_of_all_ways(containers: list[tuple[float, int]]) -> No
     rates, room = [c[0] for c in containers], [c[1] for c in containers]
     fast = among_rivals(np.array([rates]), np.array(room))
     assert fast[0] == pytest.approx(brute_force_rivals(rates, room), abs=1e-12)
+
+
+def test_what_stands_in_a_room_is_not_in_its_containers() -> None:
+    """A plant on the floor of room 0: none on its tables, where rooms have plants once; books do not mind others."""
+    rates, room = np.full((2, 3), 0.2), np.array([0, 0, 1])
+    stands = [("Plant", "Book"), ("Lamp",)]
+    left = where_it_stands_already(rates, np.array([0.0, 1.0]), ("Plant", "Book"), room, stands)
+    assert left[0] == pytest.approx([LEAST, LEAST, 0.2])
+    assert left[1] == pytest.approx([0.2, 0.2, 0.2])
+    assert where_it_stands_already(np.zeros((0, 3)), np.zeros(0), (), room, stands).shape == (0, 3)
+
+
+def test_rooms_with_furniture_of_a_type_teach_that_a_room_has_it_once() -> None:
+    """In half of the houses a mug stands about as furniture, and then none is on the counters."""
+    houses = []
+    for k in range(40):
+        house = with_counters(learnable_house(k), forks_on=0)
+        if k % 2:
+            mug = Furniture(
+                id="Mug|f", type="Mug", room=RoomId("k"), pose=Pose(x_m=1.0, y_m=1.0), size_m=(0.1, 0.1, 0.1)
+            )
+            contents = {c: tuple(i for i in items if i.type != "Mug") for c, items in house.contents.items()}
+            house = House(plan=replace(house.plan, furniture=(mug,)), contents=contents)
+        else:
+            second = ContainerId("CounterTop|2")
+            contents = {**house.contents, second: ()}
+            house = House(plan=house.plan, contents=contents)
+        houses.append(house)
+    found = tally(houses)
+    at = found.items.index("Mug")
+    assert found.stood[at].sum() == 40 * 6 - 20 * 3, "the kitchens with a mug as furniture are not counted"
+    assert found.stood[found.items.index("Fork")].sum() == 40 * 6
+    rates = np.clip(found.held / np.maximum(found.stood, 1.0), 0.0, 0.9)
+    assert several_in_a_room(rates, found, houses)[at] < 0.01
 
 
 def test_what_cannot_be_seen_has_no_chances() -> None:

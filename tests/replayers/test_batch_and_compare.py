@@ -49,7 +49,7 @@ def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest
     log, folder = simulated_log(tmp_path / "run.mcap"), tmp_path / "replays"
     first = list(replay_log(log, wanted(folder)))
     assert [r.strategy for r in first] == list(NAMES)
-    monkeypatch.setattr("replayers.batch.replay_on", lambda *_, **__: pytest.fail("made again"))
+    monkeypatch.setattr("replayers.one_log.replay_on", lambda *_, **__: pytest.fail("made again"))
     assert list(replay_log(log, wanted(folder))) == first
     other = replace(wanted(folder), settings=Settings(worlds=51))
     with pytest.raises(pytest.fail.Exception):

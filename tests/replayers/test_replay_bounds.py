@@ -132,6 +132,35 @@ def test_bounds_are_the_extremes_over_every_filling(tmp_path: Path, name: str, t
     assert bounds.complete
 
 
+UNIQUE: dict[str, Task] = {
+    **{title: TASKS[title] for title in ("two deliveries", "two of one type", "any of three")},
+    "two shown, to one place, and one that nobody saw": task_of(
+        AllOf(parts=(delivered("Egg", START), delivered("Apple", START), delivered("Pencil", BED)))
+    ),
+    "two shown, from the place of a look": task_of(
+        AllOf(parts=(delivered("Bowl", START), delivered("Plate", START), delivered("Pencil", COUNTER)))
+    ),
+    "one shown, two that nobody saw": task_of(
+        AllOf(parts=(delivered("Egg", TABLE), delivered("Book", TABLE), delivered("Pencil", BED)))
+    ),
+}
+
+
+@pytest.mark.parametrize("title", UNIQUE)
+@pytest.mark.parametrize("name", strategy_names(with_truth=False))
+def test_where_unique_things_stand_tells_states_apart(tmp_path: Path, name: str, title: str) -> None:
+    """scout-lios decides anew after the egg is put down at the start, and again after the apple: two states, though
+    no open container can hold either."""
+    evidence, planner, unique = toy_evidence(tmp_path, UNIQUE[title]), strategy(name), Assumptions(unique=True)
+    types = relevance_of(evidence, planner.relevant_types(evidence.task), unique).types
+    worlds = [w for w in fillings(types, OPEN) if all(sum(t in w[c] for c in OPEN) < 2 for t in types)]
+    costs = [cost_in(evidence, planner, world) for world in worlds]
+    for merge in (False, True):
+        bounds = bounded(evidence, planner, merge=merge, assumptions=unique)
+        assert (bounds.lower, bounds.upper) == pytest.approx((min(costs), max(costs)))
+        assert bounds.complete
+
+
 @pytest.mark.parametrize("title", TASKS)
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_whatever_the_budget_bounds_hold_and_say_what_they_rest_on(tmp_path: Path, name: str, title: str) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_plan, toy_travel
 
-from workbench.worlds.house import START, ItemType, LocationId
+from workbench.worlds.house import START, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
 
@@ -48,6 +49,35 @@ def test_what_was_asked_before_is_not_told_of_other_contents() -> None:
     fewer = TravelCosts(locations=travel.locations[:-1], metres=travel.metres[:-1, :-1], unreachable=(DESK,))
     assert replace(before, travel=fewer).unsearched == (COUNTER, TABLE, BED)
     assert before.moved(LocationId(BED)) == replace(before, robot_at=LocationId(BED))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_whatever_was_asked_on_the_way_what_is_told_is_what_the_contents_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    things = [Item(id=ItemId(f"{t}|{i}"), type=ItemType(t)) for t in ("Egg", "Mug", "Pan") for i in range(3)]
+    containers = (FRIDGE, COUNTER, TABLE, BED, DESK)
+    knowledge = _start()
+    for _ in range(40):
+        place = containers[rng.integers(len(containers))]
+        here = knowledge.items_at.get(knowledge.robot_at, ())
+        some = tuple(things[i] for i in rng.choice(len(things), size=3, replace=False))
+        match rng.integers(6):
+            case 0:
+                knowledge = knowledge.seen(place, some)
+            case 1 if here and knowledge.holding is None:
+                knowledge = knowledge.picked(here[rng.integers(len(here))])
+            case 2:
+                knowledge = knowledge.placed()
+            case 3:
+                knowledge = knowledge.lost(things[rng.integers(len(things))].id)
+            case 4 if rng.random() < 0.2:
+                knowledge = knowledge.shut(place)
+            case _:
+                knowledge = knowledge.moved(LocationId(place))
+        asked = [thing.type for thing in things if rng.random() < 0.5]
+        anew = replace(knowledge, items_at=dict(knowledge.items_at), first_seen=dict(knowledge.first_seen))
+        assert [knowledge.where(t) for t in asked] == [anew.where(t) for t in asked]
+        assert rng.random() < 0.5 or knowledge.unsearched == anew.unsearched
 
 
 def test_a_shut_container_is_no_candidate_any_more() -> None:

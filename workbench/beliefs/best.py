@@ -19,7 +19,12 @@ import numpy.typing as npt
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.context import FEATURES, Opinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
-from workbench.beliefs.placements import Placements, given_that_it_is_here, placements_of
+from workbench.beliefs.placements import (
+    Placements,
+    given_that_it_is_here,
+    placements_of,
+    where_it_stands_already,
+)
 from workbench.beliefs.scene import Scene, scene_of
 from workbench.beliefs.trees import Trees, trees_from
 from workbench.beliefs.weights import Weights
@@ -35,8 +40,8 @@ DIGITS = 9
 MOST_FORMED = 256
 """Houses and items whose opinions are kept."""
 
-_Asked = tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], tuple[str, ...]]
-"""Kinds of rooms, types of containers and rooms, a container each, and item types."""
+_Asked = tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], tuple[tuple[str, ...], ...], tuple[str, ...]]
+"""Kinds of rooms, types of containers and rooms, a container each; furniture of each room; and item types."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +56,7 @@ class Names:
 
     def opinions(self, scene: Scene, items: tuple[str, ...]) -> Opinions:
         """What names say of items in all containers of a scene; only the likeness changes from look to look."""
-        asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), items)
+        asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), scene.stands, items)
         if asked not in self._formed:
             if len(self._formed) >= MOST_FORMED:
                 self._formed.clear()
@@ -61,7 +66,9 @@ class Names:
     def _form(self, scene: Scene, items: tuple[str, ...]) -> Opinions:
         known = self.placements
         places = known.places(scene.kinds, scene.types)
-        rates, several = known.rates_at(scene.kinds, scene.types, items), known.several_of(items)
+        several = known.several_of(items)
+        rates = known.rates_at(scene.kinds, scene.types, items)
+        rates = where_it_stands_already(rates, several, items, scene.room, scene.stands)
         return Opinions(
             rates=rates,
             closed=given_that_it_is_here(rates, several, scene.room),

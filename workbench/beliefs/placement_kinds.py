@@ -13,7 +13,7 @@ never met takes those of the kinds that its name is near.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,8 @@ import numpy.typing as npt
 from scipy.special import digamma, gammaln
 
 from workbench.beliefs.examples import room_kinds
-from workbench.worlds.house import House
+from workbench.beliefs.scene import furniture_types
+from workbench.worlds.house import House, RoomId
 
 Floats = npt.NDArray[np.float64]
 
@@ -89,7 +90,11 @@ class Kinds:
 
 
 def tally(houses: Sequence[House]) -> Tally:
-    """Count over houses. A house's source is its name up to a colon: the file that it came from."""
+    """Count over houses. A house's source is its name up to a colon: the file that it came from.
+
+    What stands in a room as furniture is not counted there: a room that has a plant on the floor is no place to learn
+    from where plants are put.
+    """
     rooms = tuple(sorted({room.kind for house in houses for room in house.plan.rooms}))
     containers = tuple(sorted({c.type for house in houses for c in house.plan.containers}))
     items = tuple(sorted({t for house in houses for t in house.item_types()}))
@@ -97,13 +102,24 @@ def tally(houses: Sequence[House]) -> Tally:
     shape = (len(items), len(rooms) + 1, len(containers) + 1)
     held, stood = np.zeros(shape), np.zeros(shape)
     for several in by_source(houses).values():
-        known = sorted({item_at[t] for house in several for t in house.item_types()})
+        known = {item_at[t] for house in several for t in house.item_types()}
         for house in several:
+            stands = _standing(house, item_at)
             for container, kind in zip(house.plan.containers, room_kinds(house.plan), strict=True):
                 r, c = room_at[kind], container_at[container.type]
-                stood[known, r, c] += 1
-                held[sorted({item_at[i.type] for i in house.contents[container.id]}), r, c] += 1
+                counted = known - stands[container.room]
+                stood[sorted(counted), r, c] += 1
+                held[sorted(counted & {item_at[i.type] for i in house.contents[container.id]}), r, c] += 1
     return Tally(rooms=rooms, containers=containers, items=items, held=held, stood=stood)
+
+
+def _standing(house: House, item_at: Mapping[str, int]) -> dict[RoomId, set[int]]:
+    """For each room, the item types that stand in it as furniture."""
+    types = furniture_types(house.plan)
+    return {
+        room.id: {item_at[t] for t in stands if t in item_at}
+        for room, stands in zip(house.plan.rooms, types, strict=True)
+    }
 
 
 def by_source(houses: Sequence[House]) -> dict[str, list[House]]:
@@ -162,10 +178,11 @@ def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fi
 
 
 def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
-    """The chance of each type that a room may hold it in two containers, shape (items,).
+    """The chance of each type that a room may have it twice, shape (items,).
 
-    Some things a room has once: whoever put a plate on the table put none on the dresser. For each type it is
-    compared how many rooms had it twice, and how many would have if containers did not know of one another.
+    Some things a room has once: whoever put a plate on the table put none on the dresser, and where a plant stands on
+    the floor there is none on the table. For each type it is compared how many rooms had it twice, and how many would
+    have if containers did not know of one another and of the furniture.
 
     Args:
         rates: shape (items, rooms + 1, containers + 1).
@@ -176,28 +193,33 @@ def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, b
     for several in by_source(houses).values():
         known = sorted({item_at[t] for house in several for t in house.item_types()})
         for house in several:
-            expected[known] += _rooms_with_two(rates[known], found, house)
+            stands = _standing(house, item_at)
             for room in house.plan.rooms:
-                inside = [house.contents[c.id] for c in house.plan.containers if c.room == room.id]
-                types = [t for held in inside for t in sorted({item.type for item in held})]
-                for t in sorted(set(types)):
-                    twice[item_at[t]] += types.count(t) > 1
+                inside = [c for c in house.plan.containers if c.room == room.id]
+                if not inside:
+                    continue
+                has = np.zeros(len(found.items))
+                has[sorted(stands[room.id])] = 1
+                types = [found.containers.index(c.type) for c in inside]
+                expected[known] += _twice(rates[known][:, found.rooms.index(room.kind), types], has[known])
+                for container in inside:
+                    has[sorted({item_at[i.type] for i in house.contents[container.id]})] += 1
+                twice += has > 1
     rare = 0.02 * expected
     free = np.log(before) - expected + twice * np.log(np.maximum(expected, 1e-9))
     once = np.log1p(-before) - rare + twice * np.log(np.maximum(rare, 1e-9))
     return 1.0 / (1.0 + np.exp(np.clip(once - free, -30.0, 30.0)))
 
 
-def _rooms_with_two(rates: Floats, found: Tally, house: House) -> Floats:
-    """How many rooms of a house would hold each type in two containers or more, shape (types,)."""
-    total = np.zeros(len(rates))
-    for room in house.plan.rooms:
-        types = [found.containers.index(c.type) for c in house.plan.containers if c.room == room.id]
-        if len(types) > 1:
-            p = rates[:, found.rooms.index(room.kind), types]
-            none = np.prod(1 - p, axis=1)
-            total += 1 - none - none * (p / (1 - p)).sum(axis=1)
-    return total
+def _twice(rates: Floats, has: Floats) -> Floats:
+    """The chance that a room has each type twice or more, shape (types,).
+
+    Args:
+        rates: of its containers, shape (types, containers).
+        has: 1 where it stands there as furniture, else 0.
+    """
+    none = np.prod(1 - rates, axis=1)
+    return np.where(has > 0, 1 - none, 1 - none - none * (rates / (1 - rates)).sum(axis=1))
 
 
 def _flat(values: Floats) -> Floats:

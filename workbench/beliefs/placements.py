@@ -17,6 +17,7 @@ from numpy.polynomial.legendre import leggauss
 
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.placement_kinds import (
+    LEAST,
     MOST,
     Fitting,
     Kinds,
@@ -151,6 +152,22 @@ def given_that_it_is_here(rates: Floats, several: Floats, room: npt.NDArray[np.i
     anywhere = -np.expm1(np.log1p(-rates).sum(axis=1, keepdims=True))
     free = several[:, None]
     return (free * rates + (1 - free) * among_rivals(rates, room)) / anywhere
+
+
+def where_it_stands_already(
+    rates: Floats, several: Floats, items: Sequence[str], room: npt.NDArray[np.int64], stands: Sequence[Sequence[str]]
+) -> Floats:
+    """Rates in rooms that have an item type as furniture: a thing that a room has once is not in its containers.
+
+    Args:
+        rates: shape (items, containers).
+        several: the chance that a room may have a type twice, shape (items,).
+        room: of each container, an index into stands.
+        stands: for each room, the types of its furniture.
+    """
+    there = np.array([[name in types for types in stands] for name in items], dtype=bool)
+    there = there.reshape(len(items), len(stands))[:, room]
+    return np.where(there, np.maximum(rates * several[:, None], LEAST), rates)
 
 
 def among_rivals(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:

@@ -31,6 +31,7 @@ class Scene:
         size_m: float64, shape (containers, 3).
         rooms: the kinds of all rooms.
         room_m2: float64, shape (rooms,), floor areas.
+        stands: per room, the types of what stands or hangs in it and is no container: a plant, a television.
         open: bool, shape (containers,): can still be searched.
         seen: per container, the types that it held when it was looked into; None when it was not.
     """
@@ -41,6 +42,7 @@ class Scene:
     size_m: Floats
     rooms: tuple[str, ...]
     room_m2: Floats
+    stands: tuple[tuple[str, ...], ...]
     open: npt.NDArray[np.bool_]
     seen: tuple[tuple[str, ...] | None, ...]
 
@@ -66,9 +68,15 @@ def scene_from(plan: FloorPlan, *, is_open: list[bool], seen: tuple[tuple[str, .
         size_m=np.array([c.size_m for c in plan.containers], dtype=np.float64).reshape(-1, 3),
         rooms=kinds,
         room_m2=np.array([_area_m2(r.floor) for r in plan.rooms]),
+        stands=furniture_types(plan),
         open=np.array(is_open, dtype=bool),
         seen=seen,
     )
+
+
+def furniture_types(plan: FloorPlan) -> tuple[tuple[str, ...], ...]:
+    """For each room, the types of its furniture that is no container, sorted."""
+    return tuple(tuple(sorted({f.type for f in plan.furniture if f.room == room.id})) for room in plan.rooms)
 
 
 def _area_m2(floor: tuple[Point, ...]) -> float:

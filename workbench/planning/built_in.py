@@ -526,4 +526,10 @@ def without_hypothetical(plan: Plan) -> Plan:
     if not any(unknown):
         return plan
     pairs = zip(plan.steps, unknown, strict=True)
-    return replace(plan, steps=tuple([replace(step, items=()) if hidden else step for step, hidden in pairs]))
+    return replace(plan, steps=tuple([_without_items(step) if hidden else step for step, hidden in pairs]))
+
+
+def _without_items(step: PlanStep) -> PlanStep:
+    return PlanStep(
+        action=step.action, origin=step.origin, target=step.target, item_types=step.item_types, cost=step.cost
+    )

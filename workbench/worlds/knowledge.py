@@ -101,14 +101,18 @@ class Knowledge:
         return (self.holding is not None and self.holding.type == item_type) or bool(self.where(item_type))
 
     def moved(self, location: LocationId) -> Knowledge:
-        return replace(self, robot_at=location)
+        return self._with(location, self.holding, self.items_at)
 
     def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
         """After looking into a container."""
         first = MappingProxyType({**self.first_seen, container: items})
         there = MappingProxyType({**self.items_at, LocationId(container): items})
         visited = (*self.visited, container) if in_run else self.visited
-        return replace(self, first_seen=first, items_at=there, visited=visited)
+        after = self._with(self.robot_at, self.holding, there, first_seen=first, visited=visited)
+        if self._asked.unsearched is not None:
+            after._asked.unsearched = tuple([c for c in self._asked.unsearched if c != container])
+        before = self.items_at.get(LocationId(container), ())
+        return after._others_stand_as_in(self, {item.type for item in (*before, *items)})
 
     def shut(self, container: ContainerId) -> Knowledge:
         """After a container turned out to be impossible to search."""
@@ -116,9 +120,11 @@ class Knowledge:
 
     def picked(self, item: Item) -> Knowledge:
         """After picking an item up at robot_at."""
-        left = tuple(i for i in self.items_at.get(self.robot_at, ()) if i.id != item.id)
+        here = self.items_at.get(self.robot_at, ())
+        left = tuple([i for i in here if i.id != item.id])
         there = MappingProxyType({**self.items_at, self.robot_at: left})
-        return replace(self, holding=item, items_at=there)
+        gone = {item.type, *[i.type for i in here if i.id == item.id]}
+        return self._with(self.robot_at, item, there)._others_stand_as_in(self, gone)
 
     def placed(self) -> Knowledge:
         """After putting the held item down at robot_at."""
@@ -126,7 +132,7 @@ class Knowledge:
             return self
         here = (*self.items_at.get(self.robot_at, ()), self.holding)
         there = MappingProxyType({**self.items_at, self.robot_at: here})
-        return replace(self, holding=None, items_at=there)
+        return self._with(self.robot_at, None, there)._others_stand_as_in(self, {self.holding.type})
 
     def lost(self, item: ItemId) -> Knowledge:
         """After an item turned out not to be where it was believed to be."""
@@ -135,6 +141,35 @@ class Knowledge:
 
     def with_facts(self, facts: frozenset[Fact]) -> Knowledge:
         return replace(self, facts=facts)
+
+    def _others_stand_as_in(self, before: Knowledge, moved: set[ItemType]) -> Knowledge:
+        """This, with what was asked of types that did not move."""
+        if self._asked is not before._asked:
+            self._asked.where.update([(t, at) for t, at in before._asked.where.items() if t not in moved])
+        return self
+
+    def _with(
+        self,
+        robot_at: LocationId,
+        holding: Item | None,
+        items_at: Mapping[LocationId, tuple[Item, ...]],
+        *,
+        first_seen: Contents | None = None,
+        visited: tuple[ContainerId, ...] | None = None,
+    ) -> Knowledge:
+        """As dataclasses.replace, which looks up every field by name: too slow for what changes with every step."""
+        return Knowledge(
+            plan=self.plan,
+            travel=self.travel,
+            robot_at=robot_at,
+            holding=holding,
+            items_at=items_at,
+            first_seen=self.first_seen if first_seen is None else first_seen,
+            facts=self.facts,
+            visited=self.visited if visited is None else visited,
+            closed=self.closed,
+            _asked=self._asked,
+        )
 
 
 def knowledge_at_start(plan: FloorPlan, travel: TravelCosts, known: Contents) -> Knowledge:

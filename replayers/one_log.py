@@ -1,0 +1,194 @@
+"""What do strategies make of one log, with what was kept of it before? Read once, prepared when first needed.
+
+What is kept already under the same key (log, strategy, settings, version) is read and not made again; a planner from
+outside always runs again, since its code may have changed. A log that cannot be replayed is a row that says so.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Generator, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import final
+
+from replayers.ground import Ground, Settings, ground_of
+from replayers.replay import over_log_alone, replay_on
+from replayers.run import Run, read
+from replayers.sandbox import is_foreign
+from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
+from workbench.errors import FileMissing, LiosError, MalformedFile
+from workbench.planning.strategies import needs_truth, strategy
+
+NEW_OBJECTS = 500_000
+"""Before the collector comes again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What to replay and where to keep it.
+
+    Attributes:
+        strategies: by name; "all" has been spelt out.
+        output: the folder that keeps replays; None keeps nothing.
+        write_logs: also record each replay as MCAP in the folder.
+        worlds: of replay.WORLDS, those in which the run is recorded besides.
+    """
+
+    strategies: tuple[str, ...]
+    settings: Settings
+    output: Path | None = None
+    write_logs: bool = False
+    worlds: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogFailed:
+    """A log that could not be replayed, or a strategy that could not be run over it."""
+
+    log: str
+    strategy: str
+    reason: str
+
+
+Outcome = StoredReplay | LogFailed
+
+
+@final
+class OneLog:
+    """One log for all strategies that are wanted.
+
+    Attributes:
+        failure: why it cannot be read at all; None otherwise.
+    """
+
+    def __init__(self, log: Path, wanted: Wanted) -> None:
+        self.failure: LogFailed | None = None
+        self._log = str(log)
+        self._wanted = wanted
+        self._run: Run | None = None
+        self._ground: Ground | LiosError | None = None
+        try:
+            self._run = read(log, with_truth=wanted.settings.with_truth)
+        except LiosError as error:
+            self.failure = LogFailed(log=self._log, strategy="", reason=str(error))
+
+    def without_work(self, name: str) -> Outcome | None:
+        """What is known of a strategy over this log: it is kept, or it cannot be run. None where it is to be made."""
+        if needs_truth(name) and not self._wanted.settings.with_truth:
+            reason = "it knows the whole house: give --with-truth"
+            return LogFailed(log=self._log, strategy=name, reason=reason)
+        path = self._path(name)
+        return _kept(path, self._key(name), self._wanted) if path and not is_foreign(name) else None
+
+    def made(self, name: str) -> Outcome:
+        """A strategy replayed over this log, and kept where that is wanted."""
+        ground = self.ground
+        if not isinstance(ground, Ground):
+            return LogFailed(log=self._log, strategy=name, reason=str(ground))
+        return _one(ground, name, self._key(name), self._path(name), self._wanted)
+
+    @property
+    def ground(self) -> Ground | LiosError:
+        """The log prepared, or why it cannot be."""
+        if self._ground is None:
+            try:
+                self._ground = ground_of(self.run, self._wanted.settings)
+            except LiosError as error:
+                self._ground = error
+        return self._ground
+
+    @property
+    def run(self) -> Run:
+        assert self._run is not None, "a log that cannot be read has a failure"
+        return self._run
+
+    def load(self, name: str) -> None:
+        """Runs a strategy over the log alone, for what that loads: processes that are copies have it then."""
+        with suppress(LiosError):  # it will be told where the strategy is replayed
+            if isinstance(self.ground, Ground) and not is_foreign(name):
+                over_log_alone(self.ground, strategy(name))
+
+    def _key(self, name: str) -> str:
+        return key_of(self.run.sha256, name, self._wanted.settings)
+
+    def _path(self, name: str) -> Path | None:
+        output = self._wanted.output
+        return path_of(output, self.run.sha256, self.run.info.run_id, name) if output else None
+
+
+def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
+    """Replays every strategy over one log, one by one."""
+    with what_is_loaded_stays():
+        yield from replayed(OneLog(log, wanted), wanted)
+
+
+def replayed(
+    one: OneLog, wanted: Wanted, elsewhere: Mapping[str, Future[dict[str, Outcome]]] = MappingProxyType({})
+) -> Iterator[Outcome]:
+    """Every strategy over a log that was read; a single row where it cannot be.
+
+    Args:
+        elsewhere: strategies that another process replays.
+    """
+    if one.failure is not None:
+        yield one.failure
+        return
+    for name in wanted.strategies:
+        if name in elsewhere:
+            yield elsewhere[name].result()[name]
+        else:
+            yield one.without_work(name) or one.made(name)
+
+
+@contextmanager
+def what_is_loaded_stays() -> Generator[None]:
+    """Meanwhile the collector need not walk again and again through what was there before, nor come so often:
+    what a replay makes is kept, or goes without it."""
+    before = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(max(before[0], NEW_OBJECTS) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+        gc.unfreeze()
+
+
+def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted) -> Outcome:
+    try:
+        made = replay_on(ground, name, worlds=wanted.worlds)
+    except LiosError as error:
+        return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
+    record = stored(ground, made, key=key)
+    if path is not None:
+        if wanted.write_logs:
+            from replayers.origin import write_replay_log
+
+            write_replay_log(log_path(path), ground, made, force=True)
+            for world in made.worlds:
+                write_replay_log(log_path(path, world), ground, made, world=world, force=True)
+        write_replay(path, record)
+    return record
+
+
+def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
+    """A kept replay of the same key, complete with its log if that is wanted."""
+    if wanted.write_logs and not log_path(path).exists():
+        return None
+    try:
+        record = read_replay(path)
+    except (FileMissing, MalformedFile):
+        return None
+    if record.bounds is not None and not all(log_path(path, world).exists() for world in wanted.worlds):
+        return None
+    return record if record.key == key else None
+
+
+def log_path(path: Path, world: str = "") -> Path:
+    """Where the recording of a kept replay stands: beside it; in a world, with the world before its suffix."""
+    stem = path.name.removesuffix(SUFFIX)
+    return path.with_name(f"{stem}.{world}.replay.mcap" if world else f"{stem}.replay.mcap")
