@@ -194,10 +194,6 @@ class LogFiles:
     def flush(self) -> None:
         self._part.writer.flush()
 
-    def next_part(self, log_time: int) -> None:
-        """Goes on in another file now, for instance with a new run."""
-        self._next_part(log_time)
-
     def close(self) -> None:
         self._part.writer.close()
 

@@ -34,11 +34,10 @@ class Moment:
 
 
 def decision_at(run: Run, seconds: float) -> int:
-    """The last decision made by that many seconds after the run's start; the first for an earlier time."""
+    """The last decision made by that many seconds after the run's first event; the first for an earlier time."""
     if not run.plans:
         raise NoSuchDecision(run, f"at {seconds:g} s")
-    start = min(observation.stamp.ns for observation in run.observations[:1]) if run.observations else 0
-    start = start or run.info.started.ns
+    start = min(event.stamp.ns for event in (*run.observations, *run.beliefs, *run.plans))
     made = [plan.decision for plan in run.plans if plan.stamp.ns - start <= seconds * 1e9]
     return made[-1] if made else run.plans[0].decision
 

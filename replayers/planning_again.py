@@ -12,7 +12,7 @@ from workbench.planning.actions import prepares
 from workbench.planning.built_in import Solved, without_hypothetical
 from workbench.planning.composed import Composed, problem_at
 from workbench.planning.pddl import PddlTask, pddl_of
-from workbench.planning.plans import Plan
+from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.planning.sas import SasTask, sas_of
 from workbench.planning.scout import Scout
@@ -53,7 +53,7 @@ class PlannedAgain:
             "strategy": self.strategy,
             "solver": plan.solver,
             "status": str(plan.status),
-            "cost": plan.cost,
+            "cost": plan.cost if plan.status is PlanStatus.SOLVED else None,
             "lower_bound": plan.lower_bound,
             "optimal": plan.optimal,
             "note": plan.note,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -24,7 +24,7 @@ from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
 from replayers.settling import bounds_of
-from replayers.unfolding import MAX_STEPS, Leaf, Unfolding, no_time
+from replayers.unfolding import MAX_STEPS, Leaf, Node, Unfolding, no_time
 from workbench.errors import Unsupported
 from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
@@ -56,9 +56,11 @@ class Replay:
     """One strategy over one log.
 
     Attributes:
-        status: how the run over the log alone ended; "undetermined" where it looks into what nobody opened.
+        status: how the run over the log alone ended; "undetermined" where it looks into what nobody opened;
+            "planner-failed" where the strategy broke there or in any world that was followed.
         reason, unseen: of that end.
-        bounds: over all worlds that agree with the log; None where the strategy failed to decide at all.
+        bounds: over all worlds that agree with the log; None where the strategy broke: nobody can tell what it would
+            have cost.
         estimate: over drawn worlds; None if not asked for.
         support: steps of the run over the log alone, by what they rest on.
         seconds: predicted duration of the run over the log alone, by the log's own speeds.
@@ -99,6 +101,8 @@ class Replay:
     @property
     def cost(self) -> float | None:
         """What it costs, where that is certain: exact, or run in the recorded truth alone."""
+        if self.status is RunStatus.PLANNER_FAILED:
+            return None
         if self.bounds is None:
             return self.true_cost
         return self.bounds.lower if self.bounds.exact else None
@@ -156,7 +160,7 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
         estimate = estimate_of(drawn, done)
     true = _ended(in_truth(ground, planner)) if ground.truth is not None else None
-    return Replay(
+    made = Replay(
         strategy=planner.name,
         status=ended.status,
         reason=ended.reason,
@@ -176,6 +180,8 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         worlds=MappingProxyType(dict(_told_in(worlds, ground, tree, planner, bounds, drawn))),
         notes=(*ground.notes, *_wavers(tree, ended)),
     )
+    why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _breaks_later(tree)
+    return _without_claims(made, why_broken) if why_broken else made
 
 
 def _told_in(
@@ -260,6 +266,37 @@ def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
         drawn=None,
         events=events,
         notes=ground.notes,
+    )
+
+
+def _breaks_later(tree: Unfolding) -> str:
+    """Why the strategy broke in the first world, of those that were followed, in which it did; empty if in none."""
+    waiting: list[tuple[Node, str]] = [(tree.root, "")]
+    met: set[int] = set()
+    for node, where in waiting:
+        stretch = node.stretch
+        if stretch is None or id(node) in met:
+            continue
+        met.add(id(node))
+        if stretch.ended is not None and stretch.ended.status is RunStatus.PLANNER_FAILED:
+            return f"{stretch.ended.reason}{where or ' (asked again)'}"
+        if stretch.question is not None:
+            after = f" (after it looked into {stretch.question.container}, which nobody opened)"
+            waiting += [(child, after) for child in node.children.values()]
+    return ""
+
+
+def _without_claims(made: Replay, why: str) -> Replay:
+    """A strategy that broke in some world: neither bounds nor an estimate, but the reason."""
+    return replace(
+        made,
+        status=RunStatus.PLANNER_FAILED,
+        reason=why,
+        bounds=None,
+        estimate=None,
+        drawn=None,
+        if_beliefs_stand=None,
+        worlds=MappingProxyType({}),
     )
 
 

@@ -19,7 +19,6 @@ from replayers.copying import Copier, Loss, Style, contents, profile_of
 from replayers.several_runs import Marks, named, runs_of, split_by_run
 from workbench.errors import BadValue, Malformed
 
-COMPACT_CHUNK_BYTES = 4 << 20
 Told = Callable[[Iterator[Message]], Iterable[Message]]
 """Wraps the messages on their way, for a progress bar."""
 

@@ -84,6 +84,15 @@ def require_planner(name: str) -> None:
             raise BadValue("strategy", name, f"of a module that can be imported: there is no {top} here or installed")
 
 
+def why_not_loaded(name: str) -> str:
+    """Why no planner loads under a name from outside: a misspelt class, a module that raises; empty where one does.
+
+    One that asks for the truth is there; what becomes of it is a replay's status.
+    """
+    with Sandboxed(name) as planner:
+        return "" if planner.asked_for_truth else planner.why_broken
+
+
 @final
 class Sandboxed:
     """A Strategy whose decisions are made in a process of its own. A context manager.
@@ -91,6 +100,9 @@ class Sandboxed:
     Args:
         name: "module:Class", "module:factory" or the name of an entry point in the group lios.strategies.
         timeout_s: the longest that one decision may take.
+
+    Attributes:
+        asked_for_truth: it could not be made without the house.
     """
 
     def __init__(self, name: str, *, timeout_s: float = 10.0) -> None:
@@ -101,6 +113,7 @@ class Sandboxed:
         self._restarts = 0
         self._broken = ""
         self._name = name
+        self.asked_for_truth = False
         self._start()
 
     @property
@@ -152,6 +165,7 @@ class Sandboxed:
         kind, answer = self._await(LOADING_S)
         if kind != "ok":
             self._broken = str(answer)
+            self.asked_for_truth = kind == "cheated"
             self.close()
         else:
             self._name = str(answer)

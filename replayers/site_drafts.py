@@ -41,13 +41,10 @@ GRAPH_EVERY_M = 0.15
 
 
 class NothingToDraft(Unsupported):
-    """A log without a robot's poses."""
+    """A log that tells nothing of a real place."""
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(
-            f"{path}: no message on {POSE}, so nothing is known of where the robot was. "
-            "Record a localised robot with lios spot record, or import a bag with tf."
-        )
+    def __init__(self, path: Path, why: str) -> None:
+        super().__init__(f"{path}: {why}. Record a localised robot with lios spot record, or import a bag with tf.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,13 +89,20 @@ def draft_site(path: Path) -> SiteDraft:
     """Reads a log.
 
     Raises:
-        FileMissing, MalformedFile: no log. NothingToDraft: it holds no poses.
+        FileMissing, MalformedFile: no log. NothingToDraft: no robot drove, it holds no poses, or the robot stood
+            nowhere.
     """
     heard = _listen(path)
     if not heard.poses:
-        raise NothingToDraft(path)
-    plan = read(path).place.plan
-    stops = _stops(heard, plan)
+        raise NothingToDraft(path, f"no message on {POSE}, so nothing is known of where the robot was")
+    run = read(path)
+    if run.info.source in ("simulation", "replay"):
+        raise NothingToDraft(path, f"a {run.info.source}, with no robot's session to draw a place from")
+    stops = _stops(heard, run.place.plan)
+    if not stops:
+        raise NothingToDraft(
+            path, f"the robot stood nowhere for {DWELL_S:g} s besides its start, so there is no stop"
+        )
     xs, ys = [p.x_m for p in heard.poses], [p.y_m for p in heard.poses]
     low, high = (min(xs) - MARGIN_M, min(ys) - MARGIN_M), (max(xs) + MARGIN_M, max(ys) + MARGIN_M)
     points = [pose.point for pose in heard.poses]

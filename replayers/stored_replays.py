@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Iterator
+from math import isfinite
 from pathlib import Path
 
 import msgspec
@@ -72,12 +73,14 @@ class StoredDurations(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StoredBounds(msgspec.Struct, frozen=True, kw_only=True):
+    """Bounds; least_found and largest_found are None where no run was followed to its end."""
+
     lower: float
     upper: float
     lower_proof: str
     upper_proof: str
-    least_found: float
-    largest_found: float
+    least_found: float | None
+    largest_found: float | None
     complete: bool
     can_fail: bool
 
@@ -269,8 +272,8 @@ def _bounds(bounds: Bounds) -> StoredBounds:
         upper=bounds.upper,
         lower_proof=bounds.lower_proof.value,
         upper_proof=bounds.upper_proof.value,
-        least_found=bounds.least_found,
-        largest_found=bounds.largest_found,
+        least_found=bounds.least_found if isfinite(bounds.least_found) else None,
+        largest_found=bounds.largest_found if isfinite(bounds.largest_found) else None,
         complete=bounds.complete,
         can_fail=bounds.can_fail,
     )

@@ -144,7 +144,8 @@
       robotLabels[i].at = [robot.x, robot.y, 0.95 + 0.35 * i];
       if (i === 0) {
         document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? interpolate(s, run.costS, run.cost).toFixed(1) : walked.toFixed(1) + " m"; });
-        if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5; }
+        camera.raised = (state.follow && window.lios?.fitting?.covered) || 0;
+        if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5 / (1 - camera.raised); }
       }
       if (!renderer) return;
       const actor = actors[i];
@@ -345,9 +346,10 @@
       $("caption").hidden = !caption;
       if (caption && !$("caption").firstChild) { const box = document.createElement("div"); box.append($("p-now"), $("p-legend")); $("caption").append(box); }
       const refit = () => {
-        const px = caption ? $("caption").offsetHeight + 16 : coveredPx;
+        const px = caption ? $("caption").getBoundingClientRect().height + 16 : coveredPx;
         window.lios.fitting = { above, covered: Math.min(0.45, px / Math.max(1, canvas.clientHeight)) };
         if (!camera.moved && !state.follow) camera.fit(points, window.lios.fitting);
+        dirty = true;
       };
       show();
       refit();

@@ -118,7 +118,8 @@ function liosRenderer(canvas) {
 
 // A camera that orbits about a point on the floor.
 function liosCamera(canvas, changed) {
-  const camera = { target: [0, 0, 0], distance: 20, turn: -1.8, tilt: 0.94, fov: 0.66 };
+  // raised: the target stands in the middle of what the lowest `raised` of the picture's height leaves.
+  const camera = { target: [0, 0, 0], distance: 20, turn: -1.8, tilt: 0.94, fov: 0.66, raised: 0 };
   const limit = () => {
     camera.tilt = Math.min(1.5706, Math.max(0.08, camera.tilt));
     camera.distance = Math.min(400, Math.max(1, camera.distance));
@@ -136,7 +137,7 @@ function liosCamera(canvas, changed) {
     const f = 1 / Math.tan(camera.fov / 2), near = camera.distance / 100 + 0.05, far = camera.distance * 6 + 100;
     const dot = (a) => -(a[0] * eye[0] + a[1] * eye[1] + a[2] * eye[2]);
     const v = [right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0, dot(right), dot(up), dot(back), 1];
-    const p = [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0];
+    const p = [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, -camera.raised, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0];
     const m = new Float32Array(16);
     for (let i = 0; i < 4; i++) for (let j = 0; j < 4; j++) for (let k = 0; k < 4; k++) m[4 * i + j] += v[4 * i + k] * p[4 * k + j];
     return m;

@@ -115,11 +115,12 @@ def tasks(
 
 
 def _answer(request: Any, planned: Any, rows: Any) -> dict[str, Any]:
+    from workbench.evaluation.splits import part_taken
     from workbench.evaluation.task_table import pairs, table
 
     return {
         "houses": request.houses,
-        "split": request.split,
+        "split": part_taken(request.houses, request.split),
         "assets": request.assets or None,
         "seed": request.seed,
         "rows": table(rows, seed=request.seed),

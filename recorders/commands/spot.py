@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from workbench.options import Force, Json
+
+if TYPE_CHECKING:
+    from recorders.spot.spot_run import RunReport
 
 Robot = Annotated[str, typer.Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
@@ -216,8 +219,6 @@ def run(
 
         lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
     """
-    from dataclasses import replace
-
     from recorders.spot.errors import require_bosdyn
 
     require_bosdyn()
@@ -229,7 +230,7 @@ def run(
     from recorders.spot.telling import in_words
     from recorders.spot.world import RunSettings
     from workbench.errors import BadValue, OutputExists
-    from workbench.terminal import counted, emit_json, say
+    from workbench.terminal import say
     from workbench.worlds.site import load_site
 
     if output.exists() and not force and not dry_run:
@@ -246,7 +247,7 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=replace(RunSettings(), speed_mps=speed, look_s=look),
+        settings=RunSettings(speed_mps=speed, look_s=look),
         rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,
@@ -265,10 +266,16 @@ def run(
             report = run_and_record(
                 connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
             )
+    _tell_run(report, output, as_json=json)
+
+
+def _tell_run(report: RunReport, output: Path, *, as_json: bool) -> None:
+    from workbench.terminal import counted, emit_json, say
+
     end = report.ended
     if not report.lease_returned:
         say("The lease could not be returned: the robot did not answer. It frees it by itself; check at the tablet.")
-    if json:
+    if as_json:
         emit_json(
             {
                 "log": str(output),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,6 +12,7 @@ from workbench.options import Json
 
 if TYPE_CHECKING:
     from replayers.comparing import Pair
+    from replayers.stored_replays import StoredReplay
 
 
 def compare(
@@ -56,18 +58,34 @@ def compare(
     if frames:
         replays_frame(records).to_parquet(folder / "replays.parquet")
         steps_frame(records).to_parquet(folder / "steps.parquet")
-    changed = changed_houses(records)
+    changed, broken = changed_houses(records), _broken(records)
     rows = [_row(pair) for pair in pairs]
     if json:
-        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records),
+        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
     if rows:
         emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
     for place in changed:
         say(f"note: {place} differs between logs (plan or travel costs); its versions count as different houses")
+    for one in broken:
+        say(
+            f"note: {one['strategy']} broke on {one['logs']} of {one['replays']} logs; "
+            f"they are left out of its pairs: {one['reason']}"
+        )
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
+
+
+def _broken(records: list[StoredReplay]) -> list[dict[str, Any]]:
+    """Strategies that broke on some of their logs: on how many, and why on the first."""
+    ran = Counter(r.strategy for r in records)
+    of = {name: [r for r in records if r.strategy == name and r.status == "planner-failed"] for name in ran}
+    return [
+        {"strategy": name, "logs": len(broke), "replays": ran[name], "reason": broke[0].reason}
+        for name, broke in of.items()
+        if broke
+    ]
 
 
 def _row(pair: Pair) -> dict[str, Any]:

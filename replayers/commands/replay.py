@@ -84,13 +84,13 @@ def replay(
     from replayers.bounds import Budget
     from replayers.ground import Settings
     from replayers.relevance import Assumptions
-    from replayers.sandbox import require_planner
+    from workbench.errors import Failed
     from workbench.terminal import emit_json, progress, say
 
     files = logs_among(logs)
-    names = strategies_named(strategies, with_truth=with_truth)
-    for name in names:
-        require_planner(name)
+    named = strategies_named(strategies, with_truth=with_truth)
+    not_there = _not_there(named)
+    names = tuple(name for name in named if name not in not_there)
     settings = Settings(
         estimator=estimator,
         worlds=worlds,
@@ -109,6 +109,7 @@ def replay(
     )
     replays = replay_all(files, wanted, workers=workers)
     outcomes = list(progress(replays, title="replaying", total=len(files) * len(names)))
+    outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_there.items()]
     failed = [o for o in outcomes if isinstance(o, LogFailed)]
     if len(failed) == len(outcomes):
         _refuse(failed)
@@ -122,7 +123,24 @@ def replay(
     else:
         _show(rows, next_look, several=len(files) > 1)
     for failure in failed:
-        say(f"{failure.log} {failure.strategy}: {failure.reason}")
+        if failure.strategy not in not_there:
+            say(f"{failure.log} {failure.strategy}: {failure.reason}")
+    if not_there:
+        raise Failed("; ".join(f"{name} cannot be loaded: {why}" for name, why in not_there.items()))
+
+
+def _not_there(names: tuple[str, ...]) -> dict[str, str]:
+    """Planners from outside that cannot be loaded, with the reasons; refuses where there is no other."""
+    from replayers.sandbox import is_foreign, require_planner, why_not_loaded
+    from workbench.errors import BadValue
+
+    for name in names:
+        require_planner(name)
+    found = {name: why for name in names if is_foreign(name) and (why := why_not_loaded(name))}
+    if len(found) == len(names):
+        name, why = next(iter(found.items()))
+        raise BadValue("strategy", name, f"a planner that can be loaded; of this one: {why}")
+    return found
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:

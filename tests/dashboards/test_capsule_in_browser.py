@@ -169,10 +169,31 @@ def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
     tab.evaluate("window.lios.bare({caption: true})")
     tab.evaluate("window.lios.seek(5)")
     tab.wait_for_timeout(300)
-    caption = "document.getElementById('caption').offsetHeight / document.getElementById('view').clientHeight"
+    tall = "document.getElementById('caption').getBoundingClientRect().height"
+    caption = f"{tall} / document.getElementById('view').clientHeight"
     assert tab.evaluate("document.getElementById('view').clientHeight") == 450, "a narrow picture is all picture"
     assert tab.evaluate(caption) > 0.15
     assert tab.evaluate("window.lios.fitting.covered") > tab.evaluate(caption)
     tab.evaluate("window.lios.bare({caption: false, coveredPx: 90})")
     assert tab.evaluate("window.lios.fitting.covered") == pytest.approx(0.2, abs=0.01)
+    tab.close()
+
+
+def test_behind_the_robot_the_caption_covers_little_and_the_robot_stands_above_it(
+    browser: Browser, tmp_path: Path
+) -> None:
+    """The robot's label, a hand above it, is in the middle third of what the caption leaves."""
+    path = tmp_path / "follow.html"
+    write_capsule([timeline_of(toy_run())], path)
+    tab = browser.new_page(viewport={"width": 700, "height": 500})
+    tab.goto(path.as_uri())
+    until(tab, "window.lios !== undefined")
+    tab.evaluate("window.lios.bare({caption: true})")
+    tab.evaluate("window.lios.follow(true)")
+    tab.evaluate("window.lios.seek(5)")
+    tab.wait_for_timeout(300)
+    free = tab.evaluate("document.getElementById('caption').getBoundingClientRect().top")
+    assert free > 500 * 0.6
+    label = tab.evaluate("document.querySelector('#labels .robot').getBoundingClientRect().top")
+    assert free / 3 - 60 < label < free / 2
     tab.close()

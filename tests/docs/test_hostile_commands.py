@@ -107,6 +107,8 @@ def test_a_solver_that_finds_nothing_is_no_success(solver: str, capsys: pytest.C
     said = capsys.readouterr().out
     assert said.startswith("solver-failed: ")
     assert "cost" not in said
+    assert cli.run(["plan", str(LOG), "--solver", solver, "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["cost"] is None
 
 
 def test_a_plan_for_machines_holds_its_problem_if_asked(capsys: pytest.CaptureFixture[str]) -> None:
@@ -115,6 +117,15 @@ def test_a_plan_for_machines_holds_its_problem_if_asked(capsys: pytest.CaptureFi
     assert answer["domain"].startswith("(define (domain")
     assert answer["problem"].startswith("(define (problem")
     assert answer["sas"].startswith("begin_version")
+
+
+def test_a_plan_is_by_default_the_first_though_nothing_was_known_at_the_start(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """find-lios.mcap: decisions after 0, 4.7, 7.7 s; the first look ends at 4.7 s."""
+    for asked, decision in (((), 1), (("--at", "0"), 1), (("--at", "5"), 2)):
+        assert cli.run(["plan", str(LOG.with_name("find-lios.mcap")), *asked, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["decision"] == decision
 
 
 def test_runs_are_listed_by_the_papers_names_too(capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,7 +22,7 @@ from workbench.evaluation.belief_quality import (
     quality,
     reliability,
 )
-from workbench.evaluation.splits import Split, is_shared, split_indices, split_of
+from workbench.evaluation.splits import Split, is_shared, part_taken, split_indices, split_of
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -108,6 +108,7 @@ def test_the_split_keeps_houses_apart() -> None:
         assert sorted(i for part in parts for i in part) == list(range(count))
         assert is_shared(Path(name))
     assert split_indices("mine.jsonl", Split.TEST, houses=3) == (0, 1, 2)
+    assert (part_taken("mine.jsonl", "test"), part_taken("multi_room_train.jsonl.gz", "test")) == ("all", "test")
     assert split_indices("multi_room_train.jsonl.gz", "validation", houses=85) == (80, 81, 82, 83, 84)
     with pytest.raises(UnknownName, match="validation"):
         split_of("valid")

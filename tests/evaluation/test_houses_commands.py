@@ -71,6 +71,7 @@ def test_a_seed_is_drawn_and_shown(tmp_path: Path, capfd: pytest.CaptureFixture[
         ["info", "nowhere.jsonl.gz:1"],
         ["stats", "nowhere.jsonl.gz"],
         ["stats", "--split", "everything"],
+        ["stats", "--at-least", "99"],
         ["stats", "--measure", "no/such/folder/figures.json"],
     ],
 )

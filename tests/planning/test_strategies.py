@@ -7,7 +7,7 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
-from workbench.errors import UnknownName
+from workbench.errors import BadValue, UnknownName
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategies import (
     STRATEGIES,
@@ -158,3 +158,9 @@ def test_scout_looks_where_it_stands_when_that_tells_much() -> None:
     made = strategy("scout-lios").decide(view)
     assert made.plan.status is PlanStatus.SOLVED
     assert made.search_order[0].container == TABLE
+
+
+@pytest.mark.parametrize("name", ["toy:Missing", "no_such_module:Planner"])
+def test_what_cannot_be_imported_is_named_with_why(name: str) -> None:
+    with pytest.raises(BadValue, match=r"a module and class that can be imported: .*(Missing|no_such_module)"):
+        strategy(name)

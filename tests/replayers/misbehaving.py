@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from toy import COUNTER, TABLE
+from toy import BED, COUNTER, TABLE
 from toy_logs import InOrder
 
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
@@ -23,6 +23,25 @@ class Behaves(InOrder):
 class Raises(Behaves):
     def decide(self, view: View) -> Decision:
         raise ValueError("no idea")
+
+
+class RaisesLater(InOrder):
+    """Breaks once it has seen the bed, which nobody opened."""
+
+    def __init__(self) -> None:
+        super().__init__(order=(TABLE, BED, COUNTER), name="raises-later")
+
+    def decide(self, view: View) -> Decision:
+        if BED not in view.knowledge.unsearched:
+            raise ValueError("no idea of beds")
+        return super().decide(view)
+
+
+class HangsLater(RaisesLater):
+    def decide(self, view: View) -> Decision:
+        if BED not in view.knowledge.unsearched:
+            time.sleep(60)
+        return InOrder.decide(self, view)
 
 
 class RaisesLines(Behaves):

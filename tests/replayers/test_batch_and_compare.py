@@ -15,11 +15,21 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, delivered, simulated_log, task_of, toy_run
 
 from replayers.batch import LogFailed, Wanted, log_path, logs_among, replay_all, replay_log, strategies_named
+from replayers.bounds import Budget
 from replayers.comparing import agree, changed_houses, compare, difference
 from replayers.replay import Settings, ground_of, replay_strategy
 from replayers.replay_frames import replays_frame, steps_frame
 from replayers.run import read
-from replayers.stored_replays import StoredAnswer, StoredReplay, key_of, path_of, read_replay, replays_in, stored
+from replayers.stored_replays import (
+    StoredAnswer,
+    StoredReplay,
+    key_of,
+    path_of,
+    read_replay,
+    replays_in,
+    stored,
+    write_replay,
+)
 from workbench.cli import run as lios
 from workbench.errors import FileMissing, MalformedFile
 
@@ -56,6 +66,17 @@ def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:
         read_replay(path)
     assert next(replay_log(log, wanted(folder))) == made
     assert read_replay(path) == made
+
+
+def test_bounds_without_a_run_to_its_end_are_kept_and_read_again(tmp_path: Path) -> None:
+    """Nothing is followed beyond the first question: no cost was found that some world certainly has."""
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=0, budget=Budget(stretches=0, finish=0)))
+    made = stored(ground, replay_strategy(ground, InOrder((BED, COUNTER))), key="k")
+    assert made.bounds is not None
+    assert (made.bounds.least_found, made.bounds.largest_found) == (None, None)
+    assert (made.bounds.lower, made.bounds.upper) != (None, None)
+    write_replay(tmp_path / "made.replay.json", made)
+    assert read_replay(tmp_path / "made.replay.json") == made
 
 
 def test_the_key_holds_whatever_the_answer_depends_on() -> None:

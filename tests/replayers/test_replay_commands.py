@@ -276,3 +276,47 @@ def test_why_a_planner_was_stopped_is_said_below_the_table(
     said = capsys.readouterr()
     assert "planner-failed" in said.out
     assert "mine: it raised RuntimeError: out of ideas" in said.err
+
+
+def own_planner(folder: Path, module: str, body: str) -> None:
+    (folder / f"{module}.py").write_text(
+        f'class Mine:\n    name = "mine"\n    def relevant_types(self, task): return ("Mug",)\n{body}\n',
+        encoding="utf-8",
+    )
+
+
+def test_a_misspelt_class_is_refused_and_among_others_a_row_and_a_failure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = simulated_log(tmp_path / "run.mcap")
+    own_planner(tmp_path, "planner_here", "    def decide(self, view): raise RuntimeError")
+    monkeypatch.chdir(tmp_path)
+    assert "Missing" in refused(capsys, "replay", str(log), "-s", "planner_here:Missing")
+    assert lios(["replay", str(log), "-s", "planner_here:Missing,opt-greedy", "--worlds", "0", "--json"]) == 1
+    said = capsys.readouterr()
+    done, missing = json.loads(said.out)["rows"]
+    assert done["status"] != "not-replayed"
+    assert (missing["strategy"], missing["status"], missing["exact"]) == (
+        "planner_here:Missing",
+        "not-replayed",
+        False,
+    )
+    assert "it raised AttributeError" in missing["reason"]
+    assert said.err.count("planner_here:Missing cannot be loaded") == 1
+
+
+def test_compare_says_on_how_many_logs_a_planner_broke(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, kept = simulated_log(tmp_path / "run.mcap"), tmp_path / "kept"
+    own_planner(tmp_path, "planner_that_breaks", '    def decide(self, view): raise RuntimeError("out of ideas")')
+    monkeypatch.chdir(tmp_path)
+    found = rows(capsys, str(log), "-s", "planner_that_breaks:Mine,opt-greedy,pes-greedy", "-o", str(kept))
+    assert [(row["status"] == "planner-failed", row["lower"] is None) for row in found] == [
+        (True, True), (False, False), (False, False)
+    ]  # fmt: skip
+    assert (found[0]["cost"], found[0]["exact"]) == (None, False)
+    assert lios(["compare", str(kept)]) == 0
+    assert (
+        "mine broke on 1 of 1 logs; they are left out of its pairs: it raised RuntimeError" in capsys.readouterr().err
+    )

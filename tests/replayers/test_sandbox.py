@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from toy import BED
 from toy_logs import toy_run
 
 from replayers.replay import Settings, ground_of, replay_on
@@ -43,8 +44,25 @@ def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, r
     made = replay_on(ground, planner)
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
-    assert made.bounds is not None
-    assert made.bounds.can_fail
+    assert (made.bounds, made.cost, made.exact) == (None, None, False)
+
+
+@pytest.mark.parametrize(
+    ("planner", "reason"),
+    [("RaisesLater", "it raised ValueError: no idea of beds"), ("HangsLater", "no decision within")],
+)
+def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
+    tmp_path: Path, planner: str, reason: str
+) -> None:
+    """Over the log alone it stops at the bed, undetermined; beyond it no world gets a cost."""
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=20, timeout_s=0.5 if "Hangs" in planner else 20.0))
+    made = replay_on(ground, f"misbehaving:{planner}", worlds=("best", "worst", "drawn"))
+    assert made.unseen == BED
+    assert made.status is RunStatus.PLANNER_FAILED
+    assert reason in made.reason
+    assert f"after it looked into {BED}, which nobody opened" in made.reason
+    assert (made.bounds, made.estimate, made.drawn, made.cost, made.exact) == (None, None, None, None, False)
+    assert not made.worlds
 
 
 def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -> None:

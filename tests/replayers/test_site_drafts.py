@@ -6,8 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from sample_logs import write_toy_log
 
+from replayers import site_drafts
 from replayers.site_drafts import NothingToDraft, draft_site, write_draft
+from workbench.cli import run as lios
 from workbench.worlds.house import LocationId
 from workbench.worlds.site import Site, load_site
 from workbench.worlds.site_check import check_site
@@ -99,3 +102,18 @@ def test_a_log_without_poses_says_so(tmp_path: Path) -> None:
     files.close()
     with pytest.raises(NothingToDraft, match="/robot/pose"):
         draft_site(tmp_path / "empty.mcap")
+
+
+def test_a_simulated_run_is_no_survey_and_leaves_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write_toy_log(tmp_path / "toy.mcap")
+    assert lios(["site", "from-log", str(log), "-o", str(tmp_path / "site")]) == 2
+    said = capsys.readouterr()
+    assert "no robot's session" in said.err
+    assert said.err.count("\n") == 1
+    assert not (tmp_path / "site").exists()
+
+
+def test_a_robot_that_stood_nowhere_leaves_nothing_to_draft(driven: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(site_drafts, "DWELL_S", 3600.0)
+    with pytest.raises(NothingToDraft, match="stood nowhere for 3600 s"):
+        draft_site(driven)

@@ -53,10 +53,6 @@ class CountsTable:
         o = _places(self.items, items)
         return self.probability[r[None, :], c[None, :], o[:, None]]
 
-    def of_pairs(self, values: Floats, kinds: tuple[str, ...], types: tuple[str, ...]) -> Floats:
-        """Entries of an array of shape (rooms + 1, containers + 1) for containers, shape (containers,)."""
-        return values[_places(self.rooms, kinds), _places(self.containers, types)]
-
 
 def smooth(examples: Examples) -> CountsTable:
     """The table of smoothed shares."""

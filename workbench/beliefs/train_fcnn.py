@@ -185,11 +185,3 @@ def _loss(net: Fcnn, triples: torch.Tensor, share: torch.Tensor, weight: torch.T
 def _tensors(net: Fcnn) -> dict[str, Tensor]:
     parts = {f"{k}.{name}": value for k, layer in enumerate(net.linear) for name, value in layer.named_parameters()}
     return {name: value.detach().cpu().numpy().astype(np.float16) for name, value in parts.items()}
-
-
-def layers_of(tensors: dict[str, Tensor]) -> tuple[tuple[Tensor, Tensor], ...]:
-    """The layers of trained tensors, float64, for the estimator."""
-    count = len(tensors) // 2
-    return tuple(
-        (tensors[f"{k}.weight"].astype(np.float64), tensors[f"{k}.bias"].astype(np.float64)) for k in range(count)
-    )

@@ -15,7 +15,7 @@ from workbench.beliefs.estimators import ESTIMATORS, estimator
 from workbench.beliefs.weights import read_weights
 from workbench.errors import BadValue, Unsupported
 from workbench.evaluation.belief_quality import KINDS, Judged, against, glimpse, judge, missing_types, quality
-from workbench.evaluation.splits import split_indices
+from workbench.evaluation.splits import part_taken, split_indices
 from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House
 from workbench.worlds.procthor import load_houses
@@ -123,7 +123,7 @@ def report_of(
     rows = [_row(name, identities[name], judged[name], base, seconds[name], request.seed) for name in judged]
     answer = {
         "file": str(request.houses or shipped_houses()),
-        "split": request.part,
+        "split": part_taken(request.houses or shipped_houses(), request.part),
         "assets": None if request.sizes is None else str(request.sizes),
         "houses": houses,
         "seen_share": request.seen_share,

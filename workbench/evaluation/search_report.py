@@ -23,7 +23,7 @@ from workbench.evaluation.search_experiment import (
 )
 from workbench.evaluation.search_table import Costs, costs_of, pairs, rows, rows_by_kind
 from workbench.evaluation.search_trials import SearchTrial
-from workbench.evaluation.splits import is_shared, split_indices, split_of
+from workbench.evaluation.splits import is_shared, part_taken, split_indices, split_of
 from workbench.search.costs import ActionCosts
 from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House, ItemType
@@ -171,7 +171,7 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
         "houses": len(set(costs.houses)),
         "queries": len(costs.houses),
         "file": str(report.request.file),
-        "split": report.request.part if is_shared(report.request.file) else "all",
+        "split": part_taken(report.request.file, report.request.part),
         "assets": None if report.request.sizes is None else str(report.request.sizes),
         "estimator": report.experiment.estimator,
         "paper_estimator": report.experiment.paper_estimator,

@@ -57,6 +57,11 @@ def is_shared(path: Path | str) -> bool:
     return Path(path).name in SPLITS
 
 
+def part_taken(path: Path | str, part: Split | str) -> Split:
+    """What asking for a part of a file gives: all of a file that is one's own."""
+    return split_of(part) if is_shared(path) else Split.ALL
+
+
 def split_indices(path: Path | str, part: Split | str, *, houses: int) -> tuple[int, ...]:
     """The indices of a part of a file of houses, in order.
 
@@ -68,8 +73,8 @@ def split_indices(path: Path | str, part: Split | str, *, houses: int) -> tuple[
     Raises:
         UnknownName: no such part.
     """
-    part = split_of(part)
-    name = Path(path).name
-    if part is Split.ALL or name not in SPLITS:
+    split_of(part)
+    taken = part_taken(path, part)
+    if taken is Split.ALL:
         return tuple(range(houses))
-    return tuple(i for i in SPLITS[name][part] if i < houses)
+    return tuple(i for i in SPLITS[Path(path).name][taken] if i < houses)

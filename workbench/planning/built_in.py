@@ -16,7 +16,7 @@ import numpy as np
 from workbench.planning import recipe_search as rs
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
-from workbench.planning.recipes import Operation, Recipe, recipes_of
+from workbench.planning.recipes import MOST_RECIPES, Operation, Recipe, recipes_of
 from workbench.planning.strategy import Alternative
 from workbench.worlds.house import LocationId
 
@@ -28,6 +28,8 @@ LEAST_NODES = 2_000
 POLISH_NODES = 10_000
 GREEDY, GREEDY_NODES = 3.0, 1_000_000
 """When no recipe is solved in time: the weight of the heuristic with which a first plan is sought."""
+FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
+"""So many states at first, and so many times more after each search in vain."""
 MOST_EXPLAINED = 5_000
 MOST_CENTRES = 3
 """Places whose distances serve the search as potentials."""
@@ -111,7 +113,9 @@ def solve(
         return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
     run = _Passes(problem=problem, deadline=clock() + budget_s, clock=clock, given=given)
-    attempts = _attempts(problem)
+    attempts, all_of_them = _attempts(problem, run.is_late)
+    if not all_of_them:
+        run.unproven = 0.0
     run.straight(attempts, most_nodes)
     run.on_the_way(attempts, polish_nodes)
     if run.best is None and at_most is not None and at_most.status is PlanStatus.SOLVED:
@@ -138,6 +142,9 @@ class _Passes:
     expanded: int = 0
     others: list[Alternative] = field(default_factory=list[Alternative])
 
+    def is_late(self) -> bool:
+        return self.clock() > self.deadline
+
     @property
     def limit(self) -> float:
         return self.best[0] if self.best is not None else self.given
@@ -147,7 +154,7 @@ class _Passes:
         for attempt in attempts:
             if attempt.bound is not None and attempt.bound >= self.limit:
                 break
-            if self.clock() > self.deadline:
+            if self.is_late():
                 self.leaves_out(attempt)
                 break
             left -= self.try_one(attempt, max(left, LEAST_NODES), staging=False)
@@ -157,7 +164,7 @@ class _Passes:
         for attempt in attempts:
             if attempt.bound is not None and attempt.bound >= self.limit:
                 break
-            if left <= 0 or self.clock() > self.deadline:
+            if left <= 0 or self.is_late():
                 self.leaves_out(attempt)
                 break
             left -= self.try_one(attempt, left, staging=True)
@@ -170,13 +177,25 @@ class _Passes:
         if status == rs.LIMIT:
             self.unproven = min(self.unproven, bound)
             if self.limit == float("inf"):
-                status, cost, _, moves, more = _search(self.problem, attempt, self.limit, GREEDY_NODES, weight=GREEDY)
+                status, cost, moves, more = self.some_plan(attempt)
                 nodes += more
         if status == rs.SOLVED:
             self.others.append(Alternative(title=attempt.recipe.title, cost=cost, why_not="costs more"))
             self.best = (cost, attempt, moves)
         self.expanded += nodes
         return nodes
+
+    def some_plan(self, attempt: _Attempt) -> tuple[int, float, rs.IntArray, int]:
+        """A first plan, sought greedily in ever more states, for as long as there is time for them."""
+        most, expanded = FIRST_GREEDY_NODES, 0
+        while True:
+            began = self.clock()
+            status, cost, _, moves, nodes = _search(self.problem, attempt, self.limit, most, weight=GREEDY)
+            expanded += nodes
+            took = self.clock() - began
+            if status != rs.LIMIT or most >= GREEDY_NODES or self.clock() + GREEDY_GROWTH * took > self.deadline:
+                return status, cost, moves, expanded
+            most *= GREEDY_GROWTH
 
     def leaves_out(self, attempt: _Attempt) -> None:
         """What the attempt costs at least is not excluded."""
@@ -198,7 +217,7 @@ def fits(attempt: _Attempt, *, staging: bool) -> bool:
 def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
     """What the cheapest plan costs that begins by fetching each slot in turn; for goals with one recipe."""
     found: dict[str, float] = {}
-    for attempt in _attempts(problem)[:most]:
+    for attempt in _attempts(problem)[0][:most]:
         if attempt.hand >= 0:
             continue
         for slot in range(len(attempt.recipe.slots)):
@@ -213,22 +232,28 @@ def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, .
     return tuple(Alternative(title=title, cost=cost) for title, cost in ranked)
 
 
-def _attempts(problem: Problem) -> list[_Attempt]:
-    """Every recipe and way to begin, by what it costs at least; ties in the recipes' order."""
+def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> tuple[list[_Attempt], bool]:
+    """Every recipe and way to begin, by what it costs at least; ties in their own order. And whether that is all."""
     held = next((thing for thing in problem.things if thing.held), None)
     attempts: list[_Attempt] = []
-    for recipe in recipes_of(problem):
+    recipes = recipes_of(problem)
+    complete = len(recipes) < MOST_RECIPES
+    for recipe in recipes:
+        if attempts and is_late():
+            complete = False
+            break
         arrays = _arrays(problem, recipe)
         if held is None:
             attempts.append(_Attempt(recipe, arrays, -1, False))
-            continue
-        attempts.append(_Attempt(recipe, arrays, -1, True))
-        for slot, wanted in enumerate(recipe.slots):
-            if held.id in wanted.things:
-                attempts.append(_Attempt(recipe, arrays, slot, False))
-    if len(attempts) > 1:  # an only one need not be compared
+        else:
+            attempts.append(_Attempt(recipe, arrays, -1, True))
+            holding = [slot for slot, wanted in enumerate(recipe.slots) if held.id in wanted.things]
+            attempts += [_Attempt(recipe, arrays, slot, False) for slot in holding]
+        if len(attempts) > 1:  # an only one need not be compared
+            _least(problem, attempts[-1])
+    if len(attempts) > 1:
         attempts.sort(key=lambda attempt: _least(problem, attempt))
-    return attempts
+    return attempts, complete
 
 
 def _least(problem: Problem, attempt: _Attempt) -> float:

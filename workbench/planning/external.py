@@ -24,8 +24,7 @@ from workbench.planning.problem import Problem
 from workbench.planning.processes import MEMORY_BYTES, Answer, Exit, run_program
 
 UNSOLVABLE_CODE = 11
-NOT_INSTALLED_CODE = 12
-"""What up_child.py returns for a proof that no plan exists, and for an engine that is not installed."""
+"""What up_child.py returns for a proof that no plan exists."""
 
 
 @final

@@ -12,6 +12,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from workbench.planning.actions import BY_NAME, relevant_types
+from workbench.planning.matching import each_has_its_own
 from workbench.planning.plans import PlanStep
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, goal_locations
 from workbench.search.costs import ActionCosts
@@ -146,19 +147,14 @@ def _prepared(step: PlanStep, state: State) -> State:
 
 def holds(goal: Goal, state: State, problem: Problem) -> bool:
     """Whether some assignment of different things to the goal's parts meets it."""
-    types = {thing.id: thing.type for thing in problem.things}
-    return any(_way_holds(way, state, types, frozenset()) for way in ways_of(goal))
-
-
-def _way_holds(
-    way: tuple[Delivered | Holding, ...], state: State, types: Mapping[ItemId, ItemType], used: frozenset[ItemId]
-) -> bool:
-    if not way:
-        return True
     return any(
-        _way_holds(way[1:], state, types, used | {item})
-        for item in sorted(types)
-        if item not in used and types[item] == way[0].item_type and _want_holds(way[0], item, state)
+        each_has_its_own(
+            [
+                [t.id for t in problem.things if t.type == want.item_type and _want_holds(want, t.id, state)]
+                for want in way
+            ]
+        )
+        for way in ways_of(goal)
     )
 
 

@@ -6,12 +6,13 @@ has eighteen: boil in a pot or a kettle, peel one of three, toast, each with cof
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TypeVar
 
 from workbench.planning.actions import Preparation, producers
-from workbench.planning.problem import Problem, ways_of
+from workbench.planning.problem import MISSING, Problem, ways_of
 from workbench.planning.tasks import Delivered, Goal, Holding, goal_locations
 from workbench.worlds.house import ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Fact
@@ -19,6 +20,7 @@ from workbench.worlds.knowledge import Fact
 T = TypeVar("T")
 
 MOST_RECIPES = 4000
+"""Beyond, the others are left out, and no plan is proven optimal."""
 MOST_REMEMBERED = 256
 """Problems whose recipes are remembered: replanning and replay ask for the same ones with things elsewhere."""
 
@@ -205,23 +207,42 @@ def _cast(
     return castings
 
 
-def _filled(recipe: Recipe, given: _Given) -> list[Recipe]:
-    """The recipe with its slots' instances; where two slots share a type, one recipe for each assignment."""
-    filled = [recipe.slots]
+def _filled(recipe: Recipe, given: _Given) -> Iterator[Recipe]:
+    """The recipe with its slots' instances; where two slots share a type, one recipe for each assignment.
+
+    Slots that ask for the same and are used by no operation are interchangeable: they take theirs in one order only.
+    So are things of a type that are still to be found: the first that is left stands for all.
+    """
+    fitting = [tuple(t for t in given.of_type(slot.type) if _fits(slot, t, given)) for slot in recipe.slots]
     types = [slot.type for slot in recipe.slots]
-    for i, slot in enumerate(recipe.slots):
-        fitting = tuple(thing for thing in given.of_type(slot.type) if _fits(slot, thing, given))
+    used = {slot for operation in recipe.operations for slot in operation.slots}
+    alike = [
+        [j for j, other in enumerate(recipe.slots) if other == slot and i not in used and j not in used] or [i]
+        for i, slot in enumerate(recipe.slots)
+    ]
+
+    def fill(filled: tuple[Slot, ...]) -> Iterator[tuple[Slot, ...]]:
+        i = len(filled)
+        if i == len(recipe.slots):
+            yield filled
+            return
+        slot, things = recipe.slots[i], fitting[i]
         if types.count(slot.type) == 1:
-            choices = [fitting] if fitting else []
-        else:
-            choices = [(thing,) for thing in fitting]
-        filled = [
-            _with(slots, i, replace(slots[i], things=things))
-            for slots in filled
-            for things in choices
-            if types.count(slot.type) == 1 or all(things != other.things for other in slots[:i])
-        ]
-    return [replace(recipe, slots=slots) for slots in filled]
+            if things:
+                yield from fill((*filled, replace(slot, things=things)))
+            return
+        before = [j for j in alike[i] if j < i]
+        first = things.index(filled[before[-1]].things[0]) + 1 if before else 0
+        last = len(things) - sum(j > i for j in alike[i])
+        taken = {name for other in filled for name in other.things}
+        left = [thing for thing in things[first:last] if thing not in taken]
+        unknown = [thing for thing in left if thing.startswith(MISSING)]
+        for thing in left:
+            if thing not in unknown[1:]:
+                yield from fill((*filled, replace(slot, things=(thing,))))
+
+    for slots in fill(()):
+        yield replace(recipe, slots=slots)
 
 
 def _fits(slot: Slot, thing: ItemId, given: _Given) -> bool:

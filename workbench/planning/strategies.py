@@ -104,6 +104,7 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
 
     Raises:
         UnknownName: no such strategy or solver; lists the known ones.
+        BadValue: "module:Class" of what cannot be imported.
         OracleNeedsHouse: the oracle without a house.
     """
     base, at, solver_name = name.partition("@")
@@ -184,7 +185,7 @@ def _imported(name: str) -> Strategy:
     try:
         factory = getattr(import_module(module), attribute)
     except (ImportError, AttributeError) as error:
-        raise UnknownName("strategy", name, strategy_names(with_truth=True), where=str(error)) from error
+        raise BadValue("strategy", name, f"a module and class that can be imported: {error}") from error
     return _made(name, factory)
 
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
 from workbench.errors import BadValue
 from workbench.worlds.house import ItemType, LocationId
+
+MOST_WAYS = 5_000
+"""Each is planned for; more take longer than a planning budget."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +80,18 @@ class Task:
     def __post_init__(self) -> None:
         if self.budget_s < 0 or self.failure_cost < 0:
             raise BadValue(f"task {self.scenario}", (self.budget_s, self.failure_cost), "at least 0")
+        if count_ways(self.goal) > MOST_WAYS:
+            where = f"number of ways to meet the goal of {self.scenario}"
+            raise BadValue(where, count_ways(self.goal), f"at most {MOST_WAYS}: write fewer alternatives")
+
+
+def count_ways(goal: Goal) -> int:
+    """In how many ways a goal can be met: alternatives add up, parts multiply."""
+    if isinstance(goal, AnyOf):
+        return sum(count_ways(part) for part in goal.parts)
+    if isinstance(goal, AllOf):
+        return prod(count_ways(part) for part in goal.parts)
+    return 1
 
 
 def find_task(item_type: ItemType, at: LocationId, *, failure_cost: float = 400.0) -> Task:

@@ -117,7 +117,7 @@ def stats(
 
         lios houses stats multi_room_train.jsonl.gz --split train --measure statistics.json
     """
-    from workbench.errors import OutputExists
+    from workbench.errors import BadValue, OutputExists
     from workbench.terminal import emit_json, say
 
     if measure is not None:
@@ -131,7 +131,11 @@ def stats(
         return
     if count:
         columns[f"generated ({count}, seed {seed})"] = _generated(count, seed, rooms)
-    answer = _compared({t: [h for h in hs if len(h.plan.rooms) >= least] for t, hs in columns.items()})
+    kept = {t: [h for h in hs if len(h.plan.rooms) >= least] for t, hs in columns.items()}
+    if not any(kept.values()):
+        most = max((len(h.plan.rooms) for hs in columns.values() for h in hs), default=0)
+        raise BadValue("--at-least", least, f"at most {most}, the rooms of the largest of these houses")
+    answer = _compared(kept)
     if json:
         emit_json(answer)
     else:
