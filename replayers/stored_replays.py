@@ -22,7 +22,7 @@ from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import Acted
 
-RECORD_VERSION = 3
+RECORD_VERSION = 4
 SUFFIX = ".replay.json"
 
 
