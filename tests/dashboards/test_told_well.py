@@ -184,7 +184,9 @@ def test_a_map_of_one_item_shows_no_order_of_search_for_another(monkeypatch: pyt
     )
     timeline = timeline_of(replayers.read(SAMPLES / "spot-home-A.mcap"))
     files._belief_maps(timeline, "WaterBottle")
-    assert shown == [(1, True), (2, False), (3, False)], "then it is the cell phone that is looked for"
+    assert shown[0] == (1, True)
+    assert len(shown) > 2
+    assert not any(ordered for _, ordered in shown[1:]), "then it is the cell phone that is looked for"
 
 
 def test_a_belief_is_drawn_until_its_container_was_searched() -> None:
