@@ -19,6 +19,7 @@ import numpy.typing as npt
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.context import FEATURES, Opinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
+from workbench.beliefs.fcnn import DIGITS
 from workbench.beliefs.placements import (
     Placements,
     given_that_it_is_here,
@@ -33,9 +34,6 @@ from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.names import usual_size_m
 
 Floats = npt.NDArray[np.float64]
-
-DIGITS = 9
-"""Decimals kept of a chance: what a sum rounds differently in another order is below them."""
 
 MOST_FORMED = 256
 """Houses and items whose opinions are kept."""

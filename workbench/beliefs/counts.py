@@ -34,8 +34,6 @@ LEAST, MOST = 1e-4, 0.98
 class CountsTable:
     """P(held | room kind, container type, item type), with one more row for a name never seen on each axis.
 
-    `best` keeps other values on the same axes in such tables too.
-
     Attributes:
         rooms, containers, items: the names of the axes, without the last row.
         probability: float64, shape (rooms + 1, containers + 1, items + 1), read-only.
@@ -101,12 +99,12 @@ class CountsEstimator:
         return Belief(item_types=item_types, containers=unsearched, probability=probability, estimator=self.name)
 
 
-def counts_tensors(examples: Examples, *, prefix: str = "") -> dict[str, Tensor]:
+def counts_tensors(examples: Examples) -> dict[str, Tensor]:
     """What a weights file of counts holds: the examples themselves, as the names' indices and two counts."""
     return {
-        f"{prefix}triples": examples.triples.astype(np.int32),
-        f"{prefix}seen": examples.seen.astype(np.float32),
-        f"{prefix}held": examples.held.astype(np.float32),
+        "triples": examples.triples.astype(np.int32),
+        "seen": examples.seen.astype(np.float32),
+        "held": examples.held.astype(np.float32),
     }
 
 
@@ -115,12 +113,12 @@ def counts_settings(examples: Examples) -> dict[str, list[str]]:
     return {"rooms": [*examples.rooms], "containers": [*examples.containers], "items": [*examples.items]}
 
 
-def examples_from(weights: Weights, *, prefix: str = "") -> Examples:
+def examples_from(weights: Weights) -> Examples:
     """The examples in a weights file. Raises MalformedFile."""
     names = {axis: weights.names(axis) for axis in ("rooms", "containers", "items")}
-    triples = weights.tensor(f"{prefix}triples", None, 3).astype(np.int64)
-    seen = weights.tensor(f"{prefix}seen", len(triples)).astype(np.float64)
-    held = weights.tensor(f"{prefix}held", len(triples)).astype(np.float64)
+    triples = weights.tensor("triples", None, 3).astype(np.int64)
+    seen = weights.tensor("seen", len(triples)).astype(np.float64)
+    held = weights.tensor("held", len(triples)).astype(np.float64)
     try:
         return Examples(**names, triples=triples, seen=seen, held=held)
     except BadValue as error:

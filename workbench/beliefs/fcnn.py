@@ -101,6 +101,6 @@ def fcnn_from(weights: Weights) -> FcnnEstimator:
     return FcnnEstimator(name=weights.name, encoder=encoder, layers=layers_from(weights, encoder))
 
 
-def layers_from(weights: Weights, encoder: TextEncoder, *, prefix: str = "") -> tuple[Layer, ...]:
+def layers_from(weights: Weights, encoder: TextEncoder) -> tuple[Layer, ...]:
     """The layers of a weights file, checked against the encoder's vectors. Raises MalformedFile."""
-    return weights.layers(prefix, len(ROLES) * (vectors_of(encoder, ["Mug"]).shape[1] + len(ROLES)))
+    return weights.layers("", len(ROLES) * (vectors_of(encoder, ["Mug"]).shape[1] + len(ROLES)))
