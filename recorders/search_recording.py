@@ -58,7 +58,7 @@ def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Pa
         house=house,
         task=find_task(trial.item_type, START),
         strategy=with_policy(trial.policy) if named is None else named,
-        estimator=experiment.estimator_of(trial.policy),
+        estimator=experiment.estimator_for(trial.policy, trial.house),
         costs=experiment.costs,
     )
     end = record_trial(run, path, force=force)

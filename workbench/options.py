@@ -22,6 +22,14 @@ AssetsOrBeside = Annotated[
     Path | None,
     typer.Option("--assets", help="Asset table (CSV) with exact sizes; default: asset_sizes.csv beside the houses."),
 ]
+FoldCount = Annotated[
+    int | None,
+    typer.Option("--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."),
+]
+AlsoLearnt = Annotated[
+    list[Path] | None,
+    typer.Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
+]
 Workers = Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")]
 RecordTrials = Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")]

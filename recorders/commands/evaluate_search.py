@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from workbench.options import AssetsOrBeside, DryRun, Houses, Json, RecordTrials, Split, Workers
+from workbench.options import (
+    AlsoLearnt,
+    AssetsOrBeside,
+    DryRun,
+    FoldCount,
+    Houses,
+    Json,
+    RecordTrials,
+    Split,
+    Workers,
+)
+
+if TYPE_CHECKING:
+    from workbench.evaluation.search_report import SearchReport
 
 
 def search(
@@ -19,6 +32,8 @@ def search(
         str, typer.Option("--queries", help="all pairs of house and item type, or how many to draw.")
     ] = "all",
     part: Split = "test",
+    folds: FoldCount = None,
+    also: AlsoLearnt = None,
     estimator: Annotated[str, typer.Option("--estimator", help="What the policies believe.")] = "best",
     paper_estimator: Annotated[
         str, typer.Option("--paper-estimator", help="What the paper's policy, lios, believes.")
@@ -50,9 +65,12 @@ def search(
         lios evaluate search --houses houses.jsonl.gz --policies lios,conditioned-lios --queries 200 -o out
 
         lios evaluate search --queries 20 --record -o out
+
+        lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.search_report import SearchRequest, answer_of, measure, output_folder, write_report
+    from workbench.evaluation.fold_weights import folds_asked, trained
+    from workbench.evaluation.search_report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 
     if record and output is None:
@@ -68,6 +86,7 @@ def search(
         workers=workers,
         seed=seed,
         assets=assets,
+        folds=folds_asked(folds, also),
     )
     experiment = request.experiment()
     if dry_run:
@@ -78,22 +97,36 @@ def search(
         )
         return
     folder = None if output is None else output_folder(output, force=force)
-    report = measure(request, watched=lambda results: progress(results, title="Searching"))
-    answer = answer_of(report)
-    if folder is not None:
-        write_report(report, answer, folder)
-        if figures:
-            from workbench.evaluation.figures.search_figures import draw_all
-
-            draw_all(report, folder / "figures")
-        if record:
-            from recorders.search_recording import record_search_trials
-
-            logs = record_search_trials(
-                report.trials, request.chosen_houses(), experiment, folder / "logs", force=force
-            )
-            answer["logs"] = sum(1 for _ in progress(logs, title="Recording", total=len(report.trials)))
+    with trained(
+        experiment.estimators(), request.dealt, folder, watched=lambda them: progress(list(them), title="Training")
+    ) as believers:
+        report = measure(request, believers=believers, watched=lambda results: progress(results, title="Searching"))
+        answer = answer_of(report)
+        if folder is not None:
+            _write(report, answer, folder, figures=figures)
+            if record:
+                answer["logs"] = _record(report, folder / "logs", force=force)
     emit_json(answer) if json else _show(answer, output)
+
+
+def _write(report: SearchReport, answer: dict[str, Any], folder: Path, *, figures: bool) -> None:
+    from workbench.evaluation.search_report import write_report
+
+    write_report(report, answer, folder)
+    if figures:
+        from workbench.evaluation.figures.search_figures import draw_all
+
+        draw_all(report, folder / "figures")
+
+
+def _record(report: SearchReport, folder: Path, *, force: bool) -> int:
+    """How many logs were written."""
+    from recorders.search_recording import record_search_trials
+    from workbench.terminal import progress
+
+    houses = report.request.chosen_houses()
+    logs = record_search_trials(report.trials, houses, report.experiment, folder, force=force)
+    return sum(1 for _ in progress(logs, title="Recording", total=len(report.trials)))
 
 
 SHOWN = (

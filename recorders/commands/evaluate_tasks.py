@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from workbench.options import AssetsOrBeside, DryRun, Houses, Json, RecordTrials, Split, Workers
+from workbench.options import (
+    AlsoLearnt,
+    AssetsOrBeside,
+    DryRun,
+    FoldCount,
+    Houses,
+    Json,
+    RecordTrials,
+    Split,
+    Workers,
+)
+
+if TYPE_CHECKING:
+    from workbench.evaluation.cell_filter import CellFilter
+    from workbench.evaluation.fold_weights import Dealt
+    from workbench.evaluation.task_experiment import Plan, TaskRequest, TrialStore
+    from workbench.evaluation.task_trials import TaskRow
 
 
 def tasks(
@@ -28,6 +45,8 @@ def tasks(
         str, typer.Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
     ] = "",
     split: Split = "test",
+    folds: FoldCount = None,
+    also: AlsoLearnt = None,
     estimator: Annotated[str, typer.Option("--estimator", help="What our strategies believe.")] = "best",
     paper_estimator: Annotated[
         str, typer.Option("--paper-estimator", help="What the paper's five strategies believe.")
@@ -56,21 +75,24 @@ def tasks(
         lios evaluate tasks -k "deliver and (model or conditioned)" --dry-run
 
         lios evaluate tasks --scheduler tcp://10.0.0.1:8786 --record -o out
+
+        lios evaluate tasks --houses mine.jsonl.gz --folds 5 --scenarios deliver-3 --workers 2 -o out
     """
-    from recorders.task_recording import RecordTo
     from workbench.errors import BadValue
     from workbench.evaluation import task_experiment as experiment
     from workbench.evaluation.cell_filter import cell_filter
-    from workbench.terminal import emit_json, emit_table, progress, say
+    from workbench.evaluation.fold_weights import folds_asked
+    from workbench.terminal import emit_json
     from workbench.worlds.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
 
     if record and output is None:
         raise BadValue("-o/--output", None, "a folder, for --record to record to")
     table = assets_for(houses or shipped_houses(), assets)
+    dealt_as = folds_asked(folds, also)
     request = experiment.TaskRequest(
         houses=str((houses or shipped_houses()).absolute()),
-        split=split,
+        split=split if dealt_as is None else "train",
         scenarios=experiment.scenario_list(scenarios),
         strategies=experiment.strategy_list(strategies),
         trials=trials,
@@ -78,49 +100,84 @@ def tasks(
         estimator=estimator,
         paper_estimator=paper_estimator,
         assets=str(table.absolute()) if table else "",
+        folds=dealt_as.count if dealt_as else 0,
+        also=tuple(str(path.absolute()) for path in dealt_as.also) if dealt_as else (),
     )
     meant = cell_filter(cells)
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
     if not chosen:
         raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
-    planned = experiment.plan_trials(request)
+    dealt = request.dealt()
+    planned = experiment.plan_trials(request, dealt)
     _say_refused(planned)
     if dry_run:
-        counted = [
-            {"scenario": s, "strategy": n, "trials": sum(k.scenario == s for k in planned.keys)} for s, n in chosen
-        ]
-        if json:
-            emit_json({"cells": counted})
-        else:
-            emit_table(counted)
-            say(f"{sum(int(cell['trials']) for cell in counted)} runs")
+        _show_cells(chosen, planned, json=json)
         return
     store = experiment.TrialStore(output, request, force=force) if output else None
-    done = list(store.rows) if store else []
-    tap = RecordTo(folder=output / "logs") if record and output else None
-    units = experiment.units_left(request, planned.keys, done, tap, meant)
-    if done:
-        say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
-    results = experiment.run_units(units, workers=workers, scheduler=scheduler)
-    for rows in progress(results, title="Running", total=len(units)):
-        done += rows
-        if store:
-            store.add(rows)
-    if store:
-        store.close()
-    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, done, meant))
+    rows = _run(request, planned, store, _How(meant, dealt, output, workers, scheduler, record))
+    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, rows, meant))
     if output:
         _write(answer, output)
     emit_json(answer) if json else _show(answer, output)
 
 
-def _answer(request: Any, planned: Any, rows: Any) -> dict[str, Any]:
+class _How(NamedTuple):
+    """How the trials of a request are run."""
+
+    meant: CellFilter
+    dealt: Dealt | None
+    output: Path | None
+    workers: int
+    scheduler: str
+    record: bool
+
+
+def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
+    """The rows that were there and those that were missing."""
+    from recorders.task_recording import RecordTo
+    from workbench.evaluation import task_experiment as experiment
+    from workbench.evaluation.fold_weights import trained
+    from workbench.terminal import progress, say
+
+    done = list(store.rows) if store else []
+    tap = RecordTo(folder=how.output / "logs") if how.record and how.output else None
+    with trained(
+        request.estimators(), how.dealt, how.output, watched=lambda them: progress(list(them), title="Training")
+    ) as believers:
+        units = experiment.units_left(request, planned.keys, done, tap, how.meant, believers)
+        if done:
+            say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
+        results = experiment.run_units(units, workers=how.workers, scheduler=how.scheduler)
+        for rows in progress(results, title="Running", total=len(units)):
+            done += rows
+            if store:
+                store.add(rows)
+    if store:
+        store.close()
+    return done
+
+
+def _show_cells(chosen: list[tuple[str, str]], planned: Plan, *, json: bool) -> None:
+    from workbench.terminal import emit_json, emit_table, say
+
+    counted = [
+        {"scenario": s, "strategy": n, "trials": sum(k.scenario == s for k in planned.keys)} for s, n in chosen
+    ]
+    if json:
+        emit_json({"cells": counted})
+        return
+    emit_table(counted)
+    say(f"{sum(int(str(cell['trials'])) for cell in counted)} runs")
+
+
+def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dict[str, Any]:
     from workbench.evaluation.splits import part_taken
     from workbench.evaluation.task_table import pairs, table
 
     return {
         "houses": request.houses,
-        "split": part_taken(request.houses, request.split),
+        "split": f"train, {request.folds} folds" if request.folds else part_taken(request.houses, request.split),
+        "also": list(request.also),
         "assets": request.assets or None,
         "seed": request.seed,
         "rows": table(rows, seed=request.seed),
@@ -139,7 +196,7 @@ def _write(answer: dict[str, Any], folder: Path) -> None:
     (folder / "table.md").write_text(markdown(answer["rows"]), encoding="utf-8")
 
 
-def _say_refused(planned: Any) -> None:
+def _say_refused(planned: Plan) -> None:
     from workbench.terminal import say
 
     for scenario, fine in planned.houses.items():

@@ -11,6 +11,7 @@ from toy import COUNTER, DESK, FRIDGE, TABLE, toy_house, toy_travel
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, UnknownName
+from workbench.evaluation.search_calibration import looks
 from workbench.evaluation.search_experiment import Experiment, draw_queries, policies_named, run_experiment
 from workbench.evaluation.search_strategies import strategy_of, with_policy
 from workbench.evaluation.search_table import costs_of, pairs, rows, rows_by_kind
@@ -71,6 +72,22 @@ def test_lios_is_wrong_where_its_belief_is_wrong_and_goes_on() -> None:
     assert found.order[0] == FRIDGE
     assert found.order[-1] == DESK
     assert found.predicted is not None
+
+
+def test_every_look_keeps_what_was_believed_of_it_and_whether_it_found() -> None:
+    """Twice the fridge is believed in first, where no phone is; then the desk, where it is."""
+    beliefs = ({FRIDGE: 0.9}, {FRIDGE: 0.8}, {DESK: 0.7})
+    trials = [trial("most-probable", PHONE, Told(chances)) for chances in beliefs]
+    assert [t.said[0] for t in trials] == [0.9, 0.8, 0.7]
+    assert all(len(t.said) == len(t.order) for t in trials)
+    first = next(row for row in looks(trials) if row["look"] == 1)
+    assert [first[k] for k in ("policy", "kind", "queries")] == ["most-probable", "ai2-thor", 3]
+    assert first["said"] == pytest.approx(0.8)
+    assert first["found"] == pytest.approx(1 / 3)
+    greedy = house_trials(
+        toy_house(), toy_travel(), policies=("greedy",), estimators=lambda _: Told({}), costs=SIMULATION
+    )
+    assert all(t.said == () for t in greedy), "greedy is asked for no belief"
 
 
 def test_the_oracle_goes_to_the_nearest_of_two_mugs() -> None:

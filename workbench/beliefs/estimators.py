@@ -36,13 +36,31 @@ def estimator(name: str, *, weights: Path | None = None) -> Estimator:
         FileMissing, MalformedFile: weights that cannot be read or belong to another estimator.
     """
     if weights is None and name.endswith(WEIGHTS_SUFFIX):
-        held = read_weights(Path(name))
-        return estimator(held.header.estimator, weights=Path(name))
+        return _of_file(Path(name), _version(Path(name)))
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     if weights is None:
         return _shipped(name)
     return ESTIMATORS[name](read_weights(weights, estimator=name))
+
+
+@lru_cache(maxsize=16)
+def _of_file(path: Path, version: tuple[int, int]) -> Estimator:
+    """The estimator of a weights file, read once as long as the file stays what it is."""
+    del version
+    held = read_weights(path)
+    if held.header.estimator not in ESTIMATORS:
+        raise UnknownName("estimator", held.header.estimator, ESTIMATORS)
+    return ESTIMATORS[held.header.estimator](held)
+
+
+def _version(path: Path) -> tuple[int, int]:
+    """What changes when a file is replaced; zeros where there is none."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return 0, 0
+    return stat.st_mtime_ns, stat.st_size
 
 
 def shipped_weights(name: str) -> Path:

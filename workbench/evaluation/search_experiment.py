@@ -9,15 +9,23 @@ import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
 
 from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
+from workbench.evaluation.fold_weights import Believers
 from workbench.evaluation.search_table import GREEDY
-from workbench.evaluation.search_trials import ORACLE, PAPER_POLICY, SearchTrial, house_trials, queries
+from workbench.evaluation.search_trials import (
+    ASKS_NO_BELIEF,
+    ORACLE,
+    PAPER_POLICY,
+    SearchTrial,
+    house_trials,
+    queries,
+)
 from workbench.process_pool import process_pool
 from workbench.search.costs import SIMULATION, ActionCosts
 from workbench.search.policies import canonical_policy, policy, policy_names
@@ -36,14 +44,25 @@ class Experiment:
         policies: by name; greedy first and the oracle last, which every table needs.
         estimator: what the policies believe.
         paper_estimator: what the paper's policy, lios, believes.
+        believers: the weights of both for each house, where they are trained anew for each fold.
     """
 
     policies: tuple[str, ...]
     estimator: str
     paper_estimator: str
     costs: ActionCosts = SIMULATION
+    believers: Believers = field(default_factory=Believers)
 
-    def estimator_of(self, name: str) -> str:
+    def estimators(self) -> tuple[str, ...]:
+        """What the policies believe, by name."""
+        asking = [name for name in self.policies if name not in ASKS_NO_BELIEF]
+        return tuple(dict.fromkeys(self._estimator_of(name) for name in asking))
+
+    def estimator_for(self, name: str, house: str) -> str:
+        """What a policy believes in a house: an estimator's name or a weights file."""
+        return self.believers.of(self._estimator_of(name), house)
+
+    def _estimator_of(self, name: str) -> str:
         return self.paper_estimator if name == PAPER_POLICY else self.estimator
 
 
@@ -141,7 +160,7 @@ def _house(
             House(plan=plan, contents=contents),
             travel,
             policies=experiment.policies,
-            estimators=lambda name: _estimator(experiment.estimator_of(name)),
+            estimators=lambda name: _estimator(experiment.estimator_for(name, plan.name)),
             costs=experiment.costs,
             item_types=items,
         )

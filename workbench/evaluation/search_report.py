@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ import numpy as np
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
+from workbench.evaluation.fold_weights import Believers, Dealt, Folds, deal, require_trainable
+from workbench.evaluation.search_calibration import looks
 from workbench.evaluation.search_experiment import (
     Experiment,
     HouseResult,
@@ -42,7 +45,7 @@ class NoTrials(Failed):
         super().__init__(f"{path} ({part}) gives no query: {reason}. Give other houses or another --split.")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class SearchRequest:
     """What to measure.
 
@@ -50,7 +53,8 @@ class SearchRequest:
         houses: the file; None for the shipped ones.
         policies: names, or ("all",).
         queries: "all", or how many to draw.
-        part: of a file that is split (evaluation/splits.py).
+        part: of a file that is split (evaluation/splits.py); not asked with folds.
+        folds: the houses to learn from, each met by what was trained without it.
 
     Raises:
         BadValue: queries that are neither; a part that does not exist is refused too (UnknownName).
@@ -66,6 +70,7 @@ class SearchRequest:
     workers: int = 1
     seed: int = 0
     assets: Path | None = None
+    folds: Folds | None = None
 
     def __post_init__(self) -> None:
         split_of(self.part)
@@ -85,6 +90,16 @@ class SearchRequest:
         """The table of exact sizes that is used: the one given, else the one that lies beside the houses."""
         return assets_for(self.file, self.assets)
 
+    @property
+    def split(self) -> str:
+        """Which houses are met, in words."""
+        return part_taken(self.file, self.part) if self.folds is None else f"train, {self.folds.count} folds"
+
+    @cached_property
+    def dealt(self) -> Dealt | None:
+        """The houses in folds; None without folds. Raises InputError as deal does."""
+        return None if self.folds is None else deal(self.file, self.folds, assets=self.assets, seed=self.seed)
+
     def experiment(self) -> Experiment:
         """The policies and what they believe.
 
@@ -92,17 +107,24 @@ class SearchRequest:
             UnknownName: a policy or an estimator that does not exist.
             InputError: weights that cannot be read.
         """
-        for name in (self.estimator, self.paper_estimator):
-            estimator(name)
-        return Experiment(
+        experiment = Experiment(
             policies=policies_named(self.policies),
             estimator=self.estimator,
             paper_estimator=self.paper_estimator,
             costs=ActionCosts(search=self.search_cost),
         )
+        if self.folds is not None:
+            require_trainable(experiment.estimators())
+            return experiment
+        for name in (self.estimator, self.paper_estimator):
+            estimator(name)
+        return experiment
 
     def chosen_houses(self) -> Iterator[House]:
-        """The houses of the part, one after the other."""
+        """The houses of the part, one after the other; with folds those that are dealt."""
+        if self.dealt is not None:
+            yield from self.dealt.own.houses
+            return
         wanted = None
         if is_shared(self.file):
             wanted = frozenset(split_indices(self.file, self.part, houses=SHARED_HOUSES_AT_MOST))
@@ -132,17 +154,18 @@ class SearchReport:
         return costs_of(self.trials)
 
 
-def measure(request: SearchRequest, *, watched: Watched = iter) -> SearchReport:
+def measure(request: SearchRequest, *, believers: Believers | None = None, watched: Watched = iter) -> SearchReport:
     """Runs every trial.
 
     Args:
+        believers: weights by house, of a request with folds.
         watched: wraps the results as they come, for a progress bar.
 
     Raises:
         NoTrials: not a single query.
         InputError: a file, policy or estimator that cannot be used.
     """
-    experiment = request.experiment()
+    experiment = replace(request.experiment(), believers=believers or Believers())
     began = time.perf_counter()
     results = list(
         watched(run_experiment(experiment, request.chosen_houses(), asked=request.asked(), workers=request.workers))
@@ -151,7 +174,7 @@ def measure(request: SearchRequest, *, watched: Watched = iter) -> SearchReport:
     skipped = tuple((result.house, result.skipped) for result in results if result.skipped)
     if not trials:
         reason = skipped[0][1] if skipped else "no house there holds an item that can be reached"
-        raise NoTrials(request.file, request.part, reason.rstrip("."))
+        raise NoTrials(request.file, request.split, reason.rstrip("."))
     return SearchReport(
         request=request,
         experiment=experiment,
@@ -168,10 +191,12 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
         "rows": rows(costs, seed=seed),
         "by_kind": rows_by_kind(costs, seed=seed),
         "pairs": pairs(costs, seed=seed),
+        "looks": looks(report.trials),
         "houses": len(set(costs.houses)),
         "queries": len(costs.houses),
         "file": str(report.request.file),
-        "split": part_taken(report.request.file, report.request.part),
+        "split": report.request.split,
+        "also": [str(path) for path in report.request.folds.also] if report.request.folds else [],
         "assets": None if report.request.sizes is None else str(report.request.sizes),
         "estimator": report.experiment.estimator,
         "paper_estimator": report.experiment.paper_estimator,

@@ -42,6 +42,7 @@ class SearchTrial:
         house: the house's name.
         cost: metres walked, looks, the pick and the way back, in cost units.
         order: containers looked into; the last one holds the item.
+        said: the chance, believed before each look, that it finds an instance; empty where no belief was asked for.
         predicted: the policy's own expected cost before the first step; None for a policy without one.
         corrected: the corrected find cost of the same query (search/corrected.py), for policies of ours.
         decide_s: seconds that choosing took, over all decisions, without believing.
@@ -53,6 +54,7 @@ class SearchTrial:
     policy: str
     cost: float
     order: tuple[ContainerId, ...]
+    said: tuple[float, ...] = ()
     predicted: float | None = None
     corrected: float | None = None
     decide_s: float = 0.0
@@ -124,6 +126,7 @@ def search_trial(
     cost, decide_s = 0.0, 0.0
     before_s = beliefs.seconds if beliefs else 0.0
     first: SearchQuery | None = None
+    said: list[float] = []
     while knowledge.unsearched:
         query = SearchQuery(
             item_type=item_type,
@@ -139,6 +142,8 @@ def search_trial(
         decide_s += stopwatch() - began
         if container is None:
             break
+        if beliefs is not None:
+            said.append(float(query.belief.of(item_type)[query.belief.containers.index(container)]))
         there = LocationId(container)
         cost += _metres(travel, knowledge.robot_at, there) + costs.search
         held = house.contents[container]
@@ -150,6 +155,7 @@ def search_trial(
                 policy=searcher.name,
                 cost=cost + costs.manipulation + _metres(travel, there, START),
                 order=knowledge.visited,
+                said=tuple(said),
                 predicted=_predicted(searcher, first),
                 corrected=None if beliefs is None or searcher.name == PAPER_POLICY else _corrected(first),
                 decide_s=decide_s,

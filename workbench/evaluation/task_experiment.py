@@ -18,6 +18,7 @@ import msgspec
 
 from workbench.errors import BadValue, InputError, MalformedFile, MissingExtra
 from workbench.evaluation.cell_filter import CellFilter, cell_filter
+from workbench.evaluation.fold_weights import Believers, Dealt, Folds, deal
 from workbench.evaluation.splits import split_indices
 from workbench.evaluation.task_trials import (
     Tap,
@@ -32,6 +33,7 @@ from workbench.planning.scenarios import SCENARIOS, is_scenario_file, scenario_n
 from workbench.planning.strategies import STRATEGIES, canonical_name, resolved_name
 from workbench.process_pool import process_pool
 from workbench.worlds.house_files import house_lines
+from workbench.worlds.procthor import house_name
 
 PAPER_STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios", "model-lios")
 TRIALS_FILE, SETTINGS_FILE = "trials.jsonl", "settings.json"
@@ -55,6 +57,8 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         scenarios, strategies: names, in the table's order.
         estimator: what ours and plug-ins believe; paper_estimator: what the paper's five believe.
+        folds: 0, or the houses to learn from are met in as many folds, each by estimators trained without it.
+        also: files of houses that are learnt from only, with folds.
     """
 
     houses: str
@@ -66,6 +70,20 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     estimator: str
     paper_estimator: str
     assets: str = ""
+    folds: int = 0
+    also: tuple[str, ...] = ()
+
+    def dealt(self) -> Dealt | None:
+        """The houses in folds; None without folds. Raises InputError as deal does."""
+        if not self.folds:
+            return None
+        folds = Folds(count=self.folds, also=tuple(Path(path) for path in self.also))
+        assets = Path(self.assets) if self.assets else None
+        return deal(Path(self.houses), folds, assets=assets, seed=self.seed)
+
+    def estimators(self) -> tuple[str, ...]:
+        """What the strategies believe, by name."""
+        return tuple(dict.fromkeys(self.estimator_of(name) for name in self.strategies))
 
     def estimator_of(self, strategy: str) -> str:
         name = canonical_name(strategy.partition("@")[0])
@@ -124,11 +142,18 @@ def strategy_list(names: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*chosen, "oracle")))
 
 
-def plan_trials(request: TaskRequest) -> Plan:
-    """Which trials there are. Houses that cannot support a scenario are named, not skipped in silence."""
+def plan_trials(request: TaskRequest, dealt: Dealt | None = None) -> Plan:
+    """Which trials there are. Houses that cannot support a scenario are named, not skipped in silence.
+
+    Args:
+        dealt: the houses of a request with folds.
+    """
     path = Path(request.houses)
     count = sum(1 for _ in house_lines(path))
-    indices = split_indices(path, request.split, houses=count)
+    if dealt is None:
+        indices = split_indices(path, request.split, houses=count)
+    else:
+        indices = tuple(k for k in range(count) if house_name(path, k) in dealt.fold_of())
     if not indices:
         raise BadValue("houses", f"{path} ({request.split})", "a file with houses in that split")
     keys: list[TrialKey] = []
@@ -155,8 +180,14 @@ def units_left(
     done: Iterable[TaskRow],
     tap: Tap | None,
     meant: CellFilter = cell_filter(""),
+    believers: Believers | None = None,
 ) -> list[Unit]:
-    """What is still to be run of the cells that are meant."""
+    """What is still to be run of the cells that are meant.
+
+    Args:
+        believers: weights by house, of a request with folds.
+    """
+    weights = believers or Believers()
     have = {(row.scenario, row.trial, row.strategy) for row in done}
     units: list[Unit] = []
     for key in keys:
@@ -164,7 +195,8 @@ def units_left(
             n for n in request.strategies if meant(key.scenario, n) and (key.scenario, key.trial, n) not in have
         )
         if names:
-            pairs = tuple((name, request.estimator_of(name)) for name in names)
+            house = house_name(Path(key.houses), key.house_index)
+            pairs = tuple((name, weights.of(request.estimator_of(name), house)) for name in names)
             units.append(Unit(key=key, strategies=pairs, assets=request.assets, tap=tap))
     return units
 
@@ -273,7 +305,7 @@ class TrialStore:
 
 def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
     """More trials, scenarios or strategies of the same evaluation are welcome; all else must agree."""
-    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets"):
+    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also"):
         if getattr(theirs, field) != getattr(ours, field):
             raise OtherEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
 

@@ -80,10 +80,17 @@ def _line(
         "share_proven_optimal": float(np.mean([row.optimal for row in mine])),
         "against_model_lios": against["share"] if against else None,
         "against_model_lios_ci95": against["share_ci95"] if against else None,
-        "estimator": mine[0].estimator,
+        "estimator": _estimator(mine),
         "statuses": {s: sum(row.status == s for row in mine) for s in sorted({row.status for row in mine})},
         "planning_share": _planning_share(mine),
     }
+
+
+def _estimator(mine: list[TaskRow]) -> str:
+    """What believed; weights of several folds are one estimator."""
+    names = sorted({row.estimator for row in mine})
+    kinds = sorted({name.partition("@")[0] for name in names})
+    return names[0] if len(names) == 1 else f"{', '.join(kinds)} ({len(names)} sets of weights)"
 
 
 def _planning_share(mine: list[TaskRow]) -> float | None:

@@ -25,7 +25,7 @@ from workbench.worlds.procthor_json import HouseJson
 from workbench.worlds.procthor_things import start_of, things_of
 from workbench.worlds.unity_frame import pose_from_unity
 
-__all__ = ["house_from_json", "house_of", "iter_houses", "load_house", "load_houses", "pose_from_unity"]
+__all__ = ["house_from_json", "house_name", "house_of", "iter_houses", "load_house", "load_houses", "pose_from_unity"]
 
 MAX_ROOMS = 500
 """More rooms are no house."""
@@ -103,8 +103,13 @@ def house_of(record: HouseJson, *, name: str, assets: Mapping[str, Asset]) -> Ho
     return House(plan=plan, contents=contents)
 
 
+def house_name(path: Path, index: int) -> str:
+    """What a house of a file is called."""
+    return f"{house_stem(path)}:{index}"
+
+
 def _decoded(path: Path, index: int, line: bytes, assets: Mapping[str, Asset]) -> House:
-    name = f"{house_stem(path)}:{index}"
+    name = house_name(path, index)
     try:
         record = msgspec.json.decode(line, type=HouseJson)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.options import AssetsOrBeside, Houses, Json, Split
+from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Houses, Json, Split
 
 
 def belief(
@@ -16,16 +16,8 @@ def belief(
         str, typer.Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
     ] = "all",
     part: Split = "test",
-    folds: Annotated[
-        int | None,
-        typer.Option(
-            "--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."
-        ),
-    ] = None,
-    also: Annotated[
-        list[Path] | None,
-        typer.Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
-    ] = None,
+    folds: FoldCount = None,
+    also: AlsoLearnt = None,
     seen: Annotated[
         float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
     ] = 0.0,
@@ -55,12 +47,15 @@ def belief(
     """
     from workbench.errors import BadValue, OutputExists
     from workbench.evaluation.belief_report import BeliefRequest, measure
+    from workbench.evaluation.fold_weights import folds_asked
     from workbench.terminal import emit_json, progress, say
 
     names = tuple(name.strip() for name in estimators.split(",") if name.strip())
     if not names:
         raise BadValue("--estimators", estimators, "all, or names with commas between them")
-    _check_folds(folds, also, figures)
+    dealt = folds_asked(folds, also)
+    if dealt is not None and figures is not None:
+        raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
     if figures is not None and figures.exists():
         if not figures.is_dir():
             raise BadValue("--figures", str(figures), "a folder")
@@ -74,12 +69,11 @@ def belief(
         assets=assets,
         seed=seed,
     )
-    if folds is None:
+    if dealt is None:
         report = measure(request, watched=lambda names: progress(list(names), title="Believing"))
     else:
-        from workbench.evaluation.cross_validation import Folds, cross_validate
+        from workbench.evaluation.cross_validation import cross_validate
 
-        dealt = Folds(count=folds, also=tuple(also or ()))
         report = cross_validate(request, dealt, watched=lambda them: progress(list(them), title="Training"))
     if figures is not None:
         from workbench.evaluation.figures.belief_figures import draw_all
@@ -96,15 +90,6 @@ def belief(
     emit_json(report.answer) if json else _show(report.answer)
     if figures is not None and not json:
         say(f"figures in {figures}")
-
-
-def _check_folds(folds: int | None, also: list[Path] | None, figures: Path | None) -> None:
-    from workbench.errors import BadValue
-
-    if folds is not None and figures is not None:
-        raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
-    if folds is None and also:
-        raise BadValue("--also", ", ".join(map(str, also)), "given with --folds: houses that are only learnt from")
 
 
 SHOWN = ("estimator", "log_loss", "top1", "top3", "mrr", "ece", "ms_a_belief")

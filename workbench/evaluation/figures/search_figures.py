@@ -95,7 +95,7 @@ def _worked(folder: Path) -> Path:
 def _map(report: SearchReport, example: tuple[SearchTrial, SearchTrial], folder: Path) -> Path:
     house = _house(report, example[0].house)
     navigation = navigate(house.plan)
-    believed = estimator(report.experiment.estimator_of(example[1].policy)).believe(
+    believed = estimator(report.experiment.estimator_for(example[1].policy, house.plan.name)).believe(
         knowledge_at_start(house.plan, navigation.travel, {}), (example[0].item_type,)
     )
     figure, axes = new_figure(10.0, 5.0, columns=2)
