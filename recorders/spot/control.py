@@ -139,7 +139,7 @@ class Control:
         except ROBOT_ERRORS as error:
             raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
         self._keep_alive = LeaseKeepAlive(
-            client, rpc_interval_seconds=1.0, warnings=False, on_failure_callback=self._on_failure
+            client, rpc_interval_seconds=1, warnings=False, on_failure_callback=self._on_failure
         )
 
     def _on_failure(self, error: Exception) -> None:

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from math import atan2, cos, hypot, sin
-from typing import TYPE_CHECKING, Any, Protocol, final
+from typing import TYPE_CHECKING, Protocol, final
 
-from bosdyn.api import arm_command_pb2, basic_command_pb2, geometry_pb2, gripper_command_pb2, manipulation_api_pb2
+from bosdyn.api import (
+    arm_command_pb2,
+    basic_command_pb2,
+    geometry_pb2,
+    gripper_command_pb2,
+    manipulation_api_pb2,
+    robot_command_pb2,
+    synchronized_command_pb2,
+)
 from bosdyn.client.exceptions import ResponseError
 from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import Quat, SE3Pose
@@ -83,9 +91,11 @@ class ArmHands:
         if not self._holds():
             return f"the gripper no longer holds {item}"
         x, y, z = self._free_place()
-        turn = Quat.from_yaw(atan2(y, x))
-        over = RobotCommandBuilder.arm_pose_command(
-            x, y, z, turn.w, turn.x, turn.y, turn.z, GRAV_ALIGNED_BODY_FRAME_NAME, ARM_MOVE_S
+        hand = SE3Pose(x, y, z, Quat.from_yaw(atan2(y, x))).to_proto()
+        over = RobotCommandBuilder.arm_pose_command_from_pose(
+            hand,
+            GRAV_ALIGNED_BODY_FRAME_NAME,
+            seconds=ARM_MOVE_S,  # pyright: ignore[reportArgumentType] (an int, by the SDK's default)
         )
         reason = self._command(over)
         if reason:
@@ -155,7 +165,7 @@ class ArmHands:
         here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
         return place_on(world.plan.container(ContainerId(world.at)), here, height_m)
 
-    def _command(self, command: Any) -> str:
+    def _command(self, command: robot_command_pb2.RobotCommand) -> str:
         """Has the arm do something and waits for it; why it did not, or nothing."""
         world, client = self._world, self._world.connection.client("robot-command")
         world.connection.clock.refresh()
@@ -199,12 +209,8 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
 
 
-def how_it_ended(feedback: Any) -> str | None:
-    """Of an arm or gripper command: None while it goes on, "" when it is there, else why it is not.
-
-    Args:
-        feedback: bosdyn.api.SynchronizedCommand.Feedback.
-    """
+def how_it_ended(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
+    """Of an arm or gripper command: None while it goes on, "" when it is there, else why it is not."""
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
     going = basic_command_pb2.RobotCommandFeedbackStatus
     if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):

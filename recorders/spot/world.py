@@ -12,7 +12,7 @@ from math import hypot
 from types import MappingProxyType
 from typing import Any, TypeVar, final
 
-from bosdyn.api import geometry_pb2
+from bosdyn.api import geometry_pb2, world_object_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
@@ -203,7 +203,7 @@ class SpotWorld:
 
     def sightings(self) -> tuple[TagSighting, ...] | None:
         """The tags that the robot sees now, on the map; None while it is not localised."""
-        objects = self.call(
+        objects: world_object_pb2.ListWorldObjectResponse = self.call(
             lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
         )
         body = self.body_pose()
@@ -211,7 +211,10 @@ class SpotWorld:
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """Where the body is on the map, or None while it is not localised."""
-        state = self.call(lambda: self.graph_nav().get_localization_state(timeout=self.connection.timeout_s))
+        timeout_s = self.connection.timeout_s
+        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
+            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
+        )
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
@@ -249,7 +252,7 @@ class SpotWorld:
                 self.wait(self.settings.poll_s)
 
     def graph_nav(self) -> Any:
-        """The SDK's client of GraphNav."""
+        """The SDK's client of GraphNav; its methods have no types."""
         return self.connection.client("graph-nav-service")
 
     def _handled(self, start_ns: int, reason: str) -> Done | Refused:
