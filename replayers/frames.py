@@ -166,8 +166,12 @@ class LogSource:
     def log(self) -> str:
         return shown(self.path)
 
-    @cached_property
+    @property
     def info(self) -> RunInfo:
+        return self._info
+
+    @cached_property
+    def _info(self) -> RunInfo:
         pairs = metadata(self.path, INFO_METADATA)
         if pairs is None:
             if metadata(self.path, named(INFO_METADATA, 0)) is not None:
