@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from workbench.options import AssetsOrBeside, DryRun, Houses, Json, RecordTrials, Split, Workers
+
+if TYPE_CHECKING:
+    from workbench.evaluation.search_experiment import Experiment
+    from workbench.evaluation.search_report import SearchReport, SearchRequest
 
 
 def search(
@@ -73,9 +77,8 @@ def search(
     if dry_run:
         count = sum(1 for _ in request.chosen_houses())
         planned = {"houses": count, "queries": queries, "policies": list(experiment.policies), "seed": seed}
-        emit_json(planned) if json else say(
-            f"{queries} queries in {count} houses, policies {', '.join(experiment.policies)}, seed {seed}"
-        )
+        told = f"{queries} queries in {count} houses, policies {', '.join(experiment.policies)}, seed {seed}"
+        emit_json(planned) if json else say(told)
         return
     folder = None if output is None else output_folder(output, force=force)
     report = measure(request, watched=lambda results: progress(results, title="Searching"))
@@ -87,13 +90,19 @@ def search(
 
             draw_all(report, folder / "figures")
         if record:
-            from recorders.search_recording import record_search_trials
-
-            logs = record_search_trials(
-                report.trials, request.chosen_houses(), experiment, folder / "logs", force=force
-            )
-            answer["logs"] = sum(1 for _ in progress(logs, title="Recording", total=len(report.trials)))
+            answer["logs"] = _record(report, request, experiment, folder / "logs", force=force)
     emit_json(answer) if json else _show(answer, output)
+
+
+def _record(
+    report: SearchReport, request: SearchRequest, experiment: Experiment, folder: Path, *, force: bool
+) -> int:
+    """A log of every trial; how many."""
+    from recorders.search_recording import record_search_trials
+    from workbench.terminal import progress
+
+    logs = record_search_trials(report.trials, request.chosen_houses(), experiment, folder, force=force)
+    return sum(1 for _ in progress(logs, title="Recording", total=len(report.trials)))
 
 
 SHOWN = (
