@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TypeVar
 
-from bosdyn.api.graph_nav import map_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2
 from bosdyn.client.exceptions import ResponseError
 from google.protobuf.message import DecodeError
 
@@ -45,7 +45,7 @@ def upload_map(connection: Connection, folder: Path) -> int:
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
         client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
-        answer = client.upload_graph(
+        answer: graph_nav_pb2.UploadGraphResponse = client.upload_graph(
             wallet.advance().lease_proto,  # unlike other calls, these two do not take it from the wallet themselves
             graph,
             generate_new_anchoring=not graph.anchoring.anchors,
