@@ -36,7 +36,12 @@ test-all: $(VENV)/.installed-all
 	bash .ci/chromium
 	$(BIN)/pytest -n $(WORKERS) --dist loadgroup
 
-lint: $(VENV)/.installed-test
+typings/.written: $(VENV)/.installed-test .ci/spot_stubs.py
+	rm -rf typings
+	$(BIN)/python .ci/spot_stubs.py typings
+	touch $@
+
+lint: typings/.written
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/pyright
@@ -49,4 +54,4 @@ docs: $(VENV)/.installed-docs
 	$(BIN)/mkdocs build --strict
 
 clean:
-	rm -rf $(VENV) build dist site demo *.egg-info
+	rm -rf $(VENV) build dist site demo typings *.egg-info

@@ -217,5 +217,5 @@ def _run_id(trial: Trial, ready: _Ready) -> str:
     )
     digest = hashlib.sha256()
     for part in identity:
-        digest.update(part if isinstance(part, bytes) else part.encode())
+        digest.update(part)
     return digest.hexdigest()[:12]

@@ -8,7 +8,12 @@ table = replayers.read_many("logs/**")
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from replayers.frames import read_many
+    from replayers.reader import messages
+    from replayers.run import Run, read
 
 _WHERE = {
     "read": "replayers.run",

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
+from pandas.api.extensions import ExtensionArray
 
 from replayers.columns import NUMBER, TEXT, TIME, WHOLE, WORD, YES
 
@@ -27,7 +28,7 @@ class Column(Protocol):
 
     def __len__(self) -> int: ...
 
-    def to_arrow(self) -> pa.Array:
+    def to_arrow(self) -> pa.Array[Any]:
         """Of the type that replayers.columns gives it."""
         ...
 
@@ -73,8 +74,8 @@ class Words:
     def __len__(self) -> int:
         return len(self.codes)
 
-    def to_arrow(self) -> pa.Array:
-        codes = pa.array(self.codes, mask=self.codes < 0)
+    def to_arrow(self) -> pa.Array[Any]:
+        codes = pa.array(self.codes, type=pa.int32(), mask=self.codes < 0)
         return pa.DictionaryArray.from_arrays(codes, pa.array(self.words, type=pa.string()))
 
     def to_pandas(self) -> pd.Categorical:
@@ -115,7 +116,7 @@ class Numbers:
     def __len__(self) -> int:
         return len(self.values)
 
-    def to_arrow(self) -> pa.Array:
+    def to_arrow(self) -> pa.Array[Any]:
         array = pa.array(self.values, mask=self.missing)
         return array.view(TIME) if self.kind == TIME else array
 
@@ -145,12 +146,12 @@ class Texts:
     def __len__(self) -> int:
         return len(self.values)
 
-    def to_arrow(self) -> pa.Array:
+    def to_arrow(self) -> pa.Array[Any]:
         return pa.array(self.values, type=self.kind)
 
     def to_pandas(self) -> Any:
         if self.kind == TEXT:
-            return _TEXT.__from_arrow__(pa.array(self.values, type=pa.large_string()))
+            return _pandas_text(_TEXT, self.values)
         return self.to_arrow().to_numpy(zero_copy_only=False)
 
 
@@ -166,8 +167,12 @@ def column_of(values: Sequence[Any], kind: pa.DataType) -> Column:
 
 
 def _category(words: tuple[str, ...]) -> pd.CategoricalDtype:
-    text = _CATEGORY.__from_arrow__(pa.array(words, type=pa.large_string()))
-    return pd.CategoricalDtype(pd.Index(text, copy=False))
+    return pd.CategoricalDtype(pd.Index(_pandas_text(_CATEGORY, words), copy=False))
+
+
+def _pandas_text(kind: pd.StringDtype[Any], values: Sequence[str | None]) -> ExtensionArray:
+    """Text as pandas' own array of that kind; its stubs lack this way in, which pandas documents."""
+    return kind.__from_arrow__(pa.array(values, type=pa.large_string()))  # pyright: ignore[reportAttributeAccessIssue]
 
 
 _kept_category = lru_cache(maxsize=1024)(_category)

@@ -14,7 +14,9 @@ from replayers.cells import Column, column_of
 from replayers.columns import SCHEMAS
 
 try:
-    from pandas.api.internals import create_dataframe_from_blocks
+    from pandas.api.internals import (  # pyright: ignore[reportMissingImports] (not in the stubs)
+        create_dataframe_from_blocks,
+    )
 except ImportError:
     create_dataframe_from_blocks = None
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, cast, final
 
 import msgspec
 import pandas as pd
@@ -25,7 +25,7 @@ from replayers.content import Message
 from replayers.data_frames import Columns, arrow_table, data_frame, joined
 from replayers.log_paths import NoLogs, find_logs, shown
 from replayers.reader import messages, metadata
-from replayers.run import POSE_TOPIC, TRUTH_TOPIC, HoldsNoRun, Run
+from replayers.run import POSE_TOPIC, TRUTH_TOPIC, HoldsNoRun, Run, Wire
 from replayers.scanning import open_log
 from replayers.several_runs import HoldsRuns, named
 from replayers.summary import read_index
@@ -34,6 +34,9 @@ from workbench.errors import LiosError
 from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata
 from workbench.runs.vocabulary import TOPIC_OF, TOPICS, RunInfo
+
+if TYPE_CHECKING:
+    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
 __all__ = ["LogSource", "NoLogs", "Problem", "RunSource", "Tables", "find_logs", "read_many"]
 
@@ -166,8 +169,12 @@ class LogSource:
     def log(self) -> str:
         return shown(self.path)
 
-    @cached_property
+    @property
     def info(self) -> RunInfo:
+        return self._info
+
+    @cached_property
+    def _info(self) -> RunInfo:
         pairs = metadata(self.path, INFO_METADATA)
         if pairs is None:
             if metadata(self.path, named(INFO_METADATA, 0)) is not None:
@@ -180,11 +187,11 @@ class LogSource:
         with open_log(self.path) as stream:
             return read_index(stream) is not None
 
-    def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
+    def events(self, event_class: type[Wire]) -> Sequence[Wire]:
         topic = TOPIC_OF[event_class]
-        return [decode(topic, message.data) for message in self._messages(topic)]
+        return cast("list[Wire]", [decode(topic, message.data) for message in self._messages(topic)])
 
-    def poses(self) -> Sequence[tuple[int, Any]]:
+    def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
         found = self._messages(POSE_TOPIC)
         return _poses((m.log_time, m.data) for m in found if m.channel.message_encoding == "protobuf")
 
@@ -220,14 +227,14 @@ class RunSource:
             raw_poses=run.raw_poses,
         )
 
-    def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
+    def events(self, event_class: type[Wire]) -> Sequence[Wire]:
         return self.found[event_class]
 
-    def poses(self) -> Sequence[tuple[int, Any]]:
+    def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
         return _poses(self.raw_poses)
 
 
-def _poses(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, Any]]:
+def _poses(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, PoseInFrame]]:
     """Every foxglove.PoseInFrame with its log time.
 
     Raises:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
@@ -47,6 +47,8 @@ from workbench.search.costs import ActionCosts
 if TYPE_CHECKING:
     from replayers.frames import Tables
 
+Wire = TypeVar("Wire", bound=msgspec.Struct)
+"""A class of the vocabulary."""
 TRUTH_TOPIC = "/search/truth"
 POSE_TOPIC = "/robot/pose"
 
@@ -97,7 +99,7 @@ class Run:
 
         return Tables((RunSource.of(self),))
 
-    def events(self, event_class: type[msgspec.Struct]) -> tuple[Any, ...]:
+    def events(self, event_class: type[Wire]) -> tuple[Wire, ...]:
         """All events of a class of the vocabulary, in order.
 
         Raises:
@@ -180,7 +182,7 @@ class _Found:
     damage: list[Damage] = field(default_factory=list)
     attachments: dict[str, bytes] = field(default_factory=dict)
     info: RunInfo | None = None
-    events: dict[type[DomainEvent], list[DomainEvent]] = field(default_factory=dict)
+    events: dict[type[msgspec.Struct], list[DomainEvent]] = field(default_factory=dict)
     poses: list[tuple[int, bytes]] = field(default_factory=list)
     several: bool = False
 
@@ -237,8 +239,8 @@ class _Found:
             raise HoldsNoRun(self.path, f"attachment {name}")
         return self.attachments[name]
 
-    def _all(self, cls: type[Any]) -> tuple[Any, ...]:
-        return tuple(self.events.get(cls, ()))
+    def _all(self, cls: type[Wire]) -> tuple[Wire, ...]:
+        return tuple(cast("list[Wire]", self.events.get(cls, [])))  # kept by their own class
 
-    def _last(self, cls: type[Any]) -> Any:
-        return (self.events.get(cls) or [None])[-1]
+    def _last(self, cls: type[Wire]) -> Wire | None:
+        return next(reversed(self._all(cls)), None)

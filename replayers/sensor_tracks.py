@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
-from typing import Any, BinaryIO, final
+from typing import TYPE_CHECKING, Any, BinaryIO, final
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,9 @@ from recorders.log_index import LogIndex
 from replayers.mcap_records import ChunkRecord, Raw, Unreadable, parse, records_in
 from replayers.scanning import open_log, record_at, scan
 from replayers.summary import read_index
+
+if TYPE_CHECKING:
+    from mcap_protobuf.decoder import DecoderFactory
 
 PICTURE, CLOUD, GRID = "foxglove.CompressedImage", "foxglove.PointCloud", "foxglove.Grid"
 TRANSFORMS, LENS, SPOT_IMAGE = "foxglove.FrameTransforms", "foxglove.CameraCalibration", "bosdyn.api.ImageResponse"
@@ -79,7 +82,7 @@ class SensorTracks:
             return None
 
     @cached_property
-    def _decoders(self) -> Any:
+    def _decoders(self) -> DecoderFactory:
         from mcap_protobuf.decoder import DecoderFactory
 
         return DecoderFactory()

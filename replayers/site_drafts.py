@@ -252,7 +252,7 @@ def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.
     """Shortest lengths between places along what was walked, crossings joined; shape (places, places)."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     kept = [points[0]]
     for point in points[1:]:
@@ -260,7 +260,7 @@ def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.
             kept.append(point)
     nodes = np.array([*kept, *places])
     chain = [(i, i + 1) for i in range(len(kept) - 1)]
-    near = cKDTree(nodes).query_pairs(JOIN_M)
+    near = KDTree(nodes).query_pairs(JOIN_M)
     edges = np.array(sorted({*chain, *near}), dtype=np.int64).reshape(-1, 2)
     lengths = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
     graph = csr_array((np.maximum(lengths, 1e-9), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))

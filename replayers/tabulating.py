@@ -9,15 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 from math import atan2
 from operator import attrgetter
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
 
 from replayers.cells import Numbers, Words, column_of
 from replayers.columns import NUMBER, SCHEMAS, TIME, WHOLE
 from replayers.data_frames import Columns
+from replayers.run import Wire
 from workbench.runs.vocabulary import (
     ActionFinished,
     BeliefUpdate,
@@ -28,6 +28,10 @@ from workbench.runs.vocabulary import (
     RunInfo,
     Timing,
 )
+
+if TYPE_CHECKING:
+    from foxglove_schemas_protobuf.Pose_pb2 import Pose
+    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
 
 class Source(Protocol):
@@ -44,18 +48,18 @@ class Source(Protocol):
     @property
     def complete(self) -> bool: ...
 
-    def events(self, event_class: type[msgspec.Struct]) -> Sequence[Any]:
+    def events(self, event_class: type[Wire]) -> Sequence[Wire]:
         """All events of a class, in order."""
         ...
 
-    def poses(self) -> Sequence[tuple[int, Any]]:
-        """(log time, foxglove.PoseInFrame) of /robot/pose."""
+    def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
+        """(log time, pose) of /robot/pose."""
         ...
 
 
 def runs(source: Source) -> Columns:
     info = source.info
-    outcome: Outcome | None = next(iter(source.events(Outcome)[-1:]), None)
+    outcome = next(iter(source.events(Outcome)[-1:]), None)
     row = {
         "run_id": info.run_id,
         "path": source.log,
@@ -74,8 +78,8 @@ def runs(source: Source) -> Columns:
 
 
 def decisions(source: Source) -> Columns:
-    plans: Sequence[PlanComputed] = source.events(PlanComputed)
-    timings: dict[int, Timing] = {timing.decision: timing for timing in source.events(Timing)}
+    plans = source.events(PlanComputed)
+    timings = {timing.decision: timing for timing in source.events(Timing)}
     return _table(
         "decisions",
         {
@@ -92,7 +96,7 @@ def decisions(source: Source) -> Columns:
 
 
 def observations(source: Source) -> Columns:
-    seen: Sequence[Observation] = source.events(Observation)
+    seen = source.events(Observation)
     return _table(
         "observations",
         {
@@ -105,7 +109,7 @@ def observations(source: Source) -> Columns:
 
 
 def beliefs(source: Source) -> Columns:
-    updates: Sequence[BeliefUpdate] = source.events(BeliefUpdate)
+    updates = source.events(BeliefUpdate)
     return _table(
         "beliefs",
         {
@@ -119,7 +123,7 @@ def beliefs(source: Source) -> Columns:
 
 
 def find_costs(source: Source) -> Columns:
-    costs: Sequence[FindCosts] = source.events(FindCosts)
+    costs = source.events(FindCosts)
     axes = [(one.item_types, one.origins, one.targets) for one in costs]
     sizes = [_size(*each) for each in axes]
     return _table(
@@ -147,7 +151,7 @@ def plans(source: Source) -> Columns:
 
 
 def actions(source: Source) -> Columns:
-    done: Sequence[ActionFinished] = source.events(ActionFinished)
+    done = source.events(ActionFinished)
     return _table(
         "actions",
         {
@@ -178,8 +182,8 @@ def poses(source: Source) -> Columns:
     )
 
 
-def _pose(pose: Any) -> tuple[float, float, float, float]:
-    """Position and yaw of a foxglove.Pose."""
+def _pose(pose: Pose) -> tuple[float, float, float, float]:
+    """Position and yaw."""
     place, q = pose.position, pose.orientation
     x, y, z, w = q.x, q.y, q.z, q.w
     return place.x, place.y, place.z, atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
@@ -209,7 +213,7 @@ def _table(name: str, columns: Mapping[str, Any]) -> Columns:
     }
 
 
-def _common(source: Source, events: Sequence[Any]) -> dict[str, Any]:
+def _common(source: Source, events: Sequence[PlanComputed | Observation]) -> dict[str, Any]:
     return {
         "run_id": Words.repeated([source.info.run_id], [len(events)]),
         "decision": [event.decision for event in events],
@@ -217,12 +221,15 @@ def _common(source: Source, events: Sequence[Any]) -> dict[str, Any]:
     }
 
 
-def _fields(events: Sequence[Any], *names: str) -> dict[str, list[Any]]:
+def _fields(events: Sequence[object], *names: str) -> dict[str, list[Any]]:
     return {name: list(map(attrgetter(name), events)) for name in names}
 
 
 def _spread(
-    source: Source, events: Sequence[Any], axes: Sequence[tuple[Sequence[str], ...]], names: Sequence[str]
+    source: Source,
+    events: Sequence[BeliefUpdate | FindCosts],
+    axes: Sequence[tuple[Sequence[str], ...]],
+    names: Sequence[str],
 ) -> dict[str, Words | Numbers]:
     """One row for every entry of every event's array: its event's columns, and the label on every axis."""
     sizes = [_size(*each) for each in axes]

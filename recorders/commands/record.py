@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from workbench.options import AssetsOrBeside
+
+if TYPE_CHECKING:
+    from recorders.trial import Trial
+    from workbench.execution.events import Ended
 
 
 def record(
@@ -55,7 +60,6 @@ def record(
     from recorders.trial import Wish, record_trial, trial_for
     from workbench.errors import OutputExists
     from workbench.planning.strategies import resolved_name
-    from workbench.terminal import counted, emit_json, say
     from workbench.worlds.assets import assets_for
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
@@ -69,29 +73,42 @@ def record(
     split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
     files = None if split.never else LogFiles(output, split=split, force=force)
     end = record_trial(trial, output, force=force, sink=files)
-    by = resolved_name(strategy)
+    by, parts = resolved_name(strategy), None if files is None else files.parts
     if json:
-        emit_json(
-            {
-                "log": str(output) if files is None else str(files.parts[0]),
-                "parts": [str(output)] if files is None else [str(part) for part in files.parts],
-                "place": trial.house.plan.name,
-                "scenario": trial.task.scenario,
-                "strategy": by,
-                "status": end.status,
-                "cost": end.cost,
-                "searches": end.searches,
-                "travel_m": end.travel_m,
-                "decisions": end.decision,
-                "seed": seed,
-            }
-        )
+        _emit(trial, by, end, output, parts)
     else:
-        say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {seed}")
-        looked = counted(end.searches, "container")
-        say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
-        if files is None:
-            say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
-        else:
-            parts = " ".join(map(str, files.parts))
-            say(f"Recorded to {parts}. Each opens alone; one log of them: lios log merge {parts} -o {output}")
+        _tell(trial, by, end, output, parts)
+
+
+def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+    from workbench.terminal import emit_json
+
+    files = [str(part) for part in ((output,) if parts is None else parts)]
+    emit_json(
+        {
+            "log": files[0],
+            "parts": files,
+            "place": trial.house.plan.name,
+            "scenario": trial.task.scenario,
+            "strategy": by,
+            "status": end.status,
+            "cost": end.cost,
+            "searches": end.searches,
+            "travel_m": end.travel_m,
+            "decisions": end.decision,
+            "seed": trial.seed,
+        }
+    )
+
+
+def _tell(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+    from workbench.terminal import counted, say
+
+    looked = counted(end.searches, "container")
+    say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {trial.seed}")
+    say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
+    if parts is None:
+        say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
+    else:
+        named = " ".join(map(str, parts))
+        say(f"Recorded to {named}. Each opens alone; one log of them: lios log merge {named} -o {output}")

@@ -10,7 +10,8 @@ import typer
 from workbench.options import Force, Json
 
 if TYPE_CHECKING:
-    from recorders.spot.spot_run import RunReport
+    from recorders.spot.connection import Connection
+    from recorders.spot.spot_run import RobotRun, RunReport
 
 Robot = Annotated[str, typer.Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
@@ -142,16 +143,13 @@ def record(
     from recorders.spot.session import Rates
     from recorders.spot.session_log import SessionPlan, record_session
     from recorders.spot.site_tasks import site_task
-    from workbench.errors import BadValue, OutputExists
+    from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
     from workbench.worlds.site import load_site, unsurveyed_site
 
     if output.exists() and not force:
         raise OutputExists(output)
-    if keep_last is not None and (split_mb is not None or split_s is not None):
-        raise BadValue(
-            "--keep-last", keep_last, "given without --split-mb and --split-s: it writes moments, not parts"
-        )
+    _check_parts(keep_last, split_mb, split_s)
     _within("--images-hz", images_hz, 0, 60)
     _within("--state-hz", state_hz, 0, 200)
     for option, seconds in (("--for", for_s), ("--keep-last", keep_last)):
@@ -161,12 +159,7 @@ def record(
     wanted = SessionPlan(
         site=place,
         task=None if task is None else site_task(task, place),
-        rates=Rates(
-            images_hz=images_hz,
-            state_hz=state_hz,
-            raw=raw,
-            cameras=_names(cameras),
-        ),
+        rates=Rates(images_hz=images_hz, state_hz=state_hz, raw=raw, cameras=_names(cameras)),
         for_s=for_s,
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
@@ -223,14 +216,11 @@ def run(
 
     require_bosdyn()
     from recorders.spot.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
     from recorders.spot.session import Rates
     from recorders.spot.site_tasks import delivery_of, site_task
-    from recorders.spot.spot_run import RobotRun, first_decision, run_and_record, who_decides
-    from recorders.spot.telling import in_words
+    from recorders.spot.spot_run import RobotRun, who_decides
     from recorders.spot.world import RunSettings
     from workbench.errors import BadValue, OutputExists
-    from workbench.terminal import say
     from workbench.worlds.site import load_site
 
     if output.exists() and not force and not dry_run:
@@ -256,17 +246,36 @@ def run(
     who_decides(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            planned = first_decision(connection, wanted)
-            say(f"{connection.serial} is localised and all waypoints of {place.name} are on its map.")
-            say(in_words(planned) if planned is not None else "The goal is met already: nothing to do.")
+            _tell_plan(connection, wanted)
             return
-        stop = StopSwitch()
-        say("Space or s stops the robot; n marks the moment in the log.")
-        with signals_press(stop), KeyBoard(stop) as keys:
-            report = run_and_record(
-                connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
-            )
+        report = _run_by_keys(connection, wanted, output, force=force)
     _tell_run(report, output, as_json=json)
+
+
+def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
+    """What the robot would do first; nothing moves."""
+    from recorders.spot.spot_run import first_decision
+    from recorders.spot.telling import in_words
+    from workbench.terminal import say
+
+    planned = first_decision(connection, wanted)
+    say(f"{connection.serial} is localised and all waypoints of {wanted.site.name} are on its map.")
+    say(in_words(planned) if planned is not None else "The goal is met already: nothing to do.")
+
+
+def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
+    """The run, told as it goes, with the operator at the keys."""
+    from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
+    from recorders.spot.spot_run import run_and_record
+    from recorders.spot.telling import in_words
+    from workbench.terminal import say
+
+    stop = StopSwitch()
+    say("Space or s stops the robot; n marks the moment in the log.")
+    with signals_press(stop), KeyBoard(stop) as keys:
+        return run_and_record(
+            connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
+        )
 
 
 def _tell_run(report: RunReport, output: Path, *, as_json: bool) -> None:
@@ -293,6 +302,15 @@ def _tell_run(report: RunReport, output: Path, *, as_json: bool) -> None:
         looked = counted(end.searches, "container")
         say(f"{end.status}: {report.seconds:.0f} s, {looked} searched, {end.travel_m:.1f} m walked")
         say(f"Recorded to {output}. Next: lios view {output}, or lios replay {output} --strategies all")
+
+
+def _check_parts(keep_last: float | None, split_mb: float | None, split_s: float | None) -> None:
+    from workbench.errors import BadValue
+
+    if keep_last is not None and (split_mb is not None or split_s is not None):
+        raise BadValue(
+            "--keep-last", keep_last, "given without --split-mb and --split-s: it writes moments, not parts"
+        )
 
 
 def _within(option: str, value: float, least: float, most: float) -> None:

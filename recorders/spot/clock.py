@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any, Protocol, final
+from typing import TYPE_CHECKING, Protocol, final
 
 from recorders.spot.simulated.clock import SteppedClock
 from workbench.runs.vocabulary import NANO
+
+if TYPE_CHECKING:
+    from bosdyn.client.time_sync import TimeSyncEndpoint
 
 
 class SessionClock(Protocol):
@@ -38,7 +41,7 @@ class SessionClock(Protocol):
 class SyncedClock:
     """Wall time here, bosdyn's time sync for the robot's. Keeps the last skew when the network is away."""
 
-    def __init__(self, endpoint: Any) -> None:
+    def __init__(self, endpoint: TimeSyncEndpoint) -> None:
         self._endpoint = endpoint
         self._skew_ns = 0
 
@@ -57,6 +60,11 @@ class SyncedClock:
             self._skew_ns = skew.seconds * NANO + skew.nanos
         return self._skew_ns
 
+    def round_trip_ns(self) -> int:
+        """How long the quickest exchange took from which the skew is known; 0 before the first."""
+        duration = self._endpoint.round_trip_time
+        return 0 if duration is None else duration.seconds * NANO + duration.nanos
+
     def refresh(self) -> None:
         """The time-sync thread does it."""
 
@@ -68,7 +76,7 @@ class Stepped:
     `on_step` hears every step; the session's recorder samples there.
     """
 
-    def __init__(self, clock: SteppedClock, endpoint: Any | None = None) -> None:
+    def __init__(self, clock: SteppedClock, endpoint: TimeSyncEndpoint | None = None) -> None:
         self._clock = clock
         self.endpoint = endpoint
         self.on_step: Callable[[], None] | None = None

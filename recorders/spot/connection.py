@@ -16,14 +16,14 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import bosdyn.client
 from bosdyn.client.auth import InvalidLoginError, InvalidTokenError
 from bosdyn.client.exceptions import Error as BosdynError
 from bosdyn.client.exceptions import RpcError, UnauthenticatedError
 from bosdyn.client.lease import Error as LeaseClientError
-from bosdyn.client.time_sync import TimeSyncError
+from bosdyn.client.time_sync import TimeSyncError, TimeSyncThread
 
 from recorders.spot.clock import SessionClock, Stepped, SyncedClock
 from recorders.spot.errors import BadLogin, NoTimeSync, RobotUnreachable
@@ -138,7 +138,7 @@ class Connection:
             raise
 
     def client(self, service: str) -> Any:
-        """The SDK's client of a service. Threads that ask at once get the same one."""
+        """The SDK's client of a service; its methods have no types. Threads that ask at once get the same one."""
         with self._clients:
             return self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
 
@@ -174,11 +174,11 @@ class Connection:
         try:
             self.client("time-sync")
             self.robot.start_time_sync(TIME_SYNC_EVERY_S)
-            self.robot.time_sync.wait_for_sync(timeout_sec=2 * self.timeout_s)
+            thread = cast("TimeSyncThread", self.robot.time_sync)  # None only before it was started
+            thread.wait_for_sync(timeout_sec=2 * self.timeout_s)
         except (TimeSyncError, RpcError) as error:
             raise NoTimeSync(str(self.address)) from error
-        endpoint = self.robot.time_sync.endpoint
-        return SyncedClock(endpoint) if stepped is None else Stepped(stepped, endpoint)
+        return SyncedClock(thread.endpoint) if stepped is None else Stepped(stepped, thread.endpoint)
 
 
 def _check_certificate(path: Path) -> None:

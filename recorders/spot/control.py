@@ -13,7 +13,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Self
 
-from bosdyn.api import basic_command_pb2, estop_pb2, power_pb2, robot_state_pb2
+from bosdyn.api import basic_command_pb2, estop_pb2, power_pb2, robot_command_pb2, robot_state_pb2
 from bosdyn.client.estop import EstopEndpoint, EstopKeepAlive
 from bosdyn.client.exceptions import LeaseUseError, RpcError
 from bosdyn.client.lease import (
@@ -139,7 +139,7 @@ class Control:
         except ROBOT_ERRORS as error:
             raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
         self._keep_alive = LeaseKeepAlive(
-            client, rpc_interval_seconds=1.0, warnings=False, on_failure_callback=self._on_failure
+            client, rpc_interval_seconds=1, warnings=False, on_failure_callback=self._on_failure
         )
 
     def _on_failure(self, error: Exception) -> None:
@@ -149,7 +149,7 @@ class Control:
 
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")
-        status = client.get_status(timeout=self._connection.timeout_s)
+        status: estop_pb2.EstopSystemStatus = client.get_status(timeout=self._connection.timeout_s)
         if status.stop_level == estop_pb2.ESTOP_LEVEL_NONE:
             return
         if not self._own_estop:
@@ -168,21 +168,25 @@ class Control:
         client, state = self._connection.client("power"), self._connection.client("robot-state")
         client.power_command(power_pb2.PowerCommandRequest.REQUEST_ON, timeout=self._connection.timeout_s)
         powered = robot_state_pb2.PowerState.STATE_ON
-        self._wait(
-            lambda: (
-                state.get_robot_state(timeout=self._connection.timeout_s).power_state.motor_power_state == powered
-            ),
-            "the motors did not come on",
-        )
+
+        def on() -> bool:
+            now: robot_state_pb2.RobotState = state.get_robot_state(timeout=self._connection.timeout_s)
+            return now.power_state.motor_power_state == powered
+
+        self._wait(on, "the motors did not come on")
 
     def _stand_up(self) -> None:
         client = self._connection.client("robot-command")
-        number = client.robot_command(RobotCommandBuilder.synchro_stand_command(), timeout=self._connection.timeout_s)
+        number: int = client.robot_command(
+            RobotCommandBuilder.synchro_stand_command(), timeout=self._connection.timeout_s
+        )
         standing = basic_command_pb2.StandCommand.Feedback.STATUS_IS_STANDING
 
         def stands() -> bool:
-            feedback = client.robot_command_feedback(number, timeout=self._connection.timeout_s).feedback
-            return feedback.synchronized_feedback.mobility_command_feedback.stand_feedback.status == standing
+            answer: robot_command_pb2.RobotCommandFeedbackResponse = client.robot_command_feedback(
+                number, timeout=self._connection.timeout_s
+            )
+            return answer.feedback.synchronized_feedback.mobility_command_feedback.stand_feedback.status == standing
 
         self._wait(stands, "it did not stand up")
 
@@ -194,7 +198,7 @@ class Control:
                 raise NotReady(str(self._connection.address), otherwise)
             clock.sleep(POLL_S)
 
-    def _tell(self, command: object) -> None:
+    def _tell(self, command: robot_command_pb2.RobotCommand) -> None:
         """A command that may fail: the robot may be away, or no longer ours."""
         try:
             self._connection.client("robot-command").robot_command(command, timeout=2.0)

@@ -112,6 +112,6 @@ def require_bosdyn() -> None:
     """Raises MissingExtra when the Spot SDK is not installed; keeps gRPC's own lines from standard error."""
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     try:
-        import bosdyn.client  # noqa: F401 (whether it is there)
+        import bosdyn.client  # noqa: F401  # pyright: ignore[reportUnusedImport] (whether it is there)
     except ImportError as error:
         raise MissingExtra("Spot", "spot") from error

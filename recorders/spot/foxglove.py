@@ -6,9 +6,10 @@ Spot's body frame is REP-105's base_link; its GraphNav seed frame is the site's 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+from bosdyn.api import geometry_pb2, image_pb2, local_grid_pb2, robot_state_pb2
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import SE3Pose
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
@@ -38,11 +39,13 @@ from workbench.worlds.house import Item
 
 TAG_SIDE_M = 0.15
 TAG_LIFETIME_S = 2
+BosdynPose = geometry_pb2.SE3Pose | SE3Pose
+"""As a message, or as the SDK's helper."""
 INK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
 
 
-def pose_message(pose: Any) -> Pose:
-    """A bosdyn SE3Pose, protobuf or helper."""
+def pose_message(pose: BosdynPose) -> Pose:
+    """A pose of bosdyn's as one of Foxglove's."""
     helper = pose if isinstance(pose, SE3Pose) else SE3Pose.from_proto(pose)
     return Pose(
         position=Vector3(x=helper.x, y=helper.y, z=helper.z),
@@ -57,17 +60,19 @@ def note_event(text: str, stamp_ns: int) -> Event:
     return Event(start_time=at, end_time=at, metadata=pairs)
 
 
-def in_frame(pose: Any, frame: str, stamp_ns: int) -> PoseInFrame:
+def in_frame(pose: BosdynPose, frame: str, stamp_ns: int) -> PoseInFrame:
     return PoseInFrame(timestamp=timestamp(stamp_ns), frame_id=frame, pose=pose_message(pose))
 
 
-def map_from_odom(map_tform_body: Any, snapshot: Any) -> SE3Pose | None:
+def map_from_odom(map_tform_body: geometry_pb2.SE3Pose, snapshot: geometry_pb2.FrameTreeSnapshot) -> SE3Pose | None:
     """Where the origin of odom is on the map, from a localisation and the frames of the same moment."""
     body_tform_odom = tform(snapshot, BODY_FRAME_NAME, ODOM_FRAME_NAME)
-    return None if body_tform_odom is None else SE3Pose.from_proto(map_tform_body) * body_tform_odom
+    return None if body_tform_odom is None else SE3Pose.from_proto(map_tform_body).mult(body_tform_odom)
 
 
-def transforms(snapshot: Any, map_tform_odom: SE3Pose | None, stamp_ns: int) -> FrameTransforms:
+def transforms(
+    snapshot: geometry_pb2.FrameTreeSnapshot, map_tform_odom: SE3Pose | None, stamp_ns: int
+) -> FrameTransforms:
     """map -> odom -> base_link, and vision below odom; without map while the robot is not localised."""
     odom_tform_body = tform(snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
     odom_tform_vision = tform(snapshot, ODOM_FRAME_NAME, VISION_FRAME_NAME)
@@ -86,7 +91,7 @@ def tag_scene(sightings: Sequence[TagSighting], items: dict[int, Item], stamp_ns
     return SceneUpdate(entities=[_tag(seen, items.get(seen.tag), stamp_ns) for seen in sightings])
 
 
-def picture(shot: Any, stamp_ns: int) -> CompressedImage | None:
+def picture(shot: image_pb2.ImageCapture, stamp_ns: int) -> CompressedImage | None:
     """A camera's JPEG as it came; None for what is no JPEG."""
     if shot.image.format != shot.image.FORMAT_JPEG:
         return None
@@ -95,14 +100,14 @@ def picture(shot: Any, stamp_ns: int) -> CompressedImage | None:
     )
 
 
-def camera_link(shot: Any, stamp_ns: int) -> FrameTransforms | None:
+def camera_link(shot: image_pb2.ImageCapture, stamp_ns: int) -> FrameTransforms | None:
     """Where the camera sits on the body as the picture is taken, for viewers to place it; None without frames."""
     name = shot.frame_name_image_sensor
     pose = tform(shot.transforms_snapshot, BODY_FRAME_NAME, name) if name else None
     return None if pose is None else FrameTransforms(transforms=[_transform(BODY_FRAME, name, pose, stamp_ns)])
 
 
-def calibration(source: Any, shot: Any, stamp_ns: int) -> CameraCalibration:
+def calibration(source: image_pb2.ImageSource, shot: image_pb2.ImageCapture, stamp_ns: int) -> CameraCalibration:
     """The pinhole model of a camera, scaled to the picture's size; distortion is left out."""
     model = source.WhichOneof("camera_models")
     lens = source.pinhole.intrinsics
@@ -122,7 +127,7 @@ def calibration(source: Any, shot: Any, stamp_ns: int) -> CameraCalibration:
     )
 
 
-def local_grid(grid: Any, stamp_ns: int) -> Grid | None:
+def local_grid(grid: local_grid_pb2.LocalGrid, stamp_ns: int) -> Grid | None:
     """A local grid in odom, its values in metres (obstacle_distance); None when it cannot be placed or read."""
     corner = tform(grid.transforms_snapshot, ODOM_FRAME_NAME, grid.frame_name_local_grid_data)
     values = grid_values(grid)
@@ -142,7 +147,7 @@ def local_grid(grid: Any, stamp_ns: int) -> Grid | None:
     )
 
 
-def grid_values(grid: Any) -> Any:
+def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | None:
     """A bosdyn local grid as an array of shape (cells along y, cells along x); None when its bytes do not fit."""
     kind = _CELLS.get(grid.cell_format)
     cells = grid.extent.num_cells_x * grid.extent.num_cells_y
@@ -160,7 +165,7 @@ def grid_values(grid: Any) -> Any:
     return scaled.reshape(grid.extent.num_cells_y, grid.extent.num_cells_x)
 
 
-def faults_of(state: Any) -> tuple[str, ...]:
+def faults_of(state: robot_state_pb2.RobotState) -> tuple[str, ...]:
     """The robot's faults in its own words, sorted."""
     system = (f"{f.name}: {f.error_message}" for f in state.system_fault_state.faults)
     behaviour = (f"behaviour fault {f.behavior_fault_id}" for f in state.behavior_fault_state.faults)
@@ -168,9 +173,9 @@ def faults_of(state: Any) -> tuple[str, ...]:
     return tuple(sorted({*system, *behaviour, *service}))
 
 
-def without_pixels(response: Any) -> Any:
-    """An ImageResponse whose picture is stored elsewhere in the same log."""
-    bare = type(response)()
+def without_pixels(response: image_pb2.ImageResponse) -> image_pb2.ImageResponse:
+    """A response whose picture is stored elsewhere in the same log."""
+    bare = image_pb2.ImageResponse()
     bare.CopyFrom(response)
     bare.shot.image.ClearField("data")
     return bare

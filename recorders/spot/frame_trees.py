@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
+from bosdyn.api import geometry_pb2
 from bosdyn.client.frame_helpers import Error as FrameTreeError
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.math_helpers import SE3Pose
 
 
-def tform(snapshot: Any, frame: str, other: str) -> SE3Pose | None:
+def tform(snapshot: geometry_pb2.FrameTreeSnapshot, frame: str, other: str) -> SE3Pose | None:
     """frame_tform_other of a FrameTreeSnapshot; None when it does not hold both, or is no tree."""
-    try:
-        return get_a_tform_b(snapshot, frame, other)
+    try:  # the SDK declares no type; a Vec3, which pyright infers as well, never comes out of it
+        return cast("SE3Pose | None", get_a_tform_b(snapshot, frame, other))
     except FrameTreeError:
         return None

@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 from math import atan2, cos, hypot, sin
-from typing import TYPE_CHECKING, Any, Protocol, final
+from typing import TYPE_CHECKING, Protocol, final
 
-from bosdyn.api import arm_command_pb2, basic_command_pb2, geometry_pb2, gripper_command_pb2, manipulation_api_pb2
+from bosdyn.api import (
+    arm_command_pb2,
+    basic_command_pb2,
+    geometry_pb2,
+    gripper_command_pb2,
+    manipulation_api_pb2,
+    robot_command_pb2,
+    robot_state_pb2,
+    synchronized_command_pb2,
+)
 from bosdyn.client.exceptions import ResponseError
 from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import Quat, SE3Pose
@@ -83,9 +92,11 @@ class ArmHands:
         if not self._holds():
             return f"the gripper no longer holds {item}"
         x, y, z = self._free_place()
-        turn = Quat.from_yaw(atan2(y, x))
-        over = RobotCommandBuilder.arm_pose_command(
-            x, y, z, turn.w, turn.x, turn.y, turn.z, GRAV_ALIGNED_BODY_FRAME_NAME, ARM_MOVE_S
+        hand = SE3Pose(x, y, z, Quat.from_yaw(atan2(y, x))).to_proto()
+        over = RobotCommandBuilder.arm_pose_command_from_pose(
+            hand,
+            GRAV_ALIGNED_BODY_FRAME_NAME,
+            seconds=ARM_MOVE_S,  # pyright: ignore[reportArgumentType] (an int, by the SDK's default)
         )
         reason = self._command(over)
         if reason:
@@ -114,7 +125,9 @@ class ArmHands:
             )
         )
         try:
-            answer = world.call(lambda: client.manipulation_api_command(request, timeout=world.connection.timeout_s))
+            answer: manipulation_api_pb2.ManipulationApiResponse = world.call(
+                lambda: client.manipulation_api_command(request, timeout=world.connection.timeout_s)
+            )
         except ResponseError as error:
             return f"the grasp was refused ({reason_of(error)})"
         asked = manipulation_api_pb2.ManipulationApiFeedbackRequest(manipulation_cmd_id=answer.manipulation_cmd_id)
@@ -122,9 +135,10 @@ class ArmHands:
         state = manipulation_api_pb2.MANIP_STATE_UNKNOWN
         while world.now_ns() < end_ns:
             world.wait(world.settings.poll_s)
-            state = world.call(
+            feedback: manipulation_api_pb2.ManipulationApiFeedbackResponse = world.call(
                 lambda: client.manipulation_api_feedback_command(asked, timeout=world.connection.timeout_s)
-            ).current_state
+            )
+            state = feedback.current_state
             if state == manipulation_api_pb2.MANIP_STATE_GRASP_SUCCEEDED:
                 return "" if self._holds() else "the gripper closed on nothing"
             if state in _FAILED:
@@ -133,20 +147,13 @@ class ArmHands:
         return f"the grasp ended with {name.removeprefix('MANIP_STATE_').lower()}"
 
     def _holds(self) -> bool:
-        world = self._world
-        state = world.call(
-            lambda: world.connection.client("robot-state").get_robot_state(timeout=world.connection.timeout_s)
-        )
-        return bool(state.manipulator_state.is_gripper_holding_item)
+        return self._state().manipulator_state.is_gripper_holding_item
 
     def _free_place(self) -> tuple[float, float, float]:
         """Where to put things down here: above the near edge of what the robot stands at; in its body frame."""
         world = self._world
-        state = world.call(
-            lambda: world.connection.client("robot-state").get_robot_state(timeout=world.connection.timeout_s)
-        )
         ground = tform(
-            state.kinematic_state.transforms_snapshot, GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME
+            self._state().kinematic_state.transforms_snapshot, GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME
         )
         height_m = BODY_M if ground is None else -ground.z
         body = world.body_pose()
@@ -155,21 +162,27 @@ class ArmHands:
         here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
         return place_on(world.plan.container(ContainerId(world.at)), here, height_m)
 
-    def _command(self, command: Any) -> str:
+    def _state(self) -> robot_state_pb2.RobotState:
+        world = self._world
+        return world.call(
+            lambda: world.connection.client("robot-state").get_robot_state(timeout=world.connection.timeout_s)
+        )
+
+    def _command(self, command: robot_command_pb2.RobotCommand) -> str:
         """Has the arm do something and waits for it; why it did not, or nothing."""
         world, client = self._world, self._world.connection.client("robot-command")
         world.connection.clock.refresh()
         try:
-            number = world.call(lambda: client.robot_command(command, timeout=world.connection.timeout_s))
+            number: int = world.call(lambda: client.robot_command(command, timeout=world.connection.timeout_s))
         except ResponseError as error:
             return f"the arm refuses ({reason_of(error)})"
         end_ns = world.now_ns() + round(ARM_LIMIT_S * 1e9)
         while world.now_ns() < end_ns:
             world.wait(world.settings.poll_s)
-            feedback = world.call(
+            answer: robot_command_pb2.RobotCommandFeedbackResponse = world.call(
                 lambda: client.robot_command_feedback(number, timeout=world.connection.timeout_s)
-            ).feedback
-            ended = how_it_ended(feedback.synchronized_feedback)
+            )
+            ended = how_it_ended(answer.feedback.synchronized_feedback)
             if ended is not None:
                 return ended
         return f"the arm did not get there in {ARM_LIMIT_S:g} s"
@@ -199,12 +212,8 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
 
 
-def how_it_ended(feedback: Any) -> str | None:
-    """Of an arm or gripper command: None while it goes on, "" when it is there, else why it is not.
-
-    Args:
-        feedback: bosdyn.api.SynchronizedCommand.Feedback.
-    """
+def how_it_ended(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
+    """Of an arm or gripper command: None while it goes on, "" when it is there, else why it is not."""
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
     going = basic_command_pb2.RobotCommandFeedbackStatus
     if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):

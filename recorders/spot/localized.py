@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from math import hypot
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bosdyn.api.graph_nav import graph_nav_pb2
 
 ON_WAYPOINT_M = 0.3
 """A robot within this distance stands on the waypoint."""
 
 
-def is_localized(state: Any) -> bool:
-    """Whether GraphNav knows where the robot is: a lost robot keeps the waypoint at which it was last sure.
-
-    Args:
-        state: a bosdyn.api.graph_nav.GetLocalizationStateResponse.
-    """
+def is_localized(state: graph_nav_pb2.GetLocalizationStateResponse) -> bool:
+    """Whether GraphNav knows where the robot is: a lost robot keeps the waypoint at which it was last sure."""
     return bool(state.localization.waypoint_id) and not state.lost_detector_state.is_lost
 
 

@@ -7,9 +7,9 @@ A robot forgets its map when it restarts. The folder holds `graph`, `waypoint_sn
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
-from bosdyn.api.graph_nav import map_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2
 from bosdyn.client.exceptions import ResponseError
 from google.protobuf.message import DecodeError
 
@@ -18,6 +18,7 @@ from recorders.spot.errors import MapRefused
 from workbench.errors import FileMissing, MalformedFile
 
 UPLOAD_TIMEOUT_S = 60.0
+MapPart = TypeVar("MapPart", map_pb2.Graph, map_pb2.WaypointSnapshot, map_pb2.EdgeSnapshot)
 MAP_FOLDER = "Give the folder of a recorded GraphNav map"
 
 
@@ -44,7 +45,7 @@ def upload_map(connection: Connection, folder: Path) -> int:
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
         client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
-        answer = client.upload_graph(
+        answer: graph_nav_pb2.UploadGraphResponse = client.upload_graph(
             wallet.advance().lease_proto,  # unlike other calls, these two do not take it from the wallet themselves
             graph,
             generate_new_anchoring=not graph.anchoring.anchors,
@@ -61,7 +62,7 @@ def upload_map(connection: Connection, folder: Path) -> int:
     return len(graph.waypoints)
 
 
-def _read(message: Any, path: Path) -> Any:
+def _read(message: MapPart, path: Path) -> MapPart:
     if not path.is_file():
         raise FileMissing(path)
     data = path.read_bytes()

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bosdyn.api import robot_state_pb2
+from bosdyn.api import geometry_pb2, image_pb2, local_grid_pb2, robot_state_pb2, world_object_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 from bosdyn.client.image import build_image_request
 from bosdyn.client.math_helpers import SE3Pose
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.spot import foxglove
 from recorders.spot.clock import SyncedClock
@@ -55,7 +57,7 @@ class _Known:
     """What one sense learns and another needs: where the body is on the map, and what was last said of it."""
 
     def __init__(self) -> None:
-        self.map_tform_body: Any = None
+        self.map_tform_body: geometry_pb2.SE3Pose | None = None
         self.map_tform_odom: SE3Pose | None = None
         self.told_status_ns = 0
         self.faults: tuple[str, ...] = ()
@@ -94,7 +96,7 @@ def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
             raise UnknownName("camera", name, known, f"the robot at {connection.address}")
 
 
-def our_ns(session: Session, stamp: Any) -> int:
+def our_ns(session: Session, stamp: Timestamp) -> int:
     """Our time of a robot's stamp; now, when it has none."""
     robot_ns = stamp.seconds * NANO + stamp.nanos
     return session.connection.clock.from_robot(robot_ns) if robot_ns else session.now_ns()
@@ -105,7 +107,9 @@ def _ask(session: Session, service: str) -> Any:
 
 
 def _localization(session: Session, known: _Known) -> None:
-    answer = _ask(session, "graph-nav-service").get_localization_state(timeout=session.connection.timeout_s)
+    answer: graph_nav_pb2.GetLocalizationStateResponse = _ask(session, "graph-nav-service").get_localization_state(
+        timeout=session.connection.timeout_s
+    )
     place = answer.localization
     if not is_localized(answer):
         known.map_tform_body = known.map_tform_odom = None
@@ -122,7 +126,9 @@ def _localization(session: Session, known: _Known) -> None:
 
 
 def _state(session: Session, known: _Known) -> None:
-    state = _ask(session, "robot-state").get_robot_state(timeout=session.connection.timeout_s)
+    state: robot_state_pb2.RobotState = _ask(session, "robot-state").get_robot_state(
+        timeout=session.connection.timeout_s
+    )
     frames = state.kinematic_state.transforms_snapshot
     at = our_ns(session, state.kinematic_state.acquisition_timestamp)
     odom = tform(frames, ODOM_FRAME_NAME, BODY_FRAME_NAME)
@@ -142,7 +148,7 @@ def _state(session: Session, known: _Known) -> None:
         session.tell(_status(state, at, faults, localized=known.map_tform_body is not None))
 
 
-def _status(state: Any, at: int, faults: tuple[str, ...], *, localized: bool) -> RobotStatus:
+def _status(state: robot_state_pb2.RobotState, at: int, faults: tuple[str, ...], *, localized: bool) -> RobotStatus:
     power = state.power_state
     motors = robot_state_pb2.PowerState.MotorPowerState.Name(power.motor_power_state)
     stopped = robot_state_pb2.EStopState.STATE_ESTOPPED
@@ -159,9 +165,7 @@ def _status(state: Any, at: int, faults: tuple[str, ...], *, localized: bool) ->
 
 
 def _fiducials(session: Session, known: _Known) -> None:
-    from bosdyn.api import world_object_pb2
-
-    answer = _ask(session, "world-objects").list_world_objects(
+    answer: world_object_pb2.ListWorldObjectResponse = _ask(session, "world-objects").list_world_objects(
         object_type=[world_object_pb2.WORLD_OBJECT_APRILTAG], timeout=session.connection.timeout_s
     )
     now = session.now_ns()
@@ -184,7 +188,10 @@ def _images(session: Session, known: _Known) -> None:
     requests = [
         build_image_request(name, quality_percent=rates.image_quality, resize_ratio=ratio) for name in rates.cameras
     ]
-    for answer in _ask(session, "image").get_image(requests, timeout=session.connection.timeout_s):
+    answers: list[image_pb2.ImageResponse] = _ask(session, "image").get_image(
+        requests, timeout=session.connection.timeout_s
+    )
+    for answer in answers:
         name = answer.source.name
         at = our_ns(session, answer.shot.acquisition_time)
         image = foxglove.picture(answer.shot, at)
@@ -207,7 +214,7 @@ def _short(source: str) -> str:
 
 
 def _grid(session: Session) -> None:
-    answers = _ask(session, "local-grid-service").get_local_grids(
+    answers: list[local_grid_pb2.LocalGridResponse] = _ask(session, "local-grid-service").get_local_grids(
         ["obstacle_distance"], timeout=session.connection.timeout_s
     )
     for answer in answers:
@@ -222,8 +229,5 @@ def _grid(session: Session) -> None:
 
 def _clock(session: Session) -> None:
     clock = session.connection.clock
-    trip = 0
-    if isinstance(clock, SyncedClock):
-        duration = session.connection.robot.time_sync.endpoint.round_trip_time
-        trip = 0 if duration is None else duration.seconds * NANO + duration.nanos
+    trip = clock.round_trip_ns() if isinstance(clock, SyncedClock) else 0
     session.tell(ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip))

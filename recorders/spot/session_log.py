@@ -138,7 +138,9 @@ def record_session(
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = Derivation(site=plan.site, task=task, costs=ROBOT, tell=recorder.record)
         session.watch = derived
-        keys = KeyBoard(stop, lambda key: _key_pressed(key, keys, session, ending, kept), stop_keys=("\x03",))
+        keys: KeyBoard = KeyBoard(
+            stop, lambda key: _key_pressed(key, keys, session, ending, kept), stop_keys=("\x03",)
+        )
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with signals_press(stop), session, keys:

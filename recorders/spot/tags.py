@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import cos, sin
-from typing import Any
 
+from bosdyn.api import geometry_pb2, world_object_pb2
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import SE3Pose
 
@@ -37,7 +37,9 @@ class TagSighting:
     stamp_ns: int
 
 
-def read_tags(objects: Iterable[Any], map_tform_body: Any, clock: SessionClock) -> tuple[TagSighting, ...]:
+def read_tags(
+    objects: Iterable[world_object_pb2.WorldObject], map_tform_body: geometry_pb2.SE3Pose, clock: SessionClock
+) -> tuple[TagSighting, ...]:
     """The fiducials among world objects, by the body's place on the map now."""
     placed = SE3Pose.from_proto(map_tform_body)
     found: list[TagSighting] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2
@@ -21,6 +21,7 @@ from workbench.worlds.house import LocationId
 if TYPE_CHECKING:
     from recorders.spot.world import SpotWorld
 
+_Status: TypeAlias = "graph_nav_pb2.NavigationFeedbackResponse.Status.ValueType"
 _Goal = Callable[[int | None], int]
 """Sends the robot on its way, as a new command or as the one with this number; returns the number."""
 
@@ -70,7 +71,7 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
     return _how_it_ended(status)
 
 
-def _how_it_ended(status: int) -> str:
+def _how_it_ended(status: _Status) -> str:
     answer = graph_nav_pb2.NavigationFeedbackResponse
     if status == answer.STATUS_LEASE_ERROR:
         raise RunStopped(LEASE_LOST)
@@ -81,9 +82,12 @@ def _how_it_ended(status: int) -> str:
     return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
 
 
-def _status(world: SpotWorld, number: int) -> int:
+def _status(world: SpotWorld, number: int) -> _Status:
     timeout_s = world.connection.timeout_s
-    return int(world.call(lambda: world.graph_nav().navigation_feedback(number, timeout=timeout_s)).status)
+    answer: graph_nav_pb2.NavigationFeedbackResponse = world.call(
+        lambda: world.graph_nav().navigation_feedback(number, timeout=timeout_s)
+    )
+    return answer.status
 
 
 def keep_going(world: SpotWorld, goal: _Goal, number: int | None) -> int:
@@ -115,7 +119,9 @@ def way_to(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
             waypoint, lasts_s, travel_params=travel, command_id=number, timeout=timeout_s
         )
     place = in_seed(world.site, pose)
-    state = world.call(lambda: client.get_localization_state(timeout=timeout_s))
+    state: graph_nav_pb2.GetLocalizationStateResponse = world.call(
+        lambda: client.get_localization_state(timeout=timeout_s)
+    )
     place.position.z = state.localization.seed_tform_body.position.z
     return lambda number: client.navigate_to_anchor(
         place, lasts_s, travel_params=travel, command_id=number, timeout=timeout_s

@@ -12,8 +12,8 @@ from math import hypot
 from types import MappingProxyType
 from typing import Any, TypeVar, final
 
-from bosdyn.api import geometry_pb2
-from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
+from bosdyn.api import geometry_pb2, robot_state_pb2, world_object_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2, nav_pb2
 from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 from bosdyn.client.lease import Error as LeaseClientError
@@ -164,7 +164,8 @@ class SpotWorld:
             NoMap: the robot has none.
             WaypointMissing: the site's waypoints are not on it.
         """
-        graph = self.call(lambda: self.graph_nav().download_graph(timeout=self.connection.timeout_s))
+        timeout_s = self.connection.timeout_s
+        graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=timeout_s))
         if not graph.waypoints:
             raise NoMap(str(self.connection.address))
         named: dict[str, list[str]] = {}
@@ -203,7 +204,7 @@ class SpotWorld:
 
     def sightings(self) -> tuple[TagSighting, ...] | None:
         """The tags that the robot sees now, on the map; None while it is not localised."""
-        objects = self.call(
+        objects: world_object_pb2.ListWorldObjectResponse = self.call(
             lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
         )
         body = self.body_pose()
@@ -211,7 +212,10 @@ class SpotWorld:
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """Where the body is on the map, or None while it is not localised."""
-        state = self.call(lambda: self.graph_nav().get_localization_state(timeout=self.connection.timeout_s))
+        timeout_s = self.connection.timeout_s
+        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
+            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
+        )
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
@@ -249,7 +253,7 @@ class SpotWorld:
                 self.wait(self.settings.poll_s)
 
     def graph_nav(self) -> Any:
-        """The SDK's client of GraphNav."""
+        """The SDK's client of GraphNav; its methods have no types."""
         return self.connection.client("graph-nav-service")
 
     def _handled(self, start_ns: int, reason: str) -> Done | Refused:
@@ -259,7 +263,9 @@ class SpotWorld:
 
     def _localize(self) -> bool:
         def find() -> None:
-            state = self.connection.client("robot-state").get_robot_state(timeout=self.connection.timeout_s)
+            state: robot_state_pb2.RobotState = self.connection.client("robot-state").get_robot_state(
+                timeout=self.connection.timeout_s
+            )
             body = tform(state.kinematic_state.transforms_snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
             self.graph_nav().set_localization(
                 initial_guess_localization=nav_pb2.Localization(),

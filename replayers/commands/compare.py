@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -41,7 +42,7 @@ def compare(
     from replayers.replay_frames import replays_frame, steps_frame
     from replayers.stored_replays import replays_in
     from workbench.errors import MalformedFile
-    from workbench.terminal import emit_json, emit_table, say
+    from workbench.terminal import emit_json, say
 
     skipped: list[MalformedFile] = []
     records = list(replays_in(folder, on_skipped=skipped.append))
@@ -64,6 +65,15 @@ def compare(
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
+    _tell(rows, changed, broken)
+    if frames:
+        say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
+
+
+def _tell(rows: list[dict[str, Any]], changed: Sequence[str], broken: list[dict[str, Any]]) -> None:
+    """The table, and what to know when reading it."""
+    from workbench.terminal import emit_table, say
+
     if rows:
         emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
     for place in changed:
@@ -73,8 +83,6 @@ def compare(
             f"note: {one['strategy']} broke on {one['logs']} of {one['replays']} logs; "
             f"they are left out of its pairs: {one['reason']}"
         )
-    if frames:
-        say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
 
 
 def _broken(records: list[StoredReplay]) -> list[dict[str, Any]]:

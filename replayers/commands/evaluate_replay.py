@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +11,7 @@ import typer
 from workbench.options import DryRun, Force, Houses, Json, Split, Workers
 
 if TYPE_CHECKING:
-    from replayers.replay_trials import Counterfactual
+    from replayers.replay_trials import Counterfactual, Plan, Skipped
 
 
 def replay(
@@ -53,28 +54,15 @@ def replay(
 
         lios evaluate replay --houses houses.jsonl.gz --scenarios deliver-3 -n 2000 -j 2 -o replay.csv
     """
-    from dataclasses import asdict
-
-    from replayers.batch import strategies_named
     from replayers.bounds import Budget
     from replayers.ground import Settings
-    from replayers.replay_figures import summary
-    from replayers.replay_trials import Plan, Skipped, counterfactuals, outside, places_for
-    from replayers.sandbox import is_foreign
-    from workbench.errors import BadValue, Failed, OutputExists, WrongKind
-    from workbench.planning.scenarios import family_of
-    from workbench.terminal import emit_json, emit_table, progress, say
+    from replayers.replay_trials import Plan, outside, places_for
+    from workbench.errors import Failed, OutputExists, WrongKind
+    from workbench.terminal import say
 
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
-    names = strategies_named(strategies, with_truth=False)
-    wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
-    for name in names:
-        is_foreign(name)  # refuses what is no strategy
-    for scenario in wanted:
-        family_of(scenario)  # refuses what is no scenario
-    if len(names) < 2:
-        raise BadValue("--strategies", strategies, "two or more: each is replayed over the others' logs")
+    names, wanted = _asked(strategies, scenarios)
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
     places = places_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
@@ -84,37 +72,69 @@ def replay(
     if dry_run:
         say(f"{len(places)} tasks, {len(names)} strategies: {total} counterfactuals")
         return
-    found: list[Counterfactual] = []
-    skipped: list[Skipped] = []
-    for one in progress(counterfactuals(plan, workers=workers), title="replaying", total=total):
-        skipped.append(one) if isinstance(one, Skipped) else found.append(one)
+    found, skipped = _measured(plan, workers=workers, total=total)
     if not found:
         raise Failed(f"no counterfactual could be measured: {skipped[0].reason if skipped else 'no tasks'}")
     if output is not None:
-        _write(
-            output,
-            [
-                asdict(c) | {"inside": c.inside, "exact": c.exact, "covered": c.covered, "within": c.within}
-                for c in found
-            ],
-        )
-    answer: dict[str, Any] = dict(summary(found))
-    by_scenario = [{"scenario": s, **summary([c for c in found if c.scenario == s])} for s in wanted]
+        _write(output, found)
     faults = outside(found)
-    if json:
-        emit_json(answer | {"by_scenario": by_scenario, "skipped": len(skipped), "seed": seed,
-                            "outside": [asdict(c) for c in faults]})  # fmt: skip
-    else:
-        emit_table(
-            [
-                _shown("all", answer),
-                *(_shown(str(row["scenario"]), row) for row in by_scenario if row["counterfactuals"]),
-            ]
-        )
+    _answer(found, faults, wanted, {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
         say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
     if faults:
         raise Failed(f"the truth lies outside the bounds {len(faults)} times in {len(found)}: {faults[0]}")
+
+
+def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of strategies and scenarios; what is none is refused."""
+    from replayers.batch import strategies_named
+    from replayers.sandbox import is_foreign
+    from workbench.errors import BadValue
+    from workbench.planning.scenarios import family_of
+
+    names = strategies_named(strategies, with_truth=False)
+    wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
+    for name in names:
+        is_foreign(name)  # refuses what is no strategy
+    for scenario in wanted:
+        family_of(scenario)  # refuses what is no scenario
+    if len(names) < 2:
+        raise BadValue("--strategies", strategies, "two or more: each is replayed over the others' logs")
+    return names, wanted
+
+
+def _measured(plan: Plan, *, workers: int, total: int) -> tuple[list[Counterfactual], list[Skipped]]:
+    from replayers.replay_trials import Skipped, counterfactuals
+    from workbench.terminal import progress
+
+    found: list[Counterfactual] = []
+    skipped: list[Skipped] = []
+    for one in progress(counterfactuals(plan, workers=workers), title="replaying", total=total):
+        skipped.append(one) if isinstance(one, Skipped) else found.append(one)
+    return found, skipped
+
+
+def _answer(
+    found: list[Counterfactual],
+    faults: Sequence[Counterfactual],
+    scenarios: tuple[str, ...],
+    more: dict[str, int],
+    *,
+    as_json: bool,
+) -> None:
+    """The figures over all, and scenario by scenario."""
+    from dataclasses import asdict
+
+    from replayers.replay_figures import summary
+    from workbench.terminal import emit_json, emit_table
+
+    answer: dict[str, Any] = dict(summary(found))
+    by_scenario = [{"scenario": s, **summary([c for c in found if c.scenario == s])} for s in scenarios]
+    if as_json:
+        emit_json(answer | {"by_scenario": by_scenario, **more, "outside": [asdict(c) for c in faults]})
+    else:
+        counted = [_shown(str(row["scenario"]), row) for row in by_scenario if row["counterfactuals"]]
+        emit_table([_shown("all", answer), *counted])
 
 
 def _shown(title: str, row: dict[str, Any]) -> dict[str, Any]:
@@ -126,9 +146,13 @@ def _shown(title: str, row: dict[str, Any]) -> dict[str, Any]:
     return {"scenario": title, **{name: row[name] for name in names}}
 
 
-def _write(path: Path, rows: list[dict[str, Any]]) -> None:
+def _write(path: Path, found: list[Counterfactual]) -> None:
     import csv
+    from dataclasses import asdict
 
+    rows = [
+        asdict(c) | {"inside": c.inside, "exact": c.exact, "covered": c.covered, "within": c.within} for c in found
+    ]
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path, "w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, fieldnames=list(rows[0]))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from workbench.options import Json
+
+if TYPE_CHECKING:
+    from replayers.spot_experiment import CrossRow, SpotRow
+    from workbench.worlds.site import Site
 
 
 def spot(
@@ -50,25 +54,17 @@ def spot(
         lios evaluate spot --configurations A,B --strategies pes-greedy,model-lios -o spot-logs --json
     """
     import tempfile
-    from dataclasses import asdict
 
     from recorders.spot.errors import require_bosdyn
 
     require_bosdyn()
     from recorders.spot.site_tasks import delivery_of, site_task
-    from replayers.batch import strategies_named
     from replayers.spot_experiment import SpotExperiment, cross_replay, run_experiment
-    from workbench.errors import BadValue
-    from workbench.terminal import emit_json, emit_table, emit_text, progress, say
+    from workbench.terminal import progress, say
     from workbench.worlds.site import load_site
-    from workbench.worlds.site_configurations import configurations_of
 
     place = load_site(site)
-    known = tuple(configurations_of(place))
-    chosen = known if configurations == "all" else tuple(dict.fromkeys(_listed(configurations)))
-    names = strategies_named(strategies, with_truth=True)
-    if not chosen or not names:
-        raise BadValue("configurations and strategies", f"{configurations}; {strategies}", "at least one of each")
+    chosen, names = _asked(place, configurations, strategies)
     with tempfile.TemporaryDirectory(prefix="lios-spot-") as scratch:
         experiment = SpotExperiment(
             site=place,
@@ -86,28 +82,57 @@ def spot(
         total = len(chosen) * len(names)
         rows = list(progress(run_experiment(experiment), title="running", total=total))
         crossed = list(progress(cross_replay(rows), title="replaying")) if cross else []
-    shown = [{**asdict(row), "log": str(row.log) if output is not None else None} for row in rows]
-    inside = sum(row.inside for row in crossed)
     if json:
-        emit_json(
-            {
-                "rows": shown,
-                "replayed": [asdict(row) for row in crossed],
-                "inside_bounds": inside / len(crossed) if crossed else None,
-                "seed": seed,
-            }
-        )
+        _emit(rows, crossed, seed=seed, kept=output is not None)
         return
+    _tell(rows, crossed)
+    if output is not None:
+        say(f"Logs in {output}. Next: lios view {output}/spot_{chosen[0]}_{names[0]}.mcap")
+
+
+def _asked(place: Site, configurations: str, strategies: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The configurations and the strategies, by name."""
+    from replayers.batch import strategies_named
+    from workbench.errors import BadValue
+    from workbench.worlds.site_configurations import configurations_of
+
+    known = tuple(configurations_of(place))
+    chosen = known if configurations == "all" else tuple(dict.fromkeys(_listed(configurations)))
+    names = strategies_named(strategies, with_truth=True)
+    if not chosen or not names:
+        raise BadValue("configurations and strategies", f"{configurations}; {strategies}", "at least one of each")
+    return chosen, names
+
+
+def _emit(rows: list[SpotRow], crossed: list[CrossRow], *, seed: int, kept: bool) -> None:
+    """The answer for machines; a log has a place only where logs are kept."""
+    from dataclasses import asdict
+
+    from workbench.terminal import emit_json
+
+    emit_json(
+        {
+            "rows": [{**asdict(row), "log": str(row.log) if kept else None} for row in rows],
+            "replayed": [asdict(row) for row in crossed],
+            "inside_bounds": sum(row.inside for row in crossed) / len(crossed) if crossed else None,
+            "seed": seed,
+        }
+    )
+
+
+def _tell(rows: list[SpotRow], crossed: list[CrossRow]) -> None:
+    from dataclasses import asdict
+
+    from workbench.terminal import emit_table, emit_text
+
     columns = ("configuration", "strategy", "status", "seconds", "searches", "cost", "travel_m")
-    emit_table(shown, columns=(*columns, "paper_seconds", "paper_searches"))
+    emit_table([asdict(row) for row in rows], columns=(*columns, "paper_seconds", "paper_searches"))
     if crossed:
-        exact = sum(row.exact for row in crossed)
+        exact, inside = sum(row.exact for row in crossed), sum(row.inside for row in crossed)
         emit_text(
             f"Replayed over one another's logs: {len(crossed)} counterfactuals, {exact} exact; "
             f"{inside} of the costs of the real runs lie within the bounds."
         )
-    if output is not None:
-        say(f"Logs in {output}. Next: lios view {output}/spot_{chosen[0]}_{names[0]}.mcap")
 
 
 def _listed(text: str) -> list[str]:

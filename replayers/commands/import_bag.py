@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from workbench.options import Force, Json
+
+if TYPE_CHECKING:
+    from replayers.importers.importing import ImportPlan, ImportReport
 
 
 def import_bag(
@@ -35,15 +38,12 @@ def import_bag(
 
         lios import rosbag2_2026_01_05/ --site home/site.yaml -m spot_ros2 --json
     """
-    from dataclasses import asdict
-
     from recorders.spot.site_tasks import site_task
     from replayers.importers.bags import open_bag
     from replayers.importers.importing import ImportPlan
     from replayers.importers.importing import import_bag as read_into_log
     from replayers.importers.mapping import load_mapping
     from workbench.errors import OutputExists
-    from workbench.terminal import emit_json, say
     from workbench.worlds.site import load_site
 
     if output.exists() and not force:
@@ -58,23 +58,37 @@ def import_bag(
             estimator=estimator,
         )
         report = read_into_log(opened, plan, output, force=force)
-    ended = report.ended
     if json:
-        emit_json(
-            {
-                "log": str(output),
-                "mapping": plan.mapping.name,
-                "status": ended.status,
-                "seconds": report.seconds,
-                "searches": ended.searches,
-                "moves": report.moves,
-                "messages": report.messages,
-                "unmapped": list(report.unmapped),
-                "unknown_tags": list(report.unknown_tags),
-                "ended": asdict(ended),
-            }
-        )
-        return
+        _emit(report, plan, output)
+    else:
+        _tell(report, plan, bag, output)
+
+
+def _emit(report: ImportReport, plan: ImportPlan, output: Path) -> None:
+    from dataclasses import asdict
+
+    from workbench.terminal import emit_json
+
+    emit_json(
+        {
+            "log": str(output),
+            "mapping": plan.mapping.name,
+            "status": report.ended.status,
+            "seconds": report.seconds,
+            "searches": report.ended.searches,
+            "moves": report.moves,
+            "messages": report.messages,
+            "unmapped": list(report.unmapped),
+            "unknown_tags": list(report.unknown_tags),
+            "ended": asdict(report.ended),
+        }
+    )
+
+
+def _tell(report: ImportReport, plan: ImportPlan, bag: Path, output: Path) -> None:
+    from workbench.terminal import say
+
+    ended = report.ended
     say(f"{bag} by mapping {plan.mapping.name}: {report.seconds:.0f} s, {sum(report.messages.values())} messages")
     say(f"{ended.searches} containers looked into, {ended.travel_m:.1f} m walked; {ended.status}: {ended.reason}")
     if report.unknown_tags:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Any
 
+import grpc
 from bosdyn.api import (
     arm_command_pb2,
     basic_command_pb2,
@@ -15,6 +15,7 @@ from bosdyn.api import (
     robot_command_service_pb2_grpc,
     synchronized_command_pb2,
 )
+from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.spot.simulated.body import Motors, WalkState
 from recorders.spot.simulated.frames import pose_in_map
@@ -32,7 +33,9 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def RobotCommand(self, request: Any, context: Any) -> Any:
+    def RobotCommand(
+        self, request: robot_command_pb2.RobotCommandRequest, context: grpc.ServicerContext
+    ) -> robot_command_pb2.RobotCommandResponse:
         answer = robot_command_pb2.RobotCommandResponse
         with self._state.alive() as state:
             used = state.leases.use(request.lease)
@@ -51,7 +54,9 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             response.robot_command_id = number or 0
             return response
 
-    def RobotCommandFeedback(self, request: Any, context: Any) -> Any:
+    def RobotCommandFeedback(
+        self, request: robot_command_pb2.RobotCommandFeedbackRequest, context: grpc.ServicerContext
+    ) -> robot_command_pb2.RobotCommandFeedbackResponse:
         with self._state.alive() as state:
             kind = state.commands.get(request.robot_command_id, "")
             feedback = robot_command_pb2.RobotCommandFeedback()
@@ -68,11 +73,13 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
                 feedback.synchronized_feedback.CopyFrom(_feedback(state, kind, request.robot_command_id))
             return robot_command_pb2.RobotCommandFeedbackResponse(header=header_of(state, request), feedback=feedback)
 
-    def ClearBehaviorFault(self, request: Any, context: Any) -> Any:
+    def ClearBehaviorFault(
+        self, request: robot_command_pb2.ClearBehaviorFaultRequest, context: grpc.ServicerContext
+    ) -> robot_command_pb2.ClearBehaviorFaultResponse:
         answer = robot_command_pb2.ClearBehaviorFaultResponse
         return answer(header=header_of(self._state, request), status=answer.STATUS_CLEARED)
 
-    def _obey(self, state: RobotState, command: Any) -> int | None:
+    def _obey(self, state: RobotState, command: robot_command_pb2.RobotCommand) -> int | None:
         body, full, sync = state.body, command.full_body_command, command.synchronized_command
         if full.HasField("safe_power_off_request"):
             body.power_off()
@@ -104,7 +111,7 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             number = number or state.number("gripper")
         return number
 
-    def _move(self, state: RobotState, command: Any) -> int | None:
+    def _move(self, state: RobotState, command: mobility_command_pb2.MobilityCommand.Request) -> int | None:
         body = state.body
         if command.HasField("se2_trajectory_request"):
             wanted = command.se2_trajectory_request
@@ -127,7 +134,7 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
         return None
 
 
-def lasts_s(state: RobotState, end_time: Any) -> float:
+def lasts_s(state: RobotState, end_time: Timestamp) -> float:
     """For how many seconds of the body's life a command may go on."""
     left = (end_time.seconds * NANO + end_time.nanos - state.clock.robot_ns()) / NANO
     return left * getattr(state.clock, "speed_up", 1.0)

@@ -18,7 +18,7 @@ CUT, NONE = estop_pb2.ESTOP_LEVEL_CUT, estop_pb2.ESTOP_LEVEL_NONE
 @dataclass(slots=True)
 class Endpoint:
     proto: estop_pb2.EstopEndpoint
-    level: int = CUT
+    level: estop_pb2.EstopStopLevel.ValueType = CUT
     challenge: int = 1
     heard_s: float = 0.0
 
@@ -68,7 +68,9 @@ class EstopBoard:
     def deregister(self, unique_id: str) -> bool:
         return self.endpoints.pop(unique_id, None) is not None
 
-    def check_in(self, request: estop_pb2.EstopCheckInRequest) -> tuple[int, int]:
+    def check_in(
+        self, request: estop_pb2.EstopCheckInRequest
+    ) -> tuple[estop_pb2.EstopCheckInResponse.Status.ValueType, int]:
         """The status and the next challenge."""
         endpoint = self.endpoints.get(request.endpoint.unique_id)
         if endpoint is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from bosdyn.api.graph_nav import map_pb2
 
 from recorders.spot.simulated.body import Body, wrapped
@@ -76,7 +74,7 @@ def _graph_of(waypoints: dict[str, Pose], site: Site) -> map_pb2.Graph:
 
 def _tree(names: list[str], site: Site) -> list[tuple[str, str]]:
     """A spanning tree of the waypoints by walking distance (Prim)."""
-    metres: Any = site.travel.metres
+    metres = site.travel.metres
     joined, edges = [0], []
     while len(joined) < len(names):
         _, a, b = min((metres[i, j], i, j) for i in joined for j in range(len(names)) if j not in joined)

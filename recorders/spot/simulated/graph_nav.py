@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
-from bosdyn.api import data_chunk_pb2
+import grpc
+from bosdyn.api import data_chunk_pb2, lease_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, graph_nav_service_pb2_grpc, map_pb2, nav_pb2
 
 from recorders.spot.simulated.body import Motors, WalkState
@@ -15,6 +17,14 @@ from recorders.spot.simulated.robot import RobotState
 from recorders.spot.simulated.services import header_of
 from workbench.worlds.geometry import Pose
 
+Navigate = graph_nav_pb2.NavigateToRequest | graph_nav_pb2.NavigateToAnchorRequest
+Upload = TypeVar(
+    "Upload",
+    graph_nav_pb2.UploadGraphStreamingRequest,
+    graph_nav_pb2.UploadWaypointSnapshotRequest,
+    graph_nav_pb2.UploadEdgeSnapshotRequest,
+)
+
 
 class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
     """Localisation by fiducial, ways by the site's map, maps up and down."""
@@ -23,7 +33,9 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
         self._state = state
         self._map = GraphMap(state.site)
 
-    def GetLocalizationState(self, request: Any, context: Any) -> Any:
+    def GetLocalizationState(
+        self, request: graph_nav_pb2.GetLocalizationStateRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.GetLocalizationStateResponse:
         """A robot that is lost keeps the waypoint at which it was last sure, as a Spot does."""
         with self._state.alive() as state:
             response = graph_nav_pb2.GetLocalizationStateResponse(header=header_of(state, request))
@@ -35,7 +47,9 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
                 response.localization.CopyFrom(state.last_localization)
             return response
 
-    def SetLocalization(self, request: Any, context: Any) -> Any:
+    def SetLocalization(
+        self, request: graph_nav_pb2.SetLocalizationRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.SetLocalizationResponse:
         answer = graph_nav_pb2.SetLocalizationResponse
         with self._state.alive() as state:
             guess = request.initial_guess.waypoint_id
@@ -51,7 +65,9 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
                 header=header_of(state, request), status=answer.STATUS_OK, localization=self._localization(state)
             )
 
-    def NavigateTo(self, request: Any, context: Any) -> Any:
+    def NavigateTo(
+        self, request: graph_nav_pb2.NavigateToRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.NavigateToResponse:
         answer = graph_nav_pb2.NavigateToResponse
         with self._state.alive() as state:
             goal = self._map.waypoints.get(request.destination_waypoint_id)
@@ -63,37 +79,63 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
             if request.HasField("destination_waypoint_tform_body_goal"):
                 offset = request.destination_waypoint_tform_body_goal
                 goal = shifted(goal, offset.position.x, offset.position.y, offset.angle)
-            return self._navigate(state, request, goal, answer)
+            used = _used(state, request)
+            status, number = self._set_off(state, request, goal, used)
+            return answer(
+                header=header_of(state, request),
+                lease_use_results=used,
+                status=answer.Status.Value(status),
+                command_id=number,
+            )
 
-    def NavigateToAnchor(self, request: Any, context: Any) -> Any:
+    def NavigateToAnchor(
+        self, request: graph_nav_pb2.NavigateToAnchorRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.NavigateToAnchorResponse:
         answer = graph_nav_pb2.NavigateToAnchorResponse
         with self._state.alive() as state:
             goal = request.seed_tform_goal
             pose = Pose(x_m=goal.position.x, y_m=goal.position.y, yaw_rad=yaw_of(goal.rotation))
-            return self._navigate(state, request, pose, answer)
+            used = _used(state, request)
+            status, number = self._set_off(state, request, pose, used)
+            return answer(
+                header=header_of(state, request),
+                lease_use_results=used,
+                status=answer.Status.Value(status),
+                command_id=number,
+            )
 
-    def NavigationFeedback(self, request: Any, context: Any) -> Any:
+    def NavigationFeedback(
+        self, request: graph_nav_pb2.NavigationFeedbackRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.NavigationFeedbackResponse:
         with self._state.alive() as state:
             return _navigation_feedback(state, request)
 
-    def DownloadGraph(self, request: Any, context: Any) -> Any:
+    def DownloadGraph(
+        self, request: graph_nav_pb2.DownloadGraphRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.DownloadGraphResponse:
         with self._state.alive() as state:
             return graph_nav_pb2.DownloadGraphResponse(header=header_of(state, request), graph=self._map.graph)
 
-    def DownloadGraphStreaming(self, request: Any, context: Any) -> Any:
+    def DownloadGraphStreaming(
+        self, request: graph_nav_pb2.DownloadGraphRequest, context: grpc.ServicerContext
+    ) -> Iterator[graph_nav_pb2.DownloadGraphStreamingResponse]:
         graph = self.DownloadGraph(request, context).SerializeToString()
         yield graph_nav_pb2.DownloadGraphStreamingResponse(
             header=header_of(self._state, request), chunk=_chunk(graph)
         )
 
-    def DownloadWaypointSnapshot(self, request: Any, context: Any) -> Any:
+    def DownloadWaypointSnapshot(
+        self, request: graph_nav_pb2.DownloadWaypointSnapshotRequest, context: grpc.ServicerContext
+    ) -> Iterator[graph_nav_pb2.DownloadWaypointSnapshotResponse]:
         name = request.waypoint_snapshot_id
         answer = graph_nav_pb2.DownloadWaypointSnapshotResponse
         data = self._map.snapshots.get(name) or map_pb2.WaypointSnapshot(id=name).SerializeToString()
         header = header_of(self._state, request)
         yield answer(header=header, status=answer.STATUS_OK, waypoint_snapshot_id=name, chunk=_chunk(data))
 
-    def ClearGraph(self, request: Any, context: Any) -> Any:
+    def ClearGraph(
+        self, request: graph_nav_pb2.ClearGraphRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.ClearGraphResponse:
         answer = graph_nav_pb2.ClearGraphResponse
         with self._state.alive() as state:
             used = state.leases.use(request.lease)
@@ -102,7 +144,9 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
                 state.localized, state.last_localization = False, None
             return answer(header=header_of(state, request), lease_use_result=used, status=answer.STATUS_OK)
 
-    def UploadGraph(self, request: Any, context: Any) -> Any:
+    def UploadGraph(
+        self, request: graph_nav_pb2.UploadGraphRequest, context: grpc.ServicerContext
+    ) -> graph_nav_pb2.UploadGraphResponse:
         answer = graph_nav_pb2.UploadGraphResponse
         with self._state.alive() as state:
             used = state.leases.use(request.lease)
@@ -115,49 +159,53 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
                 unknown_waypoint_snapshot_ids=self._map.unknown_snapshots(request.graph),
             )
 
-    def UploadGraphStreaming(self, request_iterator: Any, context: Any) -> Any:
+    def UploadGraphStreaming(
+        self, request_iterator: Iterator[graph_nav_pb2.UploadGraphStreamingRequest], context: grpc.ServicerContext
+    ) -> graph_nav_pb2.UploadGraphResponse:
         _, data = _joined(request_iterator)
         return self.UploadGraph(graph_nav_pb2.UploadGraphRequest.FromString(data), context)
 
-    def UploadWaypointSnapshot(self, request_iterator: Any, context: Any) -> Any:
+    def UploadWaypointSnapshot(
+        self, request_iterator: Iterator[graph_nav_pb2.UploadWaypointSnapshotRequest], context: grpc.ServicerContext
+    ) -> graph_nav_pb2.UploadWaypointSnapshotResponse:
         answer = graph_nav_pb2.UploadWaypointSnapshotResponse
         first, data = _joined(request_iterator)
         with self._state.alive() as state:
             self._map.snapshots[map_pb2.WaypointSnapshot.FromString(data).id] = data
             return answer(header=header_of(state, first), status=answer.STATUS_OK)
 
-    def UploadEdgeSnapshot(self, request_iterator: Any, context: Any) -> Any:
+    def UploadEdgeSnapshot(
+        self, request_iterator: Iterator[graph_nav_pb2.UploadEdgeSnapshotRequest], context: grpc.ServicerContext
+    ) -> graph_nav_pb2.UploadEdgeSnapshotResponse:
         first, _ = _joined(request_iterator)
         return graph_nav_pb2.UploadEdgeSnapshotResponse(header=header_of(self._state, first))
 
-    def _navigate(self, state: RobotState, request: Any, goal: Pose, answer: Any) -> Any:
-        results = _used(state, request)
-        response = answer(header=header_of(state, request), lease_use_results=results)
+    def _set_off(
+        self, state: RobotState, request: Navigate, goal: Pose, used: Sequence[lease_pb2.LeaseUseResult]
+    ) -> tuple[str, int]:
+        """Sends the robot there, or on; the status, by the name that both requests' answers have for it, and the
+        command's number, 0 when there is none."""
         lasts = lasts_s(state, request.end_time)
-        if any(result.status != result.STATUS_OK for result in results) or not results:
-            response.status = answer.STATUS_OK
-            return response
+        if any(result.status != result.STATUS_OK for result in used) or not used:
+            return "STATUS_OK", 0
         if not request.clock_identifier:
-            response.status = answer.STATUS_NO_TIMESYNC
-        elif lasts <= 0:
-            response.status = answer.STATUS_EXPIRED
-        elif state.body.motors is not Motors.ON:
-            response.status = answer.STATUS_ROBOT_IMPAIRED
-        elif not state.localized:
-            response.status = answer.STATUS_NOT_LOCALIZED_TO_MAP
-        elif request.command_id:
+            return "STATUS_NO_TIMESYNC", 0
+        if lasts <= 0:
+            return "STATUS_EXPIRED", 0
+        if state.body.motors is not Motors.ON:
+            return "STATUS_ROBOT_IMPAIRED", 0
+        if not state.localized:
+            return "STATUS_NOT_LOCALIZED_TO_MAP", 0
+        if request.command_id:
             walk = state.body.walk
-            known = walk is not None and walk.number == request.command_id and walk.state is not WalkState.EXPIRED
-            response.status = answer.STATUS_OK if known else answer.STATUS_UNRECOGNIZED_COMMAND
-            if known and walk is not None:
-                walk.end_s, response.command_id = state.body.lived_s + lasts, walk.number
-        else:
-            limit = request.travel_params.velocity_limit.max_vel.linear.x or None
-            turn = not request.travel_params.ignore_final_yaw
-            number = state.walk_to(goal, speed_mps=limit, lasts_s=lasts, turn=turn)
-            response.status = answer.STATUS_NO_PATH if number is None else answer.STATUS_OK
-            response.command_id = number or 0
-        return response
+            if walk is None or walk.number != request.command_id or walk.state is WalkState.EXPIRED:
+                return "STATUS_UNRECOGNIZED_COMMAND", 0
+            walk.end_s = state.body.lived_s + lasts
+            return "STATUS_OK", walk.number
+        limit = request.travel_params.velocity_limit.max_vel.linear.x or None
+        turn = not request.travel_params.ignore_final_yaw
+        number = state.walk_to(goal, speed_mps=limit, lasts_s=lasts, turn=turn)
+        return ("STATUS_NO_PATH", 0) if number is None else ("STATUS_OK", number)
 
     def _localization(self, state: RobotState) -> nav_pb2.Localization:
         pose, height = state.body.pose, height_of(state.body)
@@ -175,17 +223,19 @@ def _chunk(data: bytes) -> data_chunk_pb2.DataChunk:
     return data_chunk_pb2.DataChunk(total_size=len(data), data=data)
 
 
-def _joined(requests: Any) -> tuple[Any, bytes]:
+def _joined(requests: Iterable[Upload]) -> tuple[Upload, bytes]:
     """The first request of a stream, for its header, and the data of all."""
     taken = list(requests)
     return taken[0], b"".join(request.chunk.data for request in taken)
 
 
-def _used(state: RobotState, request: Any) -> list[Any]:
+def _used(state: RobotState, request: Navigate) -> list[lease_pb2.LeaseUseResult]:
     return [state.leases.use(lease) for lease in request.leases]
 
 
-def _navigation_feedback(state: RobotState, request: Any) -> Any:
+def _navigation_feedback(
+    state: RobotState, request: graph_nav_pb2.NavigationFeedbackRequest
+) -> graph_nav_pb2.NavigationFeedbackResponse:
     answer = graph_nav_pb2.NavigationFeedbackResponse
     walk = state.body.walk
     response = answer(header=header_of(state, request))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import grpc
 import numpy as np
 from bosdyn.api import image_pb2, image_service_pb2_grpc
 
@@ -30,13 +29,17 @@ class Images(image_service_pb2_grpc.ImageServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def ListImageSources(self, request: Any, context: Any) -> Any:
+    def ListImageSources(
+        self, request: image_pb2.ListImageSourcesRequest, context: grpc.ServicerContext
+    ) -> image_pb2.ListImageSourcesResponse:
         return image_pb2.ListImageSourcesResponse(
             header=header_of(self._state, request),
             image_sources=[*(_source(name) for name in _cameras(self._state)), _depth_source()],
         )
 
-    def GetImage(self, request: Any, context: Any) -> Any:
+    def GetImage(
+        self, request: image_pb2.GetImageRequest, context: grpc.ServicerContext
+    ) -> image_pb2.GetImageResponse:
         with self._state.alive() as state:
             pose, now = state.body.pose, stamp(state.clock.robot_ns())
             headings = {**CAMERAS, DEPTH_SOURCE: DEPTH_HEADING_RAD}
@@ -88,7 +91,7 @@ def _frame(name: str) -> str:
     return name.removesuffix("_image")
 
 
-def _pixels(name: str) -> Any:
+def _pixels(name: str) -> image_pb2.Image.PixelFormat.ValueType:
     hand = name.startswith("hand")
     return image_pb2.Image.PIXEL_FORMAT_RGB_U8 if hand else image_pb2.Image.PIXEL_FORMAT_GREYSCALE_U8
 

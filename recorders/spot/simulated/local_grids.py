@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
+import grpc
 import numpy as np
+import numpy.typing as npt
 from bosdyn.api import local_grid_pb2, local_grid_service_pb2_grpc
 from scipy.ndimage import distance_transform_edt
 
@@ -24,11 +25,15 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def GetLocalGridTypes(self, request: Any, context: Any) -> Any:
+    def GetLocalGridTypes(
+        self, request: local_grid_pb2.GetLocalGridTypesRequest, context: grpc.ServicerContext
+    ) -> local_grid_pb2.GetLocalGridTypesResponse:
         types = [local_grid_pb2.LocalGridType(name=name) for name in GRIDS]
         return local_grid_pb2.GetLocalGridTypesResponse(header=header_of(self._state, request), local_grid_type=types)
 
-    def GetLocalGrids(self, request: Any, context: Any) -> Any:
+    def GetLocalGrids(
+        self, request: local_grid_pb2.GetLocalGridsRequest, context: grpc.ServicerContext
+    ) -> local_grid_pb2.GetLocalGridsResponse:
         with self._state.alive() as state:
             response = local_grid_pb2.GetLocalGridsResponse(header=header_of(state, request))
             for wanted in request.local_grid_requests:
@@ -44,7 +49,7 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
 
     def _grid(self, state: RobotState, name: str) -> local_grid_pb2.LocalGrid:
         half = GRID_CELLS * GRID_CELL_M / 2
-        axis = (np.arange(GRID_CELLS) + 0.5) * GRID_CELL_M - half
+        axis = (np.arange(GRID_CELLS, dtype=np.float64) + 0.5) * GRID_CELL_M - half
         metres = self._clearance(state, axis)
         cells = np.round(metres / CELL_SCALE).astype(np.int16)
         if name == "no_step":
@@ -67,7 +72,7 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
             cell_value_offset=0.0,
         )
 
-    def _clearance(self, state: RobotState, axis: Any) -> Any:
+    def _clearance(self, state: RobotState, axis: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Metres to the nearest obstacle, shape (cells along y, cells along x) of the body frame."""
         grid = state.site.grid
         if grid is None:
@@ -82,12 +87,12 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
         return np.minimum(self._far[row, column], 3.0)
 
     @cached_property
-    def _far(self) -> Any:
+    def _far(self) -> npt.NDArray[np.float64]:
         grid = self._state.site.grid
         assert grid is not None
         return np.asarray(distance_transform_edt(~grid.occupied)) * grid.resolution_m
 
 
-def _run_lengths(cells: Any) -> tuple[Any, Any]:
+def _run_lengths(cells: npt.NDArray[np.int16]) -> tuple[npt.NDArray[np.int16], npt.NDArray[np.int64]]:
     starts = np.flatnonzero(np.concatenate(([True], cells[1:] != cells[:-1])))
     return cells[starts], np.diff(np.concatenate((starts, [cells.size])))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import grpc
 from bosdyn.api import manipulation_api_pb2, manipulation_api_service_pb2_grpc
 
 from recorders.spot.simulated.body import Motors
@@ -18,7 +17,9 @@ class Manipulation(manipulation_api_service_pb2_grpc.ManipulationApiServiceServi
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def ManipulationApi(self, request: Any, context: Any) -> Any:
+    def ManipulationApi(
+        self, request: manipulation_api_pb2.ManipulationApiRequest, context: grpc.ServicerContext
+    ) -> manipulation_api_pb2.ManipulationApiResponse:
         with self._state.alive() as state:
             used = state.leases.use(request.lease)
             response = manipulation_api_pb2.ManipulationApiResponse(
@@ -35,7 +36,9 @@ class Manipulation(manipulation_api_service_pb2_grpc.ManipulationApiServiceServi
                 response.manipulation_cmd_id = state.number("grasp")
             return response
 
-    def ManipulationApiFeedback(self, request: Any, context: Any) -> Any:
+    def ManipulationApiFeedback(
+        self, request: manipulation_api_pb2.ManipulationApiFeedbackRequest, context: grpc.ServicerContext
+    ) -> manipulation_api_pb2.ManipulationApiFeedbackResponse:
         api = manipulation_api_pb2
         with self._state.alive() as state:
             grasp = state.grasp
@@ -60,5 +63,7 @@ class Manipulation(manipulation_api_service_pb2_grpc.ManipulationApiServiceServi
                 transforms_snapshot_manipulation_data=frame_tree(state.body),
             )
 
-    def OverrideGrasp(self, request: Any, context: Any) -> Any:
+    def OverrideGrasp(
+        self, request: manipulation_api_pb2.ApiGraspOverrideRequest, context: grpc.ServicerContext
+    ) -> manipulation_api_pb2.ApiGraspOverrideResponse:
         return manipulation_api_pb2.ApiGraspOverrideResponse(header=header_of(self._state, request))

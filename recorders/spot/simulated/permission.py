@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import grpc
 from bosdyn.api import (
     estop_pb2,
     estop_service_pb2_grpc,
@@ -23,7 +22,9 @@ class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def AcquireLease(self, request: Any, context: Any) -> Any:
+    def AcquireLease(
+        self, request: lease_pb2.AcquireLeaseRequest, context: grpc.ServicerContext
+    ) -> lease_pb2.AcquireLeaseResponse:
         answer = lease_pb2.AcquireLeaseResponse
         with self._state.alive() as state:
             if request.resource != ROOT:
@@ -35,7 +36,9 @@ class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
             owner = state.leases.owner
             return answer(header=header_of(state, request), status=answer.STATUS_OK, lease=lease, lease_owner=owner)
 
-    def TakeLease(self, request: Any, context: Any) -> Any:
+    def TakeLease(
+        self, request: lease_pb2.TakeLeaseRequest, context: grpc.ServicerContext
+    ) -> lease_pb2.TakeLeaseResponse:
         answer = lease_pb2.TakeLeaseResponse
         with self._state.alive() as state:
             if request.resource != ROOT:
@@ -45,7 +48,9 @@ class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
             owner = state.leases.owner
             return answer(header=header_of(state, request), status=answer.STATUS_OK, lease=lease, lease_owner=owner)
 
-    def ReturnLease(self, request: Any, context: Any) -> Any:
+    def ReturnLease(
+        self, request: lease_pb2.ReturnLeaseRequest, context: grpc.ServicerContext
+    ) -> lease_pb2.ReturnLeaseResponse:
         answer = lease_pb2.ReturnLeaseResponse
         with self._state.alive() as state:
             returned = state.leases.give_back(request.lease)
@@ -54,12 +59,16 @@ class Leases(lease_service_pb2_grpc.LeaseServiceServicer):
             status = answer.STATUS_OK if returned else answer.STATUS_NOT_ACTIVE_LEASE
             return answer(header=header_of(state, request), status=status)
 
-    def RetainLease(self, request: Any, context: Any) -> Any:
+    def RetainLease(
+        self, request: lease_pb2.RetainLeaseRequest, context: grpc.ServicerContext
+    ) -> lease_pb2.RetainLeaseResponse:
         with self._state.alive() as state:
             used = state.leases.use(request.lease)
             return lease_pb2.RetainLeaseResponse(header=header_of(state, request), lease_use_result=used)
 
-    def ListLeases(self, request: Any, context: Any) -> Any:
+    def ListLeases(
+        self, request: lease_pb2.ListLeasesRequest, context: grpc.ServicerContext
+    ) -> lease_pb2.ListLeasesResponse:
         with self._state.alive() as state:
             book = state.leases
             resource = lease_pb2.LeaseResource(resource=ROOT, is_stale=book.owner is not None and book.is_free)
@@ -79,7 +88,9 @@ class Estops(estop_service_pb2_grpc.EstopServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def RegisterEstopEndpoint(self, request: Any, context: Any) -> Any:
+    def RegisterEstopEndpoint(
+        self, request: estop_pb2.RegisterEstopEndpointRequest, context: grpc.ServicerContext
+    ) -> estop_pb2.RegisterEstopEndpointResponse:
         answer = estop_pb2.RegisterEstopEndpointResponse
         with self._state.alive() as state:
             if request.target_config_id and request.target_config_id != state.estop.config_id:
@@ -90,7 +101,9 @@ class Estops(estop_service_pb2_grpc.EstopServiceServicer):
             endpoint = state.estop.register(wanted)
             return answer(header=header_of(state, request), status=answer.STATUS_SUCCESS, new_endpoint=endpoint)
 
-    def DeregisterEstopEndpoint(self, request: Any, context: Any) -> Any:
+    def DeregisterEstopEndpoint(
+        self, request: estop_pb2.DeregisterEstopEndpointRequest, context: grpc.ServicerContext
+    ) -> estop_pb2.DeregisterEstopEndpointResponse:
         answer = estop_pb2.DeregisterEstopEndpointResponse
         with self._state.alive() as state:
             if state.body.motors is not Motors.OFF:
@@ -99,19 +112,25 @@ class Estops(estop_service_pb2_grpc.EstopServiceServicer):
             status = answer.STATUS_SUCCESS if gone else answer.STATUS_ENDPOINT_MISMATCH
             return answer(header=header_of(state, request), status=status)
 
-    def EstopCheckIn(self, request: Any, context: Any) -> Any:
+    def EstopCheckIn(
+        self, request: estop_pb2.EstopCheckInRequest, context: grpc.ServicerContext
+    ) -> estop_pb2.EstopCheckInResponse:
         with self._state.alive() as state:
             status, challenge = state.estop.check_in(request)
             return estop_pb2.EstopCheckInResponse(
                 header=header_of(state, request), request=request, challenge=challenge, status=status
             )
 
-    def GetEstopConfig(self, request: Any, context: Any) -> Any:
+    def GetEstopConfig(
+        self, request: estop_pb2.GetEstopConfigRequest, context: grpc.ServicerContext
+    ) -> estop_pb2.GetEstopConfigResponse:
         with self._state.alive() as state:
             config = state.estop.config()
             return estop_pb2.GetEstopConfigResponse(header=header_of(state, request), active_config=config)
 
-    def SetEstopConfig(self, request: Any, context: Any) -> Any:
+    def SetEstopConfig(
+        self, request: estop_pb2.SetEstopConfigRequest, context: grpc.ServicerContext
+    ) -> estop_pb2.SetEstopConfigResponse:
         answer = estop_pb2.SetEstopConfigResponse
         with self._state.alive() as state:
             if state.body.motors is not Motors.OFF:
@@ -122,7 +141,9 @@ class Estops(estop_service_pb2_grpc.EstopServiceServicer):
                 status, config = answer.STATUS_SUCCESS, state.estop.configure(request.config)
             return answer(header=header_of(state, request), status=status, active_config=config)
 
-    def GetEstopSystemStatus(self, request: Any, context: Any) -> Any:
+    def GetEstopSystemStatus(
+        self, request: estop_pb2.GetEstopSystemStatusRequest, context: grpc.ServicerContext
+    ) -> estop_pb2.GetEstopSystemStatusResponse:
         with self._state.alive() as state:
             status = state.estop.status()
             return estop_pb2.GetEstopSystemStatusResponse(header=header_of(state, request), status=status)
@@ -133,7 +154,9 @@ class Power(power_service_pb2_grpc.PowerServiceServicer):
         self._state = state
         self._last = power_pb2.STATUS_SUCCESS
 
-    def PowerCommand(self, request: Any, context: Any) -> Any:
+    def PowerCommand(
+        self, request: power_pb2.PowerCommandRequest, context: grpc.ServicerContext
+    ) -> power_pb2.PowerCommandResponse:
         with self._state.alive() as state:
             used = state.leases.use(request.lease)
             answer = power_pb2.PowerCommandResponse(header=header_of(state, request), lease_use_result=used)
@@ -154,7 +177,9 @@ class Power(power_service_pb2_grpc.PowerServiceServicer):
                 answer.status = power_pb2.STATUS_IN_PROGRESS
             return answer
 
-    def PowerCommandFeedback(self, request: Any, context: Any) -> Any:
+    def PowerCommandFeedback(
+        self, request: power_pb2.PowerCommandFeedbackRequest, context: grpc.ServicerContext
+    ) -> power_pb2.PowerCommandFeedbackResponse:
         with self._state.alive() as state:
             status = {
                 Motors.ON: power_pb2.STATUS_SUCCESS,

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
 
 import numpy as np
+from bosdyn.api import power_pb2
+from bosdyn.api.graph_nav import nav_pb2
 
 from recorders.spot.simulated.body import Body, Walk, WalkState
 from recorders.spot.simulated.clock import RobotClock
@@ -70,7 +71,7 @@ class RobotState:
         things: what carries a tag, wherever it is now.
         last_localization: GraphNav's, kept while it is lost.
         fiducials_from_floor: whether a robot that lies sees a fiducial of the map.
-        power_refusal: a power_pb2.PowerCommandStatus with which motors are refused; 0 for none.
+        power_refusal: a power_pb2.PowerCommandStatus with which motors are refused; STATUS_UNKNOWN for none.
         behaviour_fault: a fault that forbids commands until a person clears it.
         arm_stalls: whether the arm never arrives.
         arm_goal: where the arm was sent last: frame, x, y, z.
@@ -88,9 +89,9 @@ class RobotState:
     estop: EstopBoard = field(default_factory=EstopBoard)
     lock: threading.RLock = field(default_factory=threading.RLock)
     localized: bool = False
-    last_localization: Any = None
+    last_localization: nav_pb2.Localization | None = None
     fiducials_from_floor: bool = True
-    power_refusal: int = 0
+    power_refusal: power_pb2.PowerCommandStatus.ValueType = power_pb2.STATUS_UNKNOWN
     behaviour_fault: bool = False
     arm_stalls: bool = False
     arm_goal: tuple[str, float, float, float] | None = None
@@ -112,7 +113,7 @@ class RobotState:
         return self.body.standing or self.fiducials_from_floor
 
     @contextmanager
-    def alive(self) -> Iterator[RobotState]:
+    def alive(self) -> Generator[RobotState]:
         """Lets the body live until now, then holds it still."""
         with self.lock:
             self.catch_up()

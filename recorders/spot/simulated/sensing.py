@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from math import atan2
-from typing import Any
 
+import grpc
 from bosdyn.api import (
     robot_state_pb2,
     robot_state_service_pb2_grpc,
@@ -28,13 +28,17 @@ class State(robot_state_service_pb2_grpc.RobotStateServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def GetRobotState(self, request: Any, context: Any) -> Any:
+    def GetRobotState(
+        self, request: robot_state_pb2.RobotStateRequest, context: grpc.ServicerContext
+    ) -> robot_state_pb2.RobotStateResponse:
         with self._state.alive() as state:
             return robot_state_pb2.RobotStateResponse(
                 header=header_of(state, request), robot_state=_robot_state(state)
             )
 
-    def GetRobotMetrics(self, request: Any, context: Any) -> Any:
+    def GetRobotMetrics(
+        self, request: robot_state_pb2.RobotMetricsRequest, context: grpc.ServicerContext
+    ) -> robot_state_pb2.RobotMetricsResponse:
         with self._state.alive() as state:
             response = robot_state_pb2.RobotMetricsResponse(header=header_of(state, request))
             metrics = response.robot_metrics
@@ -42,7 +46,9 @@ class State(robot_state_service_pb2_grpc.RobotStateServiceServicer):
             metrics.metrics.add(label="distance", units="m", float_value=state.body.walked_m)
             return response
 
-    def GetRobotHardwareConfiguration(self, request: Any, context: Any) -> Any:
+    def GetRobotHardwareConfiguration(
+        self, request: robot_state_pb2.RobotHardwareConfigurationRequest, context: grpc.ServicerContext
+    ) -> robot_state_pb2.RobotHardwareConfigurationResponse:
         with self._state.alive() as state:
             response = robot_state_pb2.RobotHardwareConfigurationResponse(header=header_of(state, request))
             for name in ("body", *(("arm0.link_sh0", "arm0.link_fngr") if state.site.robot.arm else ())):
@@ -112,7 +118,9 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def ListWorldObjects(self, request: Any, context: Any) -> Any:
+    def ListWorldObjects(
+        self, request: world_object_pb2.ListWorldObjectRequest, context: grpc.ServicerContext
+    ) -> world_object_pb2.ListWorldObjectResponse:
         with self._state.alive() as state:
             response = world_object_pb2.ListWorldObjectResponse(header=header_of(state, request))
             wanted = not request.object_type or world_object_pb2.WORLD_OBJECT_APRILTAG in request.object_type
@@ -139,6 +147,8 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
                 mark.fiducial_filtered_pose_status = world_object_pb2.AprilTagProperties.STATUS_OK
             return response
 
-    def MutateWorldObjects(self, request: Any, context: Any) -> Any:
+    def MutateWorldObjects(
+        self, request: world_object_pb2.MutateWorldObjectRequest, context: grpc.ServicerContext
+    ) -> world_object_pb2.MutateWorldObjectResponse:
         answer = world_object_pb2.MutateWorldObjectResponse
         return answer(header=header_of(self._state, request), status=answer.STATUS_NO_PERMISSION)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from concurrent import futures
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NoReturn, Self, TypeAlias
 
 import grpc
 from bosdyn.api import (
@@ -52,6 +53,8 @@ from workbench.worlds.site import Site
 HOST = "127.0.0.1"
 MAX_MESSAGE_BYTES = 100 * 1024**2
 WORKERS = 24
+Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any]"
+"""Of a method of any service."""
 
 log = logging.getLogger("lios.spot.simulated")
 
@@ -164,7 +167,7 @@ class SimulatedSpot:
     def _start(self) -> grpc.Server:
         server = grpc.server(
             futures.ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="spot"),
-            interceptors=(_TokenRequired(self._auth),),
+            interceptors=[_TokenRequired(self._auth)],
             options=[
                 ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
                 ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
@@ -193,7 +196,11 @@ class _TokenRequired(grpc.ServerInterceptor):
         self._auth = auth
         self._refuse = grpc.unary_unary_rpc_method_handler(_unauthenticated)
 
-    def intercept_service(self, continuation: Any, handler_call_details: Any) -> Any:
+    def intercept_service(
+        self,
+        continuation: Callable[[grpc.HandlerCallDetails], Handler | None],
+        handler_call_details: grpc.HandlerCallDetails,
+    ) -> Handler | None:
         service = handler_call_details.method.split("/")[1]
         if service in OPEN_SERVICES:
             return continuation(handler_call_details)
@@ -203,7 +210,7 @@ class _TokenRequired(grpc.ServerInterceptor):
         return self._refuse
 
 
-def _unauthenticated(request: Any, context: Any) -> Any:
+def _unauthenticated(request: object, context: grpc.ServicerContext) -> NoReturn:
     context.abort(grpc.StatusCode.UNAUTHENTICATED, "401 no valid user token")
 
 

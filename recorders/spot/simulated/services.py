@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import secrets
-from typing import Any
+from typing import Protocol
 
+import grpc
 from bosdyn.api import (
     auth_pb2,
     auth_service_pb2_grpc,
@@ -45,7 +46,14 @@ OPEN_SERVICES = ("bosdyn.api.AuthService", "bosdyn.api.RobotIdService")
 AUTHORITIES = tuple(sorted({authority for _, authority in SERVICES.values()} | {"payload-registration.spot.robot"}))
 
 
-def header_of(state: RobotState, request: Any, received_ns: int | None = None) -> header_pb2.ResponseHeader:
+class Asked(Protocol):
+    """Any request: each has a header."""
+
+    @property
+    def header(self) -> header_pb2.RequestHeader: ...
+
+
+def header_of(state: RobotState, request: Asked, received_ns: int | None = None) -> header_pb2.ResponseHeader:
     """The response header that goes with a request: its header again, when it came, when it is answered."""
     now = state.clock.robot_ns()
     return header_pb2.ResponseHeader(
@@ -60,14 +68,18 @@ class Directory(directory_service_pb2_grpc.DirectoryServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def GetServiceEntry(self, request: Any, context: Any) -> Any:
+    def GetServiceEntry(
+        self, request: directory_pb2.GetServiceEntryRequest, context: grpc.ServicerContext
+    ) -> directory_pb2.GetServiceEntryResponse:
         known = request.service_name in SERVICES
         answer = directory_pb2.GetServiceEntryResponse
         status = answer.STATUS_OK if known else answer.STATUS_NONEXISTENT_SERVICE
         entry = _entry(request.service_name) if known else None
         return answer(header=header_of(self._state, request), status=status, service_entry=entry)
 
-    def ListServiceEntries(self, request: Any, context: Any) -> Any:
+    def ListServiceEntries(
+        self, request: directory_pb2.ListServiceEntriesRequest, context: grpc.ServicerContext
+    ) -> directory_pb2.ListServiceEntriesResponse:
         return directory_pb2.ListServiceEntriesResponse(
             header=header_of(self._state, request), service_entries=[_entry(name) for name in SERVICES]
         )
@@ -87,7 +99,9 @@ class Auth(auth_service_pb2_grpc.AuthServiceServicer):
         self._state, self._username, self._password = state, username, password
         self.tokens: set[str] = set()
 
-    def GetAuthToken(self, request: Any, context: Any) -> Any:
+    def GetAuthToken(
+        self, request: auth_pb2.GetAuthTokenRequest, context: grpc.ServicerContext
+    ) -> auth_pb2.GetAuthTokenResponse:
         answer = auth_pb2.GetAuthTokenResponse
         right = (request.username, request.password) == (self._username, self._password)
         if request.token:
@@ -104,7 +118,9 @@ class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def GetRobotId(self, request: Any, context: Any) -> Any:
+    def GetRobotId(
+        self, request: robot_id_pb2.RobotIdRequest, context: grpc.ServicerContext
+    ) -> robot_id_pb2.RobotIdResponse:
         return robot_id_pb2.RobotIdResponse(
             header=header_of(self._state, request),
             robot_id=robot_id_pb2.RobotId(
@@ -127,15 +143,23 @@ class DataBuffer(data_buffer_service_pb2_grpc.DataBufferServiceServicer):
     def __init__(self, state: RobotState) -> None:
         self._state = state
 
-    def RecordOperatorComments(self, request: Any, context: Any) -> Any:
+    def RecordOperatorComments(
+        self, request: data_buffer_pb2.RecordOperatorCommentsRequest, context: grpc.ServicerContext
+    ) -> data_buffer_pb2.RecordOperatorCommentsResponse:
         self._state.comments.extend(comment.message for comment in request.operator_comments)
         return data_buffer_pb2.RecordOperatorCommentsResponse(header=header_of(self._state, request))
 
-    def RecordTextMessages(self, request: Any, context: Any) -> Any:
+    def RecordTextMessages(
+        self, request: data_buffer_pb2.RecordTextMessagesRequest, context: grpc.ServicerContext
+    ) -> data_buffer_pb2.RecordTextMessagesResponse:
         return data_buffer_pb2.RecordTextMessagesResponse(header=header_of(self._state, request))
 
-    def RecordEvents(self, request: Any, context: Any) -> Any:
+    def RecordEvents(
+        self, request: data_buffer_pb2.RecordEventsRequest, context: grpc.ServicerContext
+    ) -> data_buffer_pb2.RecordEventsResponse:
         return data_buffer_pb2.RecordEventsResponse(header=header_of(self._state, request))
 
-    def RecordDataBlobs(self, request: Any, context: Any) -> Any:
+    def RecordDataBlobs(
+        self, request: data_buffer_pb2.RecordDataBlobsRequest, context: grpc.ServicerContext
+    ) -> data_buffer_pb2.RecordDataBlobsResponse:
         return data_buffer_pb2.RecordDataBlobsResponse(header=header_of(self._state, request))

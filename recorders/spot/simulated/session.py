@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -24,7 +24,7 @@ def simulated_robot(
     faults: tuple[Fault, ...] = (),
     seed: int = 0,
     password: str = "simulated",
-) -> Iterator[tuple[SimulatedSpot, Connection]]:
+) -> Generator[tuple[SimulatedSpot, Connection]]:
     """A simulated robot and a connection to it by the official client; both end with the block."""
     with (
         tempfile.TemporaryDirectory(prefix="lios-spot-") as folder,

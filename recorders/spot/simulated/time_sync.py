@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 import uuid
-from typing import Any
 
+import grpc
 from bosdyn.api import time_sync_pb2, time_sync_service_pb2_grpc
 from google.protobuf.duration_pb2 import Duration
+from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.spot.simulated.clock import SteppedClock
 from recorders.spot.simulated.frames import stamp
@@ -32,7 +33,9 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
         self._trips: dict[str, list[tuple[int, int]]] = {}
         self._lock = threading.Lock()
 
-    def TimeSyncUpdate(self, request: Any, context: Any) -> Any:
+    def TimeSyncUpdate(
+        self, request: time_sync_pb2.TimeSyncUpdateRequest, context: grpc.ServicerContext
+    ) -> time_sync_pb2.TimeSyncUpdateResponse:
         received = self._state.clock.robot_ns()
         with self._lock:
             name = request.clock_identifier or uuid.uuid4().hex
@@ -60,11 +63,11 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
             self._count.clear()
 
 
-def _ns(timestamp: Any) -> int:
+def _ns(timestamp: Timestamp) -> int:
     return timestamp.seconds * NANO + timestamp.nanos
 
 
-def _estimate(trip: Any) -> tuple[int, int]:
+def _estimate(trip: time_sync_pb2.TimeSyncRoundTrip) -> tuple[int, int]:
     """(round trip, skew) of one exchange, nanoseconds."""
     t0, t1, t2, t3 = (_ns(t) for t in (trip.client_tx, trip.server_rx, trip.server_tx, trip.client_rx))
     return ((t3 - t0) - (t2 - t1), ((t1 - t0) + (t2 - t3)) // 2)

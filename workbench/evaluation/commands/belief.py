@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Houses, Json, Split
+
+if TYPE_CHECKING:
+    from workbench.evaluation.belief_report import BeliefReport, BeliefRequest
 
 
 def belief(
@@ -45,7 +48,7 @@ def belief(
 
         lios evaluate belief --houses mine.jsonl.gz --estimators best,mine.safetensors --seen 0.3 --figures out
     """
-    from workbench.errors import BadValue, OutputExists
+    from workbench.errors import BadValue
     from workbench.evaluation.belief_report import BeliefRequest, measure
     from workbench.evaluation.fold_weights import folds_asked
     from workbench.terminal import emit_json, progress, say
@@ -56,11 +59,7 @@ def belief(
     dealt = folds_asked(folds, also)
     if dealt is not None and figures is not None:
         raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
-    if figures is not None and figures.exists():
-        if not figures.is_dir():
-            raise BadValue("--figures", str(figures), "a folder")
-        if not force and any(figures.iterdir()):
-            raise OutputExists(figures)
+    _check_folder(figures, force=force)
     request = BeliefRequest(
         houses=houses,
         estimators=names,
@@ -76,20 +75,37 @@ def belief(
 
         report = cross_validate(request, dealt, watched=lambda them: progress(list(them), title="Training"))
     if figures is not None:
-        from workbench.evaluation.figures.belief_figures import draw_all
-
-        wanted = tuple(t.strip() for t in items.split(",") if t.strip())
-        written = draw_all(
-            request,
-            report,
-            figures,
-            items=wanted,
-            watched=lambda trainings: progress(list(trainings), title="Learning curve"),
-        )
-        report.answer["figures"] = [str(path) for path in written]
+        report.answer["figures"] = _draw(request, report, figures, items)
     emit_json(report.answer) if json else _show(report.answer)
     if figures is not None and not json:
         say(f"figures in {figures}")
+
+
+def _draw(request: BeliefRequest, report: BeliefReport, folder: Path, items: str) -> list[str]:
+    """The figures; heat maps of these item types. The files that were written."""
+    from workbench.evaluation.figures.belief_figures import draw_all
+    from workbench.terminal import progress
+
+    wanted = tuple(t.strip() for t in items.split(",") if t.strip())
+    written = draw_all(
+        request,
+        report,
+        folder,
+        items=wanted,
+        watched=lambda trainings: progress(list(trainings), title="Learning curve"),
+    )
+    return [str(path) for path in written]
+
+
+def _check_folder(figures: Path | None, *, force: bool) -> None:
+    from workbench.errors import BadValue, OutputExists
+
+    if figures is None or not figures.exists():
+        return
+    if not figures.is_dir():
+        raise BadValue("--figures", str(figures), "a folder")
+    if not force and any(figures.iterdir()):
+        raise OutputExists(figures)
 
 
 SHOWN = ("estimator", "log_loss", "top1", "top3", "mrr", "ece", "ms_a_belief")
