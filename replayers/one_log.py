@@ -96,7 +96,7 @@ class OneLog:
         """The log prepared, or why it cannot be."""
         if self._ground is None:
             try:
-                self._ground = ground_of(self.run, self._wanted.settings)
+                self._ground = ground_of(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
             except LiosError as error:
                 self._ground = error
         return self._ground
