@@ -107,6 +107,17 @@ def test_among_others_a_log_that_cannot_be_replayed_is_a_row_that_says_so(
     assert "task.json" in found[0]["reason"]
 
 
+def test_the_next_look_is_told_though_a_log_among_others_is_no_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.mcap").write_bytes(b"not an mcap file at all")
+    changed_log(tmp_path / "b.mcap", lambda events: [e for e in events if isinstance(e, Observed)][:1])
+    assert lios(["replay", str(tmp_path), "-s", "greedy,lios", "--worlds", "20", "--look-next", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [row["status"] for row in answer["rows"]] == ["not-replayed", "undetermined", "undetermined"]
+    assert [look["log"] for look in answer["look_next"]] == [str(tmp_path / "b.mcap")]
+
+
 def test_a_belief_over_a_container_that_is_not_there_is_left_out_with_a_note(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
