@@ -31,7 +31,7 @@ from workbench.execution.events import Ended, Event, Planned, RunStatus
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.strategy import Decision
 from workbench.runs.run_info import INFO_METADATA, info_to_metadata
-from workbench.runs.vocabulary import NANO
+from workbench.runs.vocabulary import NANO, SCHEMA_VERSION
 
 
 def events_without_a_last_plan() -> list[Event]:
@@ -126,6 +126,12 @@ def test_tables_exports_and_checks_do_without(
     capsys.readouterr()
     assert lios(["replay", str(path), "-s", "opt-greedy", "--worlds", "10"]) == 0
     assert "nan" not in capsys.readouterr().out
+
+
+def test_a_replay_of_an_old_log_is_of_the_version_that_writes_it(old_log: Path, tmp_path: Path) -> None:
+    assert lios(["replay", str(old_log), "-s", "opt-greedy", "--worlds", "0", "-o", str(tmp_path / "kept")]) == 0
+    (replayed,) = (tmp_path / "kept").rglob("*.mcap")
+    assert read(replayed).info.schema_version == SCHEMA_VERSION
 
 
 @pytest.mark.parametrize("version", ["log", "old_log"])
