@@ -3,8 +3,7 @@
 A chain goes from each cluster to its nearest until two are nearest to each other; those merge. With complete linkage
 that gives the same merges as always taking the closest pair (Murtagh, "Complexities of hierarchic clustering
 algorithms", 1984; Muellner, "Modern hierarchical, agglomerative clustering algorithms", arXiv:1109.2378). Compiled
-with numba. The same algorithm with the same ties as scipy.cluster.hierarchy.linkage, to which a test holds it;
-importing that would take half a second.
+with numba. The same algorithm with the same ties as scipy.cluster.hierarchy.linkage, to which a test holds it.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
