@@ -26,6 +26,7 @@ TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
     [
         ("--help", NUMBERS | PICTURES | TORCH | {"rich.progress"}),
         ("list logs", NUMBERS | PICTURES | TORCH),
+        ("list logs --strategy lios", NUMBERS - {"numpy"} | PICTURES | TORCH),
         (f"info {LOG}", NUMBERS | PICTURES | TORCH),
         ("compare tests", NUMBERS - {"numpy"} | PICTURES | TORCH),
         (f"plan {LOG}", SCIPY | PICTURES | TORCH | {"pandas", "pyarrow"}),
@@ -40,6 +41,11 @@ def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: 
 def test_the_dashboard_loads_no_planners() -> None:
     loaded = _loaded(f"import sys, dashboards.viser_app.serving; {TELL}")
     assert not loaded & (SCIPY | TORCH | {"numba", "pandas", "pyarrow", "matplotlib", "skimage"})
+
+
+def test_a_planner_from_outside_does_not_wait_for_what_ours_need() -> None:
+    loaded = _loaded(f"import sys, replayers.sandbox; {TELL}")
+    assert not loaded & (NUMBERS - {"numpy"} | PICTURES | TORCH)
 
 
 def _loaded(code: str, *arguments: str) -> set[str]:
