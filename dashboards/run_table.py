@@ -14,7 +14,7 @@ from pathlib import Path
 
 from dashboards.panels.runs import RunRow
 from workbench.errors import LiosError, MalformedFile, NotFound
-from workbench.evaluation.task_experiment import SETTINGS_FILE, TRIALS_FILE, read_rows
+from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, read_rows
 from workbench.planning.tasks import Task, goal_types
 from workbench.worlds.names import readable_name
 

@@ -16,9 +16,9 @@ from dashboards.timeline import timeline_of
 from replayers.run import read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
-from workbench.evaluation.task_experiment import SETTINGS_FILE, TRIALS_FILE, read_request, read_rows
+from workbench.evaluation.task_experiment import read_request
+from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.task_table import pairs, table
-from workbench.evaluation.task_trials import TaskRow
 from workbench.planning.scenarios import PAPER_TITLES
 from workbench.planning.strategies import PAPER_NAMES
 

@@ -12,6 +12,7 @@ from google.protobuf.message import Message
 
 from recorders import viewer
 from workbench.execution.events import Acted, Believed, Ended, Event, Observed, Planned, RunStatus
+from workbench.planning.plans import PlanStatus
 from workbench.planning.tasks import Task, goal_types
 from workbench.runs.place import Place
 from workbench.worlds.geometry import Point, Pose
@@ -87,7 +88,8 @@ class Narrator:
         if finds:
             self._sought = finds[0].item_types[0]
         steps = "; ".join(str(step) for step in plan.steps) or plan.note or "no steps"
-        text = f"Decision {event.decision} ({event.reason}): {steps}; expected {plan.cost:.1f}"
+        end = f"expected {plan.cost:.1f}" if plan.status is PlanStatus.SOLVED else plan.status.value
+        text = f"Decision {event.decision} ({event.reason}): {steps}; {end}"
         yield LOG, viewer.words(text, stamp), stamp
         yield SCENE, self._scene(stamp), stamp
         yield PATH, viewer.path_ahead(self._ahead(event), stamp), stamp

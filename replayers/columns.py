@@ -55,7 +55,7 @@ SCHEMAS: Mapping[str, pa.Schema] = MappingProxyType(
             ("robot_at", WORD, "location of the robot"),
             ("reason", TEXT, "why it was planned again"),
             ("status", WORD, "solved, no-plan, timed-out, solver-failed"),
-            ("expected_cost", NUMBER, "of the plan"),
+            ("expected_cost", NUMBER, "of the plan; missing where none was found"),
             ("lower_bound", NUMBER, "no plan costs less; missing when nothing is proven"),
             ("optimal", YES, ""),
             ("solver", WORD, ""),

@@ -160,14 +160,22 @@ class EventChecks:
             )
         self.robot_at = event.robot_at
         self._steps(event)
-        total = sum(step.cost for step in event.steps)
-        if event.steps and abs(total - event.expected_cost) > CLOSE * max(1.0, total / 100):
-            self._error(event, f"it expects {event.expected_cost:g}, and its steps add up to {total:g}", "plan's sum")
-        if event.lower_bound is not None and event.lower_bound > event.expected_cost + CLOSE * max(1.0, total / 100):
-            self._error(event, f"its lower bound {event.lower_bound:g} is above its cost", "lower bound")
+        self._costs_of(event)
         self._known((stop.container for stop in event.search_order), _where(event), "a search order through")
         if any(not 0 <= p <= 1 + 1e-6 for stop in event.search_order for p in (stop.probability, stop.reached)):
             self._error(event, "a stop of its search order has no probability", "probability")
+
+    def _costs_of(self, event: PlanComputed) -> None:
+        expected, total = event.expected_cost, sum(step.cost for step in event.steps)
+        if expected is None:
+            if event.status == PlanStatus.SOLVED:
+                self._error(event, "it is solved, and no cost is expected", "expected cost")
+            return
+        off = CLOSE * max(1.0, total / 100)
+        if event.steps and abs(total - expected) > off:
+            self._error(event, f"it expects {expected:g}, and its steps add up to {total:g}", "plan's sum")
+        if event.lower_bound is not None and event.lower_bound > expected + off:
+            self._error(event, f"its lower bound {event.lower_bound:g} is above its cost", "lower bound")
 
     def _steps(self, event: PlanComputed) -> None:
         at = event.robot_at

@@ -15,6 +15,7 @@ from replayers.drawn_worlds import DrawnWorlds, draw_worlds
 from replayers.durations import SIMULATED, Durations, fitted_durations
 from replayers.evidence import Evidence, evidence_of
 from replayers.logged_belief import estimator_for
+from replayers.logged_world import OnlyStanding
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.remembered import Memory
 from replayers.run import Run
@@ -95,8 +96,11 @@ class Ground:
         return bool(self.durations.samples)
 
 
-def ground_of(run: Run, settings: Settings) -> Ground:
+def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground:
     """Prepares a log.
+
+    Args:
+        with_ways: whether runs over the log are to carry the ways walked; only what records or draws them needs them.
 
     Raises:
         NoBelief, UnknownName: no beliefs can be had.
@@ -121,7 +125,7 @@ def ground_of(run: Run, settings: Settings) -> Ground:
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, estimator),
-        paths=evidence.place.paths(),
+        paths=evidence.place.paths() if with_ways else OnlyStanding(evidence),
         notes=tuple(n for n in (*evidence.notes, believer.note, durations.words() if robot else "") if n),
     )
     return replace(ground, worlds=_worlds(ground, types))

@@ -63,7 +63,7 @@ class LoggedWorld:
         self._filling = filling
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
-        self._paths = paths or (place.paths() if with_ways else _OnlyStanding(self.evidence))
+        self._paths = paths or (place.paths() if with_ways else OnlyStanding(self.evidence))
         self._now_ns = self.evidence.info.started.ns
 
     @property
@@ -170,7 +170,7 @@ class LoggedWorld:
 
 
 @final
-class _OnlyStanding:
+class OnlyStanding:
     """Where the robot stands, without the ways between."""
 
     def __init__(self, evidence: Evidence) -> None:

@@ -14,9 +14,9 @@ from typing import final
 
 import numpy as np
 import numpy.typing as npt
-from scipy.cluster.hierarchy import linkage
-from scipy.optimize import linear_sum_assignment
 
+from replayers.complete_linkage import merge_widths
+from replayers.dearest_pairs import dearest_pairs
 from replayers.evidence import Evidence
 from replayers.relevance import most_instances
 from workbench.execution.goal_check import is_met
@@ -143,7 +143,7 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
     Of two looks, the way on from the earlier is no longer than the distance between them: the later one was left. So
     those from which the way on is longer than t are more than t apart from one another, and lie each in a cluster of
     its own, where no cluster is wider than t (complete linkage). Added up over t, all ways on from looks come to the
-    heights of the merges and the widest distance; to it come the ways from elsewhere, each to the farthest look.
+    widths of the merges and the widest distance; to it come the ways from elsewhere, each to the farthest look.
     (The idea by which a nearest-neighbour tour is bounded: Rosenkrantz, Stearns and Lewis, SIAM J. Comput. 6, 1977.)
 
     Args:
@@ -156,16 +156,15 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
     if len(looks) < 2:
         return from_elsewhere
     between = metres[np.ix_(looks, looks)]
-    apart = np.maximum(between, between.T)[np.triu_indices(len(looks), 1)]
-    heights = linkage(apart, "complete")[:, 2]
-    return from_elsewhere + float(heights[1:].sum() + heights[-1])  # the last look has no way on: not heights[0]
+    widths = merge_widths(np.maximum(between, between.T))
+    return from_elsewhere + float(widths[1:].sum() + widths[-1])  # the last look has no way on: not widths[0]
 
 
 def _dearest_legs(legs: Floats) -> float:
     """The dearest way to give every leg (rows) a start (columns) of its own."""
     if not legs.size:
         return 0.0
-    rows, columns = linear_sum_assignment(legs, maximize=True)
+    rows, columns = dearest_pairs(legs)
     return float(legs[rows, columns].sum())
 
 

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import final
 
 from replayers.ground import Ground, Settings, ground_of
-from replayers.replay import over_log_alone, replay_on
+from replayers.replay import WORLDS, Replay, over_log_alone, replay_on
 from replayers.run import Run, read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
@@ -96,7 +96,7 @@ class OneLog:
         """The log prepared, or why it cannot be."""
         if self._ground is None:
             try:
-                self._ground = ground_of(self.run, self._wanted.settings)
+                self._ground = ground_of(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
             except LiosError as error:
                 self._ground = error
         return self._ground
@@ -166,13 +166,28 @@ def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted)
     record = stored(ground, made, key=key)
     if path is not None:
         if wanted.write_logs:
-            from replayers.origin import write_replay_log
-
-            write_replay_log(log_path(path), ground, made, force=True)
-            for world in made.worlds:
-                write_replay_log(log_path(path, world), ground, made, world=world, force=True)
+            _write_logs(path, ground, made, same=not is_foreign(name) and _is_of(path, key))
         write_replay(path, record)
     return record
+
+
+def _write_logs(path: Path, ground: Ground, made: Replay, *, same: bool) -> None:
+    """The recordings beside a kept replay; those in worlds go first, if they are not of the same one."""
+    from replayers.origin import write_replay_log
+
+    if not same:
+        for world in WORLDS:
+            log_path(path, world).unlink(missing_ok=True)
+    write_replay_log(log_path(path), ground, made, force=True)
+    for world in made.worlds:
+        write_replay_log(log_path(path, world), ground, made, world=world, force=True)
+
+
+def _is_of(path: Path, key: str) -> bool:
+    """Whether what is kept there has that key."""
+    with suppress(FileMissing, MalformedFile):
+        return read_replay(path).key == key
+    return False
 
 
 def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
@@ -183,9 +198,19 @@ def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
         record = read_replay(path)
     except (FileMissing, MalformedFile):
         return None
-    if record.bounds is not None and not all(log_path(path, world).exists() for world in wanted.worlds):
+    if record.key != key:
         return None
-    return record if record.key == key else None
+    told = [world for world in wanted.worlds if _has_run_in(world, record)]
+    return record if all(log_path(path, world).exists() for world in told) else None
+
+
+def _has_run_in(world: str, record: StoredReplay) -> bool:
+    """Whether a replay had such a run to record: it was followed to an end, or worlds were drawn."""
+    if record.bounds is None:
+        return False
+    if world == "drawn":
+        return record.estimate is not None
+    return (record.bounds.least_found if world == "best" else record.bounds.largest_found) is not None
 
 
 def log_path(path: Path, world: str = "") -> Path:

@@ -17,7 +17,7 @@ from recorders.recorder import RunRecorder
 from replayers.ground import Ground
 from replayers.replay import Replay
 from workbench import __version__
-from workbench.runs.vocabulary import RunInfo
+from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo
 
 IN_WORDS = {
     "": "over the log alone",
@@ -57,6 +57,7 @@ def replay_info(ground: Ground, made: Replay, world: str = "") -> RunInfo:
     identity = (ground.evidence.sha256, made.strategy, ground.draws, *([world] if world else []))
     return msgspec.structs.replace(
         info,
+        schema_version=SCHEMA_VERSION,
         run_id=hashlib.sha256(" ".join(identity).encode()).hexdigest()[:12],
         strategy=made.strategy,
         estimator=ground.estimator.name,

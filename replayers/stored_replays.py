@@ -10,17 +10,20 @@ import os
 from collections.abc import Callable, Iterator
 from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
-from replayers.bounds import Bounds
-from replayers.durations import Durations
-from replayers.ground import Ground, Settings
-from replayers.replay import Replay
-from replayers.unfolding import Filled
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import Acted
+
+if TYPE_CHECKING:  # kept replays are read without what makes them
+    from replayers.bounds import Bounds
+    from replayers.durations import Durations
+    from replayers.ground import Ground, Settings
+    from replayers.replay import Replay
+    from replayers.unfolding import Filled
 
 RECORD_VERSION = 4
 SUFFIX = ".replay.json"

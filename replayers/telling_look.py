@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replayers.drawn_worlds import DrawnWorlds
+from workbench.errors import LiosError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -89,9 +90,12 @@ def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Sett
             by_log.setdefault(outcome.sha256, []).append(outcome)
     found: list[dict[str, Any]] = []
     for path in files:
-        run = read(path, with_truth=settings.with_truth)
+        try:
+            run = read(path, with_truth=settings.with_truth)
+        except LiosError:
+            continue  # its row says why it was not replayed
         replays = by_log.get(run.sha256, [])
-        worlds = ground_of(run, settings).worlds if replays else None
+        worlds = ground_of(run, settings, with_ways=False).worlds if replays else None
         if worlds is None:
             continue
         costs = {r.strategy: np.array(r.drawn) for r in replays}

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 import msgspec
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import track
 from rich.table import Table
 
 T = TypeVar("T")
@@ -82,6 +81,8 @@ def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Ite
     if not console.is_terminal:
         yield from items
         return
+    from rich.progress import track
+
     yield from track(items, description=escape(title), total=total, console=console, transient=True)
 
 

@@ -38,9 +38,10 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
         )
     first = timelines[0]
     plans = [d.plan for d in first.decisions if d.plan is not None and d.plan.steps]
-    if plans:
-        at = [first.seconds(p.stamp.ns) for p in plans]
-        total = np.interp(at, first.cost_s, first.cost) + [p.expected_cost for p in plans]
+    expected = [(first.seconds(p.stamp.ns), p.expected_cost) for p in plans if p.expected_cost is not None]
+    if expected:
+        at = [second for second, _ in expected]
+        total = np.interp(at, first.cost_s, first.cost) + [cost for _, cost in expected]
         whose = f" by {label_of(first)}" if len(timelines) > 1 else ""
         ax.step(
             [*at, first.duration_s],

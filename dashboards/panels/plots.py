@@ -96,7 +96,7 @@ def _remaining(timeline: Timeline, clock: Clock, row: int) -> list[Point]:
     points: list[Point] = []
     frames = timeline.decisions
     for i, frame in enumerate(frames):
-        if frame.plan is None or not frame.plan.steps:
+        if frame.plan is None or not frame.plan.steps or frame.plan.expected_cost is None:
             continue
         until = frames[i + 1].stamp_ns if i + 1 < len(frames) else timeline.end_ns
         spent_before = _cost_at(timeline, frame.stamp_ns)

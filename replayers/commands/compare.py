@@ -39,7 +39,6 @@ def compare(
 
     from replayers.comparing import changed_houses
     from replayers.comparing import compare as compared
-    from replayers.replay_frames import replays_frame, steps_frame
     from replayers.stored_replays import replays_in
     from workbench.errors import MalformedFile
     from workbench.terminal import emit_json, say
@@ -57,6 +56,8 @@ def compare(
         say(f"No pair's names contain {match!r}. There are: {', '.join(names)}.")
     pairs = met
     if frames:
+        from replayers.replay_frames import replays_frame, steps_frame
+
         replays_frame(records).to_parquet(folder / "replays.parquet")
         steps_frame(records).to_parquet(folder / "steps.parquet")
     changed, broken = changed_houses(records), _broken(records)

@@ -39,11 +39,13 @@ def list_logs(
     """
     from replayers.listing import memory_for, rows_of
     from replayers.log_paths import find_logs
-    from workbench.planning.strategies import resolved_name
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
-    strategy = resolved_name(strategy)
+    if strategy:
+        from workbench.planning.strategies import resolved_name
+
+        strategy = resolved_name(strategy)
     places = where or ["."]
     memory = memory_for(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
     paths = find_logs(places)

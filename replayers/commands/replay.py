@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from workbench.options import Json
+from workbench.terminal import counted
 
 if TYPE_CHECKING:
     from replayers.batch import LogFailed
     from replayers.stored_replays import StoredReplay
 
-TOLD_BY_THE_TABLE = {"done", "undetermined", "not-replayed"}
-"""Statuses whose reason is a column, or is said with the log; any other is said below the table."""
+BROKE = "planner-failed"
+TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE}
+"""Statuses whose reason is a column, or is said with the log or at the end; any other is said below the table."""
 
 
 def replay(
@@ -125,8 +128,9 @@ def replay(
     for failure in failed:
         if failure.strategy not in not_there:
             say(f"{failure.log} {failure.strategy}: {failure.reason}")
-    if not_there:
-        raise Failed("; ".join(f"{name} cannot be loaded: {why}" for name, why in not_there.items()))
+    failures = [f"{name} cannot be loaded: {why}" for name, why in not_there.items()] + _broken(rows)
+    if failures:
+        raise Failed("; ".join(failures))
 
 
 def _not_there(names: tuple[str, ...]) -> dict[str, str]:
@@ -255,7 +259,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
         if conditional or not note.endswith(LEARNS):
             say(f"note: {note}")
-    stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in TOLD_BY_THE_TABLE)
+    stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in TOLD_ELSEWHERE)
     for words in dict.fromkeys(stopped):
         say(words)
     if next_look is not None:
@@ -291,6 +295,16 @@ def _proof(row: dict[str, Any]) -> str | None:
         return "exact"
     sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] != "exact"]
     return "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
+
+
+def _broken(rows: list[dict[str, Any]]) -> list[str]:
+    """Strategies that broke: on how many of their logs, and why on the first; the rows tell each."""
+    why: dict[str, list[str]] = {}
+    for row in rows:
+        if row["status"] == BROKE:
+            why.setdefault(row["strategy"], []).append(row["reason"])
+    ran = Counter(row["strategy"] for row in rows)
+    return [f"{name} broke on {len(r)} of {counted(ran[name], 'log')}: {r[0]}" for name, r in why.items()]
 
 
 def _refuse(failed: list[LogFailed]) -> None:

@@ -13,7 +13,6 @@ from workbench.evaluation.task_experiment import (
     TaskRequest,
     TrialStore,
     plan_trials,
-    read_rows,
     run_unit,
     run_units,
     scenario_list,
@@ -21,8 +20,9 @@ from workbench.evaluation.task_experiment import (
     units_left,
     wanted_rows,
 )
+from workbench.evaluation.task_rows import TaskRow, read_rows
 from workbench.evaluation.task_table import markdown, pairs, table
-from workbench.evaluation.task_trials import TaskRow, trial_seed
+from workbench.evaluation.task_trials import trial_seed
 from workbench.worlds.shipped import shipped_houses
 
 

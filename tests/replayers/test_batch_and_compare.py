@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -54,6 +55,45 @@ def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest
     other = replace(wanted(folder), settings=Settings(worlds=51))
     with pytest.raises(pytest.fail.Exception):
         list(replay_log(log, other))
+
+
+NOTHING_FOLLOWED = Budget(stretches=0, finish=0)
+
+
+def writing(folder: Path, told: tuple[str, ...], **settings: Any) -> Wanted:
+    """One strategy that looks into a container that the log of killed_toy_log does not open."""
+    made = Settings(**{"worlds": 20, **settings})
+    return Wanted(strategies=("opt-greedy",), settings=made, output=folder, write_logs=True, worlds=told)
+
+
+@pytest.mark.parametrize(
+    ("told", "settings"),
+    [(("best", "worst"), {"budget": NOTHING_FOLLOWED}), (("drawn",), {"worlds": 0})],
+    ids=["none was followed to its end", "none was drawn"],
+)
+def test_a_world_in_which_there_is_no_run_is_not_sought_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, told: tuple[str, ...], settings: dict[str, Any]
+) -> None:
+    log, asked = killed_toy_log(tmp_path / "run.mcap", events=4), writing(tmp_path / "kept", told, **settings)
+    first = list(replay_log(log, asked))
+    assert [path.name for path in (tmp_path / "kept").rglob("*.mcap")] == ["opt-greedy.replay.mcap"]
+    monkeypatch.setattr("replayers.one_log.replay_on", lambda *_, **__: pytest.fail("made again"))
+    assert list(replay_log(log, asked)) == first
+    with pytest.raises(pytest.fail.Exception):
+        list(replay_log(log, writing(tmp_path / "kept", ("best", "drawn"))))
+
+
+def test_runs_in_worlds_go_with_the_replay_that_they_are_of(tmp_path: Path) -> None:
+    log, folder = killed_toy_log(tmp_path / "run.mcap", events=4), tmp_path / "kept"
+
+    def names_after(told: tuple[str, ...], **settings: Any) -> set[str]:
+        list(replay_log(log, writing(folder, told, **settings)))
+        return {path.name.removesuffix(".replay.mcap") for path in folder.rglob("*.mcap")}
+
+    assert names_after(("best", "worst")) == {"opt-greedy", "opt-greedy.best", "opt-greedy.worst"}
+    assert names_after(("drawn",)) == {"opt-greedy", "opt-greedy.best", "opt-greedy.worst", "opt-greedy.drawn"}
+    assert names_after((), worlds=30) == {"opt-greedy"}
+    assert names_after(("best",), worlds=30) == {"opt-greedy", "opt-greedy.best"}
 
 
 def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:

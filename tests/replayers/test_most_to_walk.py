@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from toy import BED, COUNTER, TABLE, item
 from toy_logs import BOOK, MUG, InOrder, delivered, task_of, toy_evidence
@@ -39,6 +39,7 @@ def journeys(draw: st.DrawFn) -> Journey:
     return metres, list(range(looks)), list(range(looks, n))
 
 
+@settings(deadline=None)
 @given(journeys())
 def test_no_way_of_looking_nearest_first_is_longer(
     journey: tuple[npt.NDArray[np.float64], list[int], list[int]],

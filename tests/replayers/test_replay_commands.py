@@ -107,6 +107,17 @@ def test_among_others_a_log_that_cannot_be_replayed_is_a_row_that_says_so(
     assert "task.json" in found[0]["reason"]
 
 
+def test_the_next_look_is_told_though_a_log_among_others_is_no_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.mcap").write_bytes(b"not an mcap file at all")
+    changed_log(tmp_path / "b.mcap", lambda events: [e for e in events if isinstance(e, Observed)][:1])
+    assert lios(["replay", str(tmp_path), "-s", "greedy,lios", "--worlds", "20", "--look-next", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [row["status"] for row in answer["rows"]] == ["not-replayed", "undetermined", "undetermined"]
+    assert [look["log"] for look in answer["look_next"]] == [str(tmp_path / "b.mcap")]
+
+
 def test_a_belief_over_a_container_that_is_not_there_is_left_out_with_a_note(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -262,7 +273,7 @@ def test_a_planner_whose_module_is_not_there_is_refused(tmp_path: Path, capsys: 
     assert "no_such_planner" in refused(capsys, "replay", str(log), "-s", "opt-greedy,no_such_planner:Mine")
 
 
-def test_why_a_planner_was_stopped_is_said_below_the_table(
+def test_a_planner_that_breaks_is_a_row_and_a_failure_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     log = simulated_log(tmp_path / "run.mcap")
@@ -272,10 +283,15 @@ def test_why_a_planner_was_stopped_is_said_below_the_table(
         encoding="utf-8",
     )
     monkeypatch.chdir(tmp_path)
-    assert lios(["replay", str(log), "-s", "raising_planner:Mine,opt-greedy", "--worlds", "20"]) == 0
+    assert lios(["replay", str(log), "-s", "raising_planner:Mine,opt-greedy", "--worlds", "20"]) == 1
     said = capsys.readouterr()
     assert "planner-failed" in said.out
-    assert "mine: it raised RuntimeError: out of ideas" in said.err
+    assert "opt-greedy" in said.out
+    assert said.err == "lios: mine broke on 1 of 1 log: it raised RuntimeError: out of ideas\n"
+    assert lios(["replay", str(log), "-s", "raising_planner:Mine", "--worlds", "20", "--json"]) == 1
+    said = capsys.readouterr()
+    assert [row["status"] for row in json.loads(said.out)["rows"]] == ["planner-failed"]
+    assert said.err == "lios: mine broke on 1 of 1 log: it raised RuntimeError: out of ideas\n"
 
 
 def own_planner(folder: Path, module: str, body: str) -> None:
@@ -311,7 +327,9 @@ def test_compare_says_on_how_many_logs_a_planner_broke(
     log, kept = simulated_log(tmp_path / "run.mcap"), tmp_path / "kept"
     own_planner(tmp_path, "planner_that_breaks", '    def decide(self, view): raise RuntimeError("out of ideas")')
     monkeypatch.chdir(tmp_path)
-    found = rows(capsys, str(log), "-s", "planner_that_breaks:Mine,opt-greedy,pes-greedy", "-o", str(kept))
+    named = "planner_that_breaks:Mine,opt-greedy,pes-greedy"
+    assert lios(["replay", str(log), "-s", named, "-o", str(kept), "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)["rows"]
     assert [(row["status"] == "planner-failed", row["lower"] is None) for row in found] == [
         (True, True), (False, False), (False, False)
     ]  # fmt: skip

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import digamma, gammaln
 
 from workbench.beliefs.examples import room_kinds
 from workbench.beliefs.scene import furniture_types
@@ -277,6 +276,8 @@ def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floa
 
 def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: Fitting) -> Floats:
     """The chance of each kind and closeness for each type, shape (items, kinds, closenesses)."""
+    from scipy.special import gammaln  # beliefs are had without fitting: not for them
+
     at, place = np.nonzero(held)
     finds, often = held[at, place], held.sum(axis=1)
     near = how.names * (vectors @ kinds.centre.T - (kinds.centre**2).sum(axis=1) / 2)
@@ -304,6 +305,8 @@ def _pulls(
 
 def _better(kinds: Kinds, lesson: _Lesson, softness: float, how: Fitting) -> Kinds:
     """One round: memberships, then kinds. Repeated finds of a type count less than first ones, as its own habit."""
+    from scipy.special import digamma
+
     held, stood, vectors = lesson.held, lesson.stood, lesson.vectors
     member = _membership(kinds, held, stood, vectors, softness, how)
     at, place = np.nonzero(held)

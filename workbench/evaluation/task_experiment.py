@@ -20,9 +20,9 @@ from workbench.errors import BadValue, InputError, MalformedFile, MissingExtra
 from workbench.evaluation.cell_filter import CellFilter, cell_filter
 from workbench.evaluation.fold_weights import Believers, Dealt, Folds, deal
 from workbench.evaluation.splits import split_indices
+from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.task_trials import (
     Tap,
-    TaskRow,
     TrialKey,
     run_staged,
     stage,
@@ -36,7 +36,6 @@ from workbench.worlds.house_files import house_lines
 from workbench.worlds.procthor import house_name
 
 PAPER_STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios", "model-lios")
-TRIALS_FILE, SETTINGS_FILE = "trials.jsonl", "settings.json"
 RETRIES = 5
 """How often a Dask unit is tried again when its worker dies."""
 
@@ -315,22 +314,6 @@ def read_request(path: Path) -> TaskRequest:
         return msgspec.json.decode(path.read_bytes(), type=TaskRequest)
     except msgspec.MsgspecError as error:
         raise MalformedFile(path, f"no settings of an evaluation: {error}", "Give another folder") from error
-
-
-def read_rows(path: Path, *, torn_is_fine: bool = False) -> list[TaskRow]:
-    """The rows of a trials file; a last line that was cut off by a kill is left out on request."""
-    rows: list[TaskRow] = []
-    lines = path.read_bytes().split(b"\n")
-    for number, line in enumerate(lines):
-        if not line.strip():
-            continue
-        try:
-            rows.append(msgspec.json.decode(line, type=TaskRow))
-        except msgspec.MsgspecError as error:
-            if torn_is_fine and number == len(lines) - 1:
-                continue
-            raise MalformedFile(f"{path}:{number + 1}", f"no trial: {error}", "Remove the line") from error
-    return rows
 
 
 def wanted_rows(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
-from workbench.evaluation.task_trials import TaskRow
+from workbench.evaluation.task_rows import TaskRow
 from workbench.planning.scenarios import PAPER_TITLES
 from workbench.planning.strategies import PAPER_NAMES
 

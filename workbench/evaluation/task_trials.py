@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError
+from workbench.evaluation.task_rows import TaskRow
 from workbench.execution.events import Ended, Event, Planned
 from workbench.execution.loop import run_task
 from workbench.execution.start import known_at_start
@@ -53,40 +53,6 @@ class Staged:
     task: Task
     known: tuple[ContainerId, ...]
     costs: ActionCosts
-
-
-class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
-    """What one trial gave.
-
-    Attributes:
-        cost: what is charged: the run's own cost when done, the failure cost otherwise.
-        predicted_cost: what the first plan was expected to cost; None without a plan.
-        estimator: what believed, with a hash of its weights.
-        optimal: share of the plans that were proven optimal over the places they considered.
-        belief_s, planning_s: wall-clock seconds of every decision.
-    """
-
-    scenario: str
-    strategy: str
-    estimator: str
-    trial: int
-    house: str
-    house_index: int
-    seed: int
-    status: str
-    success: bool
-    cost: float
-    own_cost: float
-    searches: int
-    travel_m: float
-    decisions: int
-    predicted_cost: float | None
-    optimal: float
-    reason: str
-    title: str
-    containers: int
-    belief_s: tuple[float, ...]
-    planning_s: tuple[float, ...]
 
 
 Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from workbench.planning import recipe_search as rs
+from workbench.planning.errand_codes import CARRY, CHOOSE, FETCH, LIMIT, PLACE, SOLVED, FloatArray, IntArray
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
 from workbench.planning.recipes import MOST_RECIPES, Operation, Recipe, recipes_of
@@ -71,17 +71,17 @@ class _Attempt:
 class _Arrays:
     """A recipe in numbers; see recipe_search.search for shapes."""
 
-    d: rs.FloatArray
-    fetch: rs.FloatArray
-    least: rs.FloatArray
-    potential: rs.FloatArray
-    standing: rs.IntArray
-    end: rs.IntArray
-    in_hand: rs.IntArray
-    op_slot: rs.IntArray
-    op_where: rs.IntArray
-    op_after: rs.IntArray
-    link: rs.IntArray
+    d: FloatArray
+    fetch: FloatArray
+    least: FloatArray
+    potential: FloatArray
+    standing: IntArray
+    end: IntArray
+    in_hand: IntArray
+    op_slot: IntArray
+    op_where: IntArray
+    op_after: IntArray
+    link: IntArray
     n_ops: int
 
 
@@ -137,7 +137,7 @@ class _Passes:
     deadline: float
     clock: Clock
     given: float
-    best: tuple[float, _Attempt, rs.IntArray] | None = None
+    best: tuple[float, _Attempt, IntArray] | None = None
     unproven: float = float("inf")
     expanded: int = 0
     others: list[Alternative] = field(default_factory=list[Alternative])
@@ -174,18 +174,18 @@ class _Passes:
             self.leaves_out(attempt)
             return 0
         status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
-        if status == rs.LIMIT:
+        if status == LIMIT:
             self.unproven = min(self.unproven, bound)
             if self.limit == float("inf"):
                 status, cost, moves, more = self.some_plan(attempt)
                 nodes += more
-        if status == rs.SOLVED:
+        if status == SOLVED:
             self.others.append(Alternative(title=attempt.recipe.title, cost=cost, why_not="costs more"))
             self.best = (cost, attempt, moves)
         self.expanded += nodes
         return nodes
 
-    def some_plan(self, attempt: _Attempt) -> tuple[int, float, rs.IntArray, int]:
+    def some_plan(self, attempt: _Attempt) -> tuple[int, float, IntArray, int]:
         """A first plan, sought greedily in ever more states, for as long as there is time for them."""
         most, expanded = FIRST_GREEDY_NODES, 0
         while True:
@@ -193,7 +193,7 @@ class _Passes:
             status, cost, _, moves, nodes = _search(self.problem, attempt, self.limit, most, weight=GREEDY)
             expanded += nodes
             took = self.clock() - began
-            if status != rs.LIMIT or most >= GREEDY_NODES or self.clock() + GREEDY_GROWTH * took > self.deadline:
+            if status != LIMIT or most >= GREEDY_NODES or self.clock() + GREEDY_GROWTH * took > self.deadline:
                 return status, cost, moves, expanded
             most *= GREEDY_GROWTH
 
@@ -222,7 +222,7 @@ def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, .
             continue
         for slot in range(len(attempt.recipe.slots)):
             status, cost, _, moves, _ = _search(problem, attempt, float("inf"), MOST_EXPLAINED, first=slot)
-            if status == rs.SOLVED:
+            if status == SOLVED:
                 first = next((s for s in _steps(problem, attempt, moves) if s.action in ("find", "pick")), None)
                 if first is not None:
                     verb = "find" if first.action == "find" else "fetch"
@@ -272,11 +272,13 @@ def _search(
     first: int = -1,
     staging: bool = False,
     weight: float = 1.0,
-) -> tuple[int, float, float, rs.IntArray, int]:
+) -> tuple[int, float, float, IntArray, int]:
+    from workbench.planning.recipe_search import search
+
     a = attempt.arrays
     c = problem.costs.manipulation
     robot = problem.locations.index(problem.robot_at)
-    return rs.search(
+    return search(
         robot, attempt.hand, c if attempt.put_down else 0.0, first, a.d, a.fetch, a.least, a.potential, a.standing,
         a.end, a.in_hand, a.op_slot, a.op_where, a.op_after, a.link, a.n_ops, c, staging, weight, bound, most_nodes,
     )  # fmt: skip
@@ -308,9 +310,11 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
 
 
 def _errands(
-    problem: Problem, recipe: Recipe, where: dict[LocationId, int], d: rs.FloatArray, potential: rs.FloatArray
-) -> tuple[rs.FloatArray, rs.FloatArray, rs.IntArray]:
+    problem: Problem, recipe: Recipe, where: dict[LocationId, int], d: FloatArray, potential: FloatArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """fetch, least and standing of recipe_search.search."""
+    from workbench.planning.recipe_search import errands
+
     things = {thing.id: thing for thing in problem.things}
     tables = _find_tables(problem)
     at = np.full((len(recipe.slots), max((len(slot.things) for slot in recipe.slots), default=0)), -1)
@@ -322,10 +326,10 @@ def _errands(
                 at[s, j] = where[place]
             elif problem.find_costs is not None:
                 find[s, j] = problem.find_costs.item_types.index(things[name].type)
-    return rs.errands(at, find, tables, d, potential, problem.costs.manipulation)
+    return errands(at, find, tables, d, potential, problem.costs.manipulation)
 
 
-def _find_tables(problem: Problem) -> rs.FloatArray:
+def _find_tables(problem: Problem) -> FloatArray:
     """Find costs between the problem's locations, shape (types, locations, locations), read-only."""
     costs, n = problem.find_costs, len(problem.locations)
     if costs is not None and costs.origins == problem.locations == costs.targets:
@@ -339,7 +343,7 @@ def _find_tables(problem: Problem) -> rs.FloatArray:
     return tables
 
 
-def _operations(recipe: Recipe) -> tuple[rs.IntArray, rs.IntArray, rs.IntArray, rs.IntArray]:
+def _operations(recipe: Recipe) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     """op_slot, op_where, op_after and link of recipe_search.search."""
     parts = max([len(o.slots) for o in recipe.operations], default=1)
     op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
@@ -353,7 +357,7 @@ def _operations(recipe: Recipe) -> tuple[rs.IntArray, rs.IntArray, rs.IntArray, 
     return op_slot, op_where, op_after, _links(recipe)
 
 
-def _links(recipe: Recipe) -> rs.IntArray:
+def _links(recipe: Recipe) -> IntArray:
     """Which operations follow one another at a slot that stands at both; see recipe_search.search."""
     operations = recipe.operations
     link = np.full((max(len(operations), 1), 4), -1, dtype=np.int64)
@@ -385,9 +389,7 @@ def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
     return problem.robot_at if thing.held else thing.at
 
 
-def _fetch_cost(
-    problem: Problem, thing: Thing, where: dict[LocationId, int], d: rs.FloatArray, i: int, j: int
-) -> float:
+def _fetch_cost(problem: Problem, thing: Thing, where: dict[LocationId, int], d: FloatArray, i: int, j: int) -> float:
     """One entry of a thing's own table of errands."""
     at, costs = _place_of(problem, thing), problem.find_costs
     if at is None:
@@ -397,7 +399,7 @@ def _fetch_cost(
     return float(d[i, k] + problem.costs.manipulation + d[k, j])
 
 
-def _steps(problem: Problem, attempt: _Attempt, moves: rs.IntArray) -> tuple[PlanStep, ...]:
+def _steps(problem: Problem, attempt: _Attempt, moves: IntArray) -> tuple[PlanStep, ...]:
     """The search's errands, in its reverse order, as steps of a plan."""
     return _Walk(problem, attempt).steps(moves)
 
@@ -413,7 +415,7 @@ class _Walk:
         self.at: dict[int, LocationId] = {}
         self.out: list[PlanStep] = []
 
-    def steps(self, moves: rs.IntArray) -> tuple[PlanStep, ...]:
+    def steps(self, moves: IntArray) -> tuple[PlanStep, ...]:
         held = next((thing for thing in self.problem.things if thing.held), None)
         if held is not None and self.attempt.put_down:
             self.handle("place", held)
@@ -424,14 +426,14 @@ class _Walk:
         return tuple(self.out)
 
     def follow(self, kind: int, x: int, b: LocationId) -> None:
-        if kind == rs.CHOOSE:
+        if kind == CHOOSE:
             fitting = [t for t in self.fitting(x) if _place_of(self.problem, t) == b]
             self.chosen[x], self.at[x] = fitting[0], b
-        elif kind == rs.FETCH:
+        elif kind == FETCH:
             self.fetch(x, b)
-        elif kind == rs.CARRY:
+        elif kind == CARRY:
             self.walk(b)
-        elif kind == rs.PLACE:
+        elif kind == PLACE:
             self.handle("place", self.chosen[x])
             self.at[x] = self.robot
         else:

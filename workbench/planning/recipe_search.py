@@ -20,15 +20,8 @@ from typing import Any, cast
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-
-FETCH, PLACE, CARRY, PREPARE, CHOOSE, DROP = range(6)
-"""Moves of the search: (kind, slot or operation, place)."""
-
-SOLVED, NO_PLAN, LIMIT = range(3)
+from workbench.planning.errand_codes import CARRY, CHOOSE, FETCH, LIMIT, NO_PLAN, PLACE, PREPARE, SOLVED
 
 _EPS = 1e-9
 _ROUND = 1e6

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from workbench.errors import Malformed
 from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned
-from workbench.planning.plans import PlanStep
+from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.runs.vocabulary import (
     TOPICS,
     ActionFinished,
@@ -61,7 +61,7 @@ def encode(event: DomainEvent) -> bytes:
 
 
 def decode(topic: str, data: bytes) -> DomainEvent:
-    """The wire event in a message of a topic.
+    """The wire event in a message of a topic; one of an older schema version as it is meant today.
 
     Raises:
         UnknownTopic: the topic is not in TOPICS.
@@ -71,9 +71,17 @@ def decode(topic: str, data: bytes) -> DomainEvent:
     if decoder is None:
         raise UnknownTopic(topic)
     try:
-        return cast(DomainEvent, decoder.decode(data))
+        event = cast(DomainEvent, decoder.decode(data))
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise UndecodableMessage(topic, str(error)) from error
+    return _of_version_1(event) if isinstance(event, PlanComputed) else event
+
+
+def _of_version_1(plan: PlanComputed) -> PlanComputed:
+    """A plan of schema version 1, which expected a cost of 0.0 where none was found; later ones stay as they are."""
+    if plan.status == PlanStatus.SOLVED or plan.expected_cost is None:
+        return plan
+    return msgspec.structs.replace(plan, expected_cost=None)
 
 
 _DECODERS = {topic: msgspec.json.Decoder(cls) for topic, cls in TOPICS.items()}
@@ -138,7 +146,7 @@ def _(event: Planned) -> tuple[DomainEvent, ...]:
         reason=event.reason,
         status=plan.status.value,
         steps=tuple(_step(step) for step in plan.steps),
-        expected_cost=_rounded(plan.cost),
+        expected_cost=_rounded(plan.cost) if plan.status is PlanStatus.SOLVED else None,
         lower_bound=None if plan.lower_bound is None else _rounded(plan.lower_bound),
         optimal=plan.optimal,
         solver=plan.solver,

@@ -11,7 +11,8 @@ from types import MappingProxyType
 
 import msgspec
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""1: a plan that was not found expected a cost of 0.0. 2: it expects none (null)."""
 
 NANO = 1_000_000_000
 
@@ -110,13 +111,15 @@ class WayNotTaken(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
+    """expected_cost is of the whole plan; None where status says that there is none."""
+
     stamp: Stamp
     decision: int
     robot_at: str
     reason: str
     status: str
     steps: tuple[Step, ...]
-    expected_cost: float
+    expected_cost: float | None
     lower_bound: float | None
     optimal: bool
     solver: str

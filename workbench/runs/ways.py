@@ -8,6 +8,7 @@ standing pose is not on free ground (a place whose map was measured otherwise).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -32,11 +33,9 @@ class Ways:
         robot_radius_m: float,
     ) -> None:
         self._standing = standing
-        self._navigation: Navigation | None = None
-        if occupancy is not None:
-            free = free_cells(occupancy, robot_radius_m)
-            on_free = {name: pose for name, pose in standing.items() if _is_free(occupancy, free, pose)}
-            self._navigation = Navigation(travel=travel, grid=occupancy, free=free, standing=on_free)
+        self._travel = travel
+        self._occupancy = occupancy
+        self._robot_radius_m = robot_radius_m
 
     def standing_pose(self, location: LocationId) -> Pose | None:
         return self._standing.get(location)
@@ -48,6 +47,16 @@ class Ways:
             return None
         way = None if self._navigation is None else self._navigation.path(a, b)
         return (start.point, end.point) if way is None else way
+
+    @cached_property
+    def _navigation(self) -> Navigation | None:
+        """Made when the first way is asked for."""
+        grid = self._occupancy
+        if grid is None:
+            return None
+        free = free_cells(grid, self._robot_radius_m)
+        on_free = {name: pose for name, pose in self._standing.items() if _is_free(grid, free, pose)}
+        return Navigation(travel=self._travel, grid=grid, free=free, standing=on_free)
 
 
 def _is_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], pose: Pose) -> bool:

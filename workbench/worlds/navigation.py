@@ -11,7 +11,6 @@ from math import atan2, hypot
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from workbench.errors import BadValue, Malformed
 from workbench.worlds.corners import corner_cells
@@ -128,6 +127,8 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
 
 def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
     """Where the robot's middle can be: far enough from everything, in the largest connected part of the floor."""
+    from scipy import ndimage  # only where ways are not on disk already
+
     clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
     free = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
     free[[0, -1], :] = False

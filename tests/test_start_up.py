@@ -1,0 +1,56 @@
+"""A command loads what it needs: big libraries that it does not use would be most of the time that it takes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+LOG = "logs/find-greedy.mcap"
+
+NUMBERS = {"numpy", "numba", "scipy", "pandas", "pyarrow"}
+SCIPY = {"scipy.optimize", "scipy.cluster", "scipy.spatial", "scipy.ndimage", "scipy.sparse"}
+"""Numba itself loads scipy.linalg."""
+PICTURES = {"matplotlib", "viser", "PIL", "skimage", "shapely"}
+TORCH = {"torch", "sentence_transformers"}
+
+RUN = "import sys; from workbench.cli import run; run(sys.argv[1:]); "
+TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
+
+
+@pytest.mark.parametrize(
+    ("command", "spared"),
+    [
+        ("--help", NUMBERS | PICTURES | TORCH | {"rich.progress"}),
+        ("list logs", NUMBERS | PICTURES | TORCH),
+        ("list logs --strategy lios", NUMBERS - {"numpy"} | PICTURES | TORCH),
+        (f"info {LOG}", NUMBERS | PICTURES | TORCH),
+        ("compare tests", NUMBERS - {"numpy"} | PICTURES | TORCH),
+        (f"plan {LOG}", SCIPY | PICTURES | TORCH | {"pandas", "pyarrow"}),
+        (f"replay {LOG} -s opt-greedy --workers 1", SCIPY | PICTURES | TORCH | {"pandas", "pyarrow"}),
+    ],
+    ids=lambda value: value.split()[0] if isinstance(value, str) else "",
+)
+def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: set[str]) -> None:
+    assert not spared & _loaded(RUN + TELL, *command.split())
+
+
+def test_the_dashboard_loads_no_planners() -> None:
+    loaded = _loaded(f"import sys, dashboards.viser_app.serving; {TELL}")
+    assert not loaded & (SCIPY | TORCH | {"numba", "pandas", "pyarrow", "matplotlib", "skimage"})
+
+
+def test_a_planner_from_outside_does_not_wait_for_what_ours_need() -> None:
+    loaded = _loaded(f"import sys, replayers.sandbox; {TELL}")
+    assert not loaded & (NUMBERS - {"numpy"} | PICTURES | TORCH)
+
+
+def _loaded(code: str, *arguments: str) -> set[str]:
+    """The modules that a process has loaded at its end."""
+    ran = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    return set(ran.stderr.split())
