@@ -54,6 +54,7 @@ def record(
     from recorders.sinks import LogFiles, Split
     from recorders.trial import Wish, record_trial, trial_for
     from workbench.errors import OutputExists
+    from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
     from workbench.terminal import counted, emit_json, say
     from workbench.worlds.assets import assets_for
@@ -79,6 +80,7 @@ def record(
                 "scenario": trial.task.scenario,
                 "strategy": by,
                 "status": end.status,
+                "reason": end.reason,
                 "cost": end.cost,
                 "searches": end.searches,
                 "travel_m": end.travel_m,
@@ -90,6 +92,8 @@ def record(
         say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {seed}")
         looked = counted(end.searches, "container")
         say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
+        if end.status is not RunStatus.DONE:
+            say(f"Why: {end.reason}")
         if files is None:
             say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
         else:
