@@ -14,6 +14,7 @@ from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.evaluation.task_trials import Staged
 from workbench.execution.events import Event
+from workbench.planning.scenarios import is_scenario_file
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 
@@ -46,13 +47,19 @@ class RecordTo:
                 yield event
 
 
+LONGEST_NAME = 100
+
+
 def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
-    """Where a trial's log stands."""
+    """Where a trial's log stands. Different scenarios and strategies have different logs, whatever they are called."""
     return folder / _plain(scenario) / f"{trial:04d}-{_plain(strategy)}.mcap"
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9+._-]+", "-", Path(name).name)
+    """The name as a file's; where it must be changed, with a hash of the whole, so that no two are the same."""
+    last = Path(name).name if is_scenario_file(name) else name
+    plain = re.sub(r"[^A-Za-z0-9+._@-]+", "-", last).strip("-.")[:LONGEST_NAME]
+    return name if plain == name else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
 
 def _info(staged: Staged, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
