@@ -100,6 +100,8 @@ def test_a_planner_that_is_not_installed_says_so() -> None:
     assert "no-such-planner" in made.note
     with pytest.raises(BadValue):
         PddlCommand(command="planner")
+    with pytest.raises(BadValue, match="a shell can read: No closing quotation"):
+        PddlCommand(command="planner 'of mine {domain} {problem} {plan}")
 
 
 def test_memory_is_limited(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ class PddlCommand:
     """A planner called by a command line with {domain}, {problem} and {plan} in it.
 
     Raises:
-        BadValue: a command line without {domain} and {problem}.
+        BadValue: a command line without {domain} and {problem}, or whose quotation never ends.
     """
 
     command: str
@@ -43,6 +43,10 @@ class PddlCommand:
     def __post_init__(self) -> None:
         if "{domain}" not in self.command or "{problem}" not in self.command:
             raise BadValue("planner's command line", self.command, "one with {domain}, {problem} and {plan} in it")
+        try:
+            shlex.split(self.command)
+        except ValueError as error:
+            raise BadValue("planner's command line", self.command, f"one that a shell can read: {error}") from error
 
     def solve(self, problem: Problem, *, budget_s: float) -> Solved:
         return _solve(self.name, self.command, problem, budget_s, self.memory_bytes)
