@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +11,9 @@ from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
+from workbench.evaluation.task_names import file_name_of
 from workbench.evaluation.task_trials import Staged
 from workbench.execution.events import Event
-from workbench.planning.scenarios import is_scenario_file
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 
@@ -47,19 +46,9 @@ class RecordTo:
                 yield event
 
 
-LONGEST_NAME = 100
-
-
 def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
-    """Where a trial's log stands. Different scenarios and strategies have different logs, whatever they are called."""
-    return folder / _plain(scenario) / f"{trial:04d}-{_plain(strategy)}.mcap"
-
-
-def _plain(name: str) -> str:
-    """The name as a file's; where it must be changed, with a hash of the whole, so that no two are the same."""
-    last = Path(name).name if is_scenario_file(name) else name
-    plain = re.sub(r"[^A-Za-z0-9+._@-]+", "-", last).strip("-.")[:LONGEST_NAME]
-    return name if plain == name else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+    """Where a trial's log stands: no two scenarios or strategies share one, whatever they are called."""
+    return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 
 def _info(staged: Staged, strategy: str, estimator: Estimator, first: Event) -> RunInfo:

@@ -90,7 +90,7 @@ class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]
-"""Sees the events of a run go by, for recording: (trial, the row's strategy, estimator, events) -> the same events."""
+"""Sees the events of a run go by: (trial, strategy as its row names it, estimator, events) -> the same events."""
 
 
 def trial_seed(scenario: str, trial: int, seed: int) -> int:

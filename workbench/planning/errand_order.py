@@ -7,6 +7,8 @@ stretches of up to three errands elsewhere mends it (or-opt, Or 1976) until none
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 
@@ -67,4 +69,4 @@ def _mended(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
 
 
 def _inside(leg: FloatArray, stretch: tuple[int, ...]) -> float:
-    return float(sum(leg[1 + a, b] for a, b in zip(stretch, stretch[1:], strict=False)))
+    return float(sum(leg[1 + a, b] for a, b in pairwise(stretch)))

@@ -12,7 +12,7 @@ import math
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from types import FrameType
@@ -80,25 +80,25 @@ class Guarded:
         wrong = what_is_wrong(made)
         if wrong:
             return _without_plan(PlanStatus.SOLVER_FAILED, wrong, self.name)
-        return cast(Decision, made)
+        return made
 
 
 def what_is_wrong(made: object) -> str:
     """Why an answer is no decision that can be walked and recorded; empty when it is one."""
     if not isinstance(made, Decision):
         return f"it returned {_kind(made)} instead of a Decision"
-    plan: object = made.plan
-    if not isinstance(plan, Plan):
+    plan = made.plan
+    if not _is(plan, Plan):
         return f"its plan is {_kind(plan)}, not a Plan"
     checks: tuple[tuple[str, bool], ...] = (
-        ("plan's status is no PlanStatus", isinstance(plan.status, PlanStatus)),
+        ("plan's status is no PlanStatus", _is(plan.status, PlanStatus)),
         ("plan's steps are no tuple of PlanStep", _are(plan.steps, PlanStep)),
         ("plan's steps are not made of names and a cost", all(map(_well_made, _each(plan.steps)))),
         ("plan's cost is no finite number", _finite(plan.cost)),
         ("plan's lower_bound is no finite number", plan.lower_bound is None or _finite(plan.lower_bound)),
-        ("plan's optimal is neither True nor False", isinstance(plan.optimal, bool)),
-        ("plan's solver and note are no text", isinstance(plan.solver, str) and isinstance(plan.note, str)),
-        ("find_costs are no FindCosts", made.find_costs is None or isinstance(made.find_costs, FindCosts)),
+        ("plan's optimal is neither True nor False", _is(plan.optimal, bool)),
+        ("plan's solver and note are no text", _is(plan.solver, str) and _is(plan.note, str)),
+        ("find_costs are no FindCosts", made.find_costs is None or _is(made.find_costs, FindCosts)),
         ("search_order is no tuple of SearchStop", _are(made.search_order, SearchStop)),
         ("alternatives are no tuple of Alternative", _are(made.alternatives, Alternative)),
         ("look_on_the_way is no tuple of containers", _are(made.look_on_the_way, str)),
@@ -109,8 +109,13 @@ def what_is_wrong(made: object) -> str:
 def _well_made(step: object) -> bool:
     if not isinstance(step, PlanStep):
         return False
-    words = all(isinstance(word, str) for word in (step.action, step.origin, step.target))
+    words = all(_is(word, str) for word in (step.action, step.origin, step.target))
     return words and _are(step.item_types, str) and _are(step.items, str) and _finite(step.cost)
+
+
+def _is(thing: object, kind: type) -> bool:
+    """isinstance of what a stranger may have put there, whatever its declared type."""
+    return isinstance(thing, kind)
 
 
 def _each(things: object) -> tuple[object, ...]:
@@ -143,14 +148,14 @@ class _TooLate(BaseException):
 
 
 @contextmanager
-def _told(budget_s: float) -> Iterator[None]:
+def _told(budget_s: float) -> Generator[None]:
     """What is printed goes to standard error; _TooLate when the time is over."""
     with redirect_stdout(sys.stderr), _at_most(budget_s):
         yield
 
 
 @contextmanager
-def _at_most(seconds: float) -> Iterator[None]:
+def _at_most(seconds: float) -> Generator[None]:
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
         yield
         return

@@ -186,7 +186,7 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
 def _loaded(entry: EntryPoint) -> object:
     try:
         return entry.load()
-    except Exception as error:  # noqa: BLE001  a stranger's module may raise anything
+    except Exception as error:
         raise BadValue("strategy", entry.name, f"a plug-in that can be imported: {_said(error)}") from error
 
 
@@ -195,7 +195,7 @@ def _imported(name: str) -> Strategy:
     try:
         with redirect_stdout(sys.stderr):
             factory = getattr(import_module(module), attribute)
-    except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's module may raise anything
+    except (Exception, SystemExit) as error:
         raise BadValue("strategy", name, f"a module and class that can be imported: {_said(error)}") from error
     return _made(name, factory)
 
@@ -209,7 +209,7 @@ def _made(name: str, factory: object) -> Strategy:
                 made = factory()
             elif callable(factory) and not _is_strategy(factory):
                 made = factory(None)
-    except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+    except (Exception, SystemExit) as error:
         raise BadValue("strategy", name, f"one that can be made without arguments: {_said(error)}") from error
     if not _is_strategy(made):
         raise BadValue(f"strategy {name}", made, "something with name, relevant_types(task) and decide(view)")
