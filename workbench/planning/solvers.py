@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from workbench.errors import UnknownName
-from workbench.planning.external import PddlCommand, UnifiedPlanning
+from workbench.errors import MissingExtra, UnknownName, Unsupported
+from workbench.planning.external import PddlCommand, UnifiedPlanning, engines_here
 from workbench.planning.fast_downward import FastDownward
 from workbench.planning.solver import BuiltIn, Solver
 
@@ -28,17 +28,38 @@ SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
 COMMAND = "command:"
 
 
+class PlannerMissing(Unsupported):
+    """A planner that is not installed."""
+
+    def __init__(self, name: str, why: str) -> None:
+        super().__init__(f"solver {name}: {why}.")
+
+
 def solver(name: str) -> Solver:
     """The solver of that name.
 
     Raises:
         UnknownName: no such solver; lists the known ones.
         BadValue: a command line without {domain} and {problem}.
+        PlannerMissing: a planner that is not installed here: told at once, and not by a hundred failed runs.
     """
     if name in SOLVERS:
         return SOLVERS[name]()
     if name.startswith("up-"):
-        return UnifiedPlanning(engine=name[3:])
+        return _engine(name[3:])
     if name.startswith(COMMAND):
-        return PddlCommand(command=name[len(COMMAND) :])
+        command = PddlCommand(command=name[len(COMMAND) :])
+        if command.program is None:
+            raise PlannerMissing(name, "there is no such program. Install the planner, or give its path")
+        return command
     raise UnknownName("solver", name, (*SOLVERS, "up-ENGINE", "command:LINE"))
+
+
+def _engine(engine: str) -> Solver:
+    here = engines_here()
+    if here is None:
+        raise MissingExtra(f"solver up-{engine}", "planners")
+    if engine not in here:
+        known = ", ".join(here)
+        raise PlannerMissing(f"up-{engine}", f"unified-planning has no such engine here. It has {known}")
+    return UnifiedPlanning(engine=engine)
