@@ -93,3 +93,21 @@ def test_a_scenario_asks_for_as_many_things_as_the_house_has() -> None:
     goal = make_task("deliver-20", load_house(f"{shipped_houses()}:0"), seed=0).goal
     assert isinstance(goal, AllOf)
     assert len(goal.parts) == 20
+
+
+def test_a_plan_is_not_made_better_with_all_of_the_time_that_is_left() -> None:
+    """A second passes at every look at the clock: with a plan in hand, a tenth of the budget is enough."""
+    types = tuple(f"Thing{i:02d}" for i in range(12))
+    case = random_problem(deliver_goal(*types), types, seed=1, places=12)
+    now = [0.0]
+
+    def clock() -> float:
+        now[0] += 1.0
+        return now[0]
+
+    run = built_in._Passes(problem=case, deadline=100.0, enough=10.0, clock=clock, given=float("inf"))
+    now[0] = 50.0
+    assert not run.is_late(), "without a plan all of it"
+    run.one_by_one(built_in._attempts(case)[0][0])
+    assert run.best is not None
+    assert run.is_late()

@@ -31,6 +31,8 @@ GREEDY, GREEDY_NODES = 3.0, 1_000_000
 """When no recipe is solved in time: the weight of the heuristic with which a first plan is sought."""
 FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
 """So many states at first, and so many times more after each search in vain."""
+MOST_OF_BUDGET = 0.1
+"""Share of the time left that goes to making a plan better: a run has many decisions, and each needs some."""
 MOST_EXPLAINED = 5_000
 MOST_CENTRES = 3
 """Places whose distances serve the search as potentials."""
@@ -113,7 +115,9 @@ def solve(
     if unreachable:
         return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
-    run = _Passes(problem=problem, deadline=clock() + budget_s, clock=clock, given=given)
+    began = clock()
+    enough = began + MOST_OF_BUDGET * budget_s
+    run = _Passes(problem=problem, deadline=began + budget_s, enough=enough, clock=clock, given=given)
     attempts, all_of_them = _attempts(problem, run.is_late)
     if not all_of_them:
         run.unproven = 0.0
@@ -136,6 +140,7 @@ class _Passes:
 
     problem: Problem
     deadline: float
+    enough: float
     clock: Clock
     given: float
     best: tuple[float, _Attempt, rs.IntArray] | None = None
@@ -144,7 +149,8 @@ class _Passes:
     others: list[Alternative] = field(default_factory=list[Alternative])
 
     def is_late(self) -> bool:
-        return self.clock() > self.deadline
+        """Whether no time is left: all of it without a plan, MOST_OF_BUDGET of it with one."""
+        return self.clock() > (self.deadline if self.best is None else self.enough)
 
     @property
     def limit(self) -> float:
