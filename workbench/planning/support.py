@@ -15,6 +15,9 @@ from workbench.worlds.names import readable_name
 def what_is_lacking(goal: Goal, things: Mapping[ItemType, int]) -> str:
     """What every way of meeting the goal lacks, told of the first; empty where some way lacks nothing.
 
+    A way that contradicts itself (two things in one hand) lacks none of them: that no plan exists is the planner's
+    to prove.
+
     Args:
         things: how many of each type there are.
     """
@@ -28,12 +31,13 @@ def what_is_lacking(goal: Goal, things: Mapping[ItemType, int]) -> str:
 
 
 def _lacking(way: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int]) -> str:
+    contradicts = sum(isinstance(want, Holding) for want in way) > 1
     wanted = Counter(want.item_type for want in way)
     for item_type, number in wanted.items():
         have = things.get(item_type, 0)
         if not have:
             return f"no {readable_name(item_type)}"
-        if have < number:
+        if have < number and not contradicts:
             return f"{have} {readable_name(item_type)}, and the goal asks for {number}"
     for want in way:
         for prop in getattr(want, "properties", ()):
