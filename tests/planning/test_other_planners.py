@@ -19,7 +19,7 @@ from workbench.planning.pddl import RESERVED, pddl_names, pddl_of
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import holds, initial_state
 from workbench.planning.processes import Exit, run_program
-from workbench.planning.solvers import PlannerMissing, solver
+from workbench.planning.solvers import PlannerMissing, installed_solver, solver
 from workbench.planning.strategies import strategy
 
 CASES = [random_problem(deliver_goal("Mug", "Book"), ("Mug", "Book"), seed=seed) for seed in range(1, 6)]
@@ -133,6 +133,6 @@ def test_children_die_with_the_planner(tmp_path: Path) -> None:
 def test_a_planner_that_is_not_installed_is_refused_by_name(name: str, said: str) -> None:
     """At once, and not by a table of failed runs."""
     with pytest.raises(PlannerMissing, match=said):
-        solver(name)
+        installed_solver(name)
     with pytest.raises(PlannerMissing, match=said):
         strategy(f"model-lios@{name}")

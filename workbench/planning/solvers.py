@@ -38,28 +38,36 @@ class PlannerMissing(Unsupported):
 def solver(name: str) -> Solver:
     """The solver of that name.
 
+    One that is not installed says so by the status of its plans.
+
     Raises:
         UnknownName: no such solver; lists the known ones.
         BadValue: a command line without {domain} and {problem}.
-        PlannerMissing: a planner that is not installed here: told at once, and not by a hundred failed runs.
     """
     if name in SOLVERS:
         return SOLVERS[name]()
     if name.startswith("up-"):
-        return _engine(name[3:])
+        return UnifiedPlanning(engine=name[3:])
     if name.startswith(COMMAND):
-        command = PddlCommand(command=name[len(COMMAND) :])
-        if command.program is None:
-            raise PlannerMissing(name, "there is no such program. Install the planner, or give its path")
-        return command
+        return PddlCommand(command=name[len(COMMAND) :])
     raise UnknownName("solver", name, (*SOLVERS, "up-ENGINE", "command:LINE"))
 
 
-def _engine(engine: str) -> Solver:
-    here = engines_here()
-    if here is None:
-        raise MissingExtra(f"solver up-{engine}", "planners")
-    if engine not in here:
-        known = ", ".join(here)
-        raise PlannerMissing(f"up-{engine}", f"unified-planning has no such engine here. It has {known}")
-    return UnifiedPlanning(engine=engine)
+def installed_solver(name: str) -> Solver:
+    """The solver of that name, for runs: one that is not installed is told at once, and not by a table of failures.
+
+    Raises:
+        PlannerMissing: a planner that is not installed here.
+        MissingExtra: unified-planning is not.
+        UnknownName, BadValue: as solver.
+    """
+    made = solver(name)
+    if isinstance(made, PddlCommand) and made.program is None:
+        raise PlannerMissing(name, "there is no such program. Install the planner, or give its path")
+    if isinstance(made, UnifiedPlanning):
+        here = engines_here()
+        if here is None:
+            raise MissingExtra(f"solver {name}", "planners")
+        if made.engine not in here:
+            raise PlannerMissing(name, f"unified-planning has no such engine here. It has {', '.join(here)}")
+    return made

@@ -145,11 +145,11 @@ def _with_solver(made: Strategy, solver_name: str) -> Strategy:
 
 def _planning(part: Plans, solver_name: str) -> Plans:
     """The part that plans, with that solver or over all places."""
-    from workbench.planning.solvers import solver
+    from workbench.planning.solvers import installed_solver
 
     if solver_name == EVERYWHERE:
         return replace(part, everywhere=True)
-    return replace(part, solver=solver(solver_name))
+    return replace(part, solver=installed_solver(solver_name))
 
 
 def canonical_name(name: str) -> str | None:
