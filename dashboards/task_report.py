@@ -6,6 +6,7 @@ import base64
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -13,17 +14,18 @@ import numpy as np
 from dashboards.figures.style import PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
 from dashboards.timeline import timeline_of
-from replayers.run import read
+from replayers.run import Run, read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
 from workbench.evaluation.task_experiment import read_request
+from workbench.evaluation.task_names import file_name_of, scenario_title, strategy_title
 from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.task_table import pairs, table
-from workbench.planning.scenarios import PAPER_TITLES
-from workbench.planning.strategies import PAPER_NAMES
 
 EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
+TITLE_LETTERS = 80
+"""What fits over the picture of an example."""
 
 
 class NoEvaluation(NotFound):
@@ -35,11 +37,19 @@ class NoEvaluation(NotFound):
         )
 
 
+class NoTrials(NotFound):
+    """An evaluation that was stopped before its first trial, or that no house supports."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"{folder}: the evaluation holds no trial. Run it again: lios evaluate tasks -o {folder}.")
+
+
 def write_report(folder: Path) -> tuple[Path, list[Path]]:
     """Writes report.html and figures/ beside the trials; returns the page and the figures.
 
     Raises:
         NoEvaluation: the folder holds no evaluation of tasks.
+        NoTrials: it holds no trial.
         MalformedFile: its files are damaged.
     """
     for name in (SETTINGS_FILE, TRIALS_FILE):
@@ -48,7 +58,11 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
     request = read_request(folder / SETTINGS_FILE)
     names = {name: i for i, name in enumerate(request.strategies)}
     scenarios = {name: i for i, name in enumerate(request.scenarios)}
-    rows = read_rows(folder / TRIALS_FILE, torn_is_fine=True)
+    rows = list(
+        {(r.scenario, r.trial, r.strategy): r for r in read_rows(folder / TRIALS_FILE, torn_is_fine=True)}.values()
+    )
+    if not rows:
+        raise NoTrials(folder)
     last = len(names) + len(scenarios)
     rows.sort(key=lambda r: (scenarios.get(r.scenario, last), r.trial, names.get(r.strategy, last), r.strategy))
     lines = table(rows, seed=request.seed)
@@ -63,13 +77,13 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
     """For each scenario with recorded logs, the trial with the median gain: annotated ways from above."""
     from matplotlib.figure import Figure
 
-    from recorders.task_recording import log_path
-
     drawn: list[Path] = []
     for scenario in dict.fromkeys(row.scenario for row in rows):
-        trial = _typical(rows, scenario, folder)
-        logs = [] if trial is None else [log_path(folder / "logs", scenario, trial, name) for name in EXAMPLE]
-        timelines = [timeline_of(read(path)) for path in logs if path.exists()]
+        logs = _logs_of(rows, scenario, folder)
+        trial = _typical(rows, scenario, set(logs))
+        timelines = [
+            timeline_of(logs[name, trial]) for name in EXAMPLE if trial is not None and (name, trial) in logs
+        ]
         if not timelines:
             continue
         with figure_style():
@@ -77,24 +91,36 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
             ax = figure.add_subplot()
             draw_trajectory(ax, timelines)
             costs = ", ".join(
-                f"{PAPER_NAMES.get(t.run.info.strategy, t.run.info.strategy)} {t.run.outcome.cost:.0f}"
+                f"{strategy_title(t.run.info.strategy)} {t.run.outcome.cost:.0f}"
                 for t in timelines
                 if t.run.outcome is not None
             )
-            ax.set_title(f"{timelines[0].run.info.title}\n{costs}", fontsize=7)
-            path = folder / "figures" / f"example_{log_path(folder, scenario, 0, '').parent.name}.png"
+            ax.set_title("\n".join([*wrap(timelines[0].run.info.title, TITLE_LETTERS), costs]), fontsize=7)
+            path = folder / "figures" / f"example_{file_name_of(scenario)}.png"
             figure.savefig(path, dpi=200, metadata={"Software": None})
             figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
         drawn.append(path)
     return drawn
 
 
-def _typical(rows: Sequence[TaskRow], scenario: str, folder: Path) -> int | None:
+def _logs_of(rows: Sequence[TaskRow], scenario: str, folder: Path) -> dict[tuple[str, int], Run]:
+    """The recorded runs of the rows, by strategy and trial; logs of another evaluation in the folder are none."""
     from recorders.task_recording import log_path
 
+    found: dict[tuple[str, int], Run] = {}
+    for row in rows:
+        path = log_path(folder / "logs", scenario, row.trial, row.strategy)
+        if row.scenario == scenario and row.strategy in EXAMPLE and path.exists():
+            run = read(path)
+            same = (run.info.place, run.info.seed, run.info.estimator) == (row.house, row.seed, row.estimator)
+            if same and run.outcome is not None:
+                found[row.strategy, row.trial] = run
+    return found
+
+
+def _typical(rows: Sequence[TaskRow], scenario: str, recorded: set[tuple[str, int]]) -> int | None:
     costs = {(r.strategy, r.trial): r.cost for r in rows if r.scenario == scenario}
-    trials = sorted({r.trial for r in rows if r.scenario == scenario})
-    have = [t for t in trials if log_path(folder / "logs", scenario, t, EXAMPLE[0]).exists()]
+    have = sorted(trial for name, trial in recorded if name == EXAMPLE[0])
     gains = [(costs.get((EXAMPLE[1], t), 0.0) - costs.get((EXAMPLE[0], t), 0.0), t) for t in have]
     return sorted(gains)[len(gains) // 2][1] if gains else None
 
@@ -129,6 +155,9 @@ body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; display: block; overflow-x: auto }
 td, th { padding: .25rem .6rem; border-bottom: 1px solid #ddd; text-align: right }
 td:first-child, th:first-child { text-align: left } .best { font-weight: 700 }
+.costs { font-size: 13px } .costs td, .costs th { padding: .25rem .35rem; white-space: nowrap; vertical-align: top }
+.costs th[colspan] { text-align: center; white-space: normal } .costs tr:nth-child(2) th { text-align: right }
+.costs td:nth-child(3n+2) { border-left: 1px solid #eee }
 .interval { color: #777; font-size: 85% } figure { margin: 2rem 0 } img { max-width: 100% }
 </style>"""
 
@@ -142,10 +171,11 @@ def _table(lines: Sequence[Mapping[str, Any]]) -> str:
         for s in scenarios
         if any(scenario == s and name != "oracle" for scenario, name in cells)
     }
-    head = "".join(f"<th>{escape(PAPER_TITLES.get(s, s))}</th><th>Succ.</th><th>Replan</th>" for s in scenarios)
-    out = [f"<table><tr><th>Strategy</th>{head}</tr>"]
+    head = "".join(f"<th colspan=3>{escape(scenario_title(s))}</th>" for s in scenarios)
+    below = "<th>cost</th><th>succ.</th><th>replan</th>" * len(scenarios)
+    out = [f"<table class=costs><tr><th rowspan=2>Strategy</th>{head}</tr><tr>{below}</tr>"]
     for name in strategies:
-        row = [f"<td>{escape(PAPER_NAMES.get(name, name))}</td>"]
+        row = [f"<td>{escape(strategy_title(name))}</td>"]
         for s in scenarios:
             line = cells.get((s, name))
             if line is None:
@@ -154,7 +184,7 @@ def _table(lines: Sequence[Mapping[str, Any]]) -> str:
             low, high = line["ci95"]
             mark = ' class="best"' if name != "oracle" and line["mean_cost"] <= best[s] else ""
             row.append(
-                f"<td{mark}>{line['mean_cost']:.1f} <span class=interval>{low:.0f} to {high:.0f}</span></td>"
+                f"<td{mark}>{line['mean_cost']:.1f}<br><span class=interval>{low:.0f} to {high:.0f}</span></td>"
                 f"<td>{100 * line['success_rate']:.0f} %</td><td>{1e3 * line['replan_p50_s']:.0f} ms</td>"
             )
         out.append(f"<tr>{''.join(row)}</tr>")
@@ -167,9 +197,9 @@ def _pairs(compared: Sequence[Mapping[str, Any]]) -> str:
     for pair in compared:
         low, high = pair["share_ci95"]
         out.append(
-            f"<tr><td>{escape(PAPER_TITLES.get(pair['scenario'], pair['scenario']))}</td>"
-            f"<td>{escape(PAPER_NAMES.get(pair['a'], pair['a']))}</td>"
-            f"<td>{escape(PAPER_NAMES.get(pair['b'], pair['b']))}</td><td>{pair['difference']:+.2f}</td>"
+            f"<tr><td>{escape(scenario_title(pair['scenario']))}</td>"
+            f"<td>{escape(strategy_title(pair['a']))}</td>"
+            f"<td>{escape(strategy_title(pair['b']))}</td><td>{pair['difference']:+.2f}</td>"
             f"<td>{100 * pair['share']:+.1f} % <span class=interval>{100 * low:+.1f} to {100 * high:+.1f}</span></td>"
             f"<td>{100 * pair['a_wins']:.0f} %</td><td>{100 * pair['b_wins']:.0f} %</td></tr>"
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from recorders.provenance import revision
 from recorders.recorder import RunRecorder
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
+from workbench.evaluation.task_names import file_name_of
 from workbench.evaluation.task_trials import Staged
 from workbench.execution.events import Event
 from workbench.runs.place import Place
@@ -47,12 +47,8 @@ class RecordTo:
 
 
 def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
-    """Where a trial's log stands."""
-    return folder / _plain(scenario) / f"{trial:04d}-{_plain(strategy)}.mcap"
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9+._-]+", "-", Path(name).name)
+    """Where a trial's log stands: no two scenarios or strategies share one, whatever they are called."""
+    return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 
 def _info(staged: Staged, strategy: str, estimator: Estimator, first: Event) -> RunInfo:

@@ -18,6 +18,7 @@ from workbench.planning.sas import SasTask, sas_of
 from workbench.planning.scout import Scout
 from workbench.planning.solver import BuiltIn, Solver
 from workbench.planning.solvers import solver as solver_named
+from workbench.planning.strategies import EVERYWHERE
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.widening import solve_widening
 
@@ -102,7 +103,10 @@ def plan_again(
     number = decision if decision is not None else decision_at(run, at or 0.0)
     moment = moment_of(run, number)
     name = strategy or run.info.strategy
-    base = _base(name, cooking=prepares(moment.view.task.goal))
+    base = _base(
+        name.partition("@")[0] if solver and not name.endswith(f"@{EVERYWHERE}") else name,
+        cooking=prepares(moment.view.task.goal),
+    )
     problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
     core = problem.locations
     everywhere = everywhere or base.everywhere

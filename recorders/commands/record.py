@@ -92,6 +92,7 @@ def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path]
             "scenario": trial.task.scenario,
             "strategy": by,
             "status": end.status,
+            "reason": end.reason,
             "cost": end.cost,
             "searches": end.searches,
             "travel_m": end.travel_m,
@@ -102,11 +103,14 @@ def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path]
 
 
 def _tell(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+    from workbench.execution.events import RunStatus
     from workbench.terminal import counted, say
 
     looked = counted(end.searches, "container")
     say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {trial.seed}")
     say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
+    if end.status is not RunStatus.DONE:
+        say(f"Why: {end.reason}")
     if parts is None:
         say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
     else:

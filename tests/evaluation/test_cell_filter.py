@@ -58,3 +58,9 @@ def test_only_the_cells_that_are_meant_are_run(capsys: pytest.CaptureFixture[str
     assert run([*words.split(), "-k", "greedy", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
     assert [(r["scenario"], r["strategy"], r["trials"]) for r in rows] == [("any-of-three", "opt-greedy", 1)]
+
+
+@pytest.mark.parametrize("expression", ["(" * 5000, "not " * 5000 + "x", " or ".join("x" * 5000)])
+def test_an_expression_without_end_is_refused(expression: str) -> None:
+    with pytest.raises(BadValue, match="at most 200 words"):
+        cell_filter(expression)

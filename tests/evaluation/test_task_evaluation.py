@@ -197,3 +197,29 @@ def test_bad_requests_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture
     assert run(["evaluate", "tasks", "--trials", "0"]) == 2
     assert run(["report", str(tmp_path)]) == 2
     assert capsys.readouterr().err.count("lios:") == 4
+
+
+def test_no_two_trials_share_a_log(tmp_path: Path) -> None:
+    """Scenario files of one name in two folders, and strategies that differ before a slash."""
+    from recorders.task_recording import log_path
+
+    scenarios = ("deliver-3", "a/tea.yaml", "b/tea.yaml", "tea.yaml", f"{'x' * 300}.yaml")
+    planner = "command:/opt/planner {domain} {problem} {plan}"
+    strategies = ("lios", f"model-lios@{planner}", f"opt-greedy@{planner}", "my.module:Planner", "my.module-Planner")
+    paths = [log_path(tmp_path, s, 0, n) for s in scenarios for n in strategies]
+    assert len(set(paths)) == len(paths)
+    for path in paths:
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    assert log_path(tmp_path, "breakfast+coffee", 3, "model-lios").name == "0003-model-lios.mcap"
+
+
+def test_a_log_stands_where_its_row_says(tmp_path: Path) -> None:
+    """A plug-in calls itself one thing and is asked for by another name."""
+    from recorders.task_recording import RecordTo, log_path
+
+    named = f"{__name__}:Raises"
+    asked = request(strategies=(named,), trials=1)
+    unit = units_left(asked, plan_trials(asked).keys, [], RecordTo(folder=tmp_path))[0]
+    (row,) = run_unit(unit)
+    assert log_path(tmp_path, row.scenario, row.trial, row.strategy).exists()

@@ -19,7 +19,7 @@ from workbench.planning.pddl import RESERVED, pddl_names, pddl_of
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import holds, initial_state
 from workbench.planning.processes import Exit, run_program
-from workbench.planning.solvers import solver
+from workbench.planning.solvers import PlannerMissing, installed_solver, solver
 from workbench.planning.strategies import strategy
 
 CASES = [random_problem(deliver_goal("Mug", "Book"), ("Mug", "Book"), seed=seed) for seed in range(1, 6)]
@@ -100,6 +100,8 @@ def test_a_planner_that_is_not_installed_says_so() -> None:
     assert "no-such-planner" in made.note
     with pytest.raises(BadValue):
         PddlCommand(command="planner")
+    with pytest.raises(BadValue, match="a shell can read: No closing quotation"):
+        PddlCommand(command="planner 'of mine {domain} {problem} {plan}")
 
 
 def test_memory_is_limited(tmp_path: Path) -> None:
@@ -118,3 +120,19 @@ def test_children_die_with_the_planner(tmp_path: Path) -> None:
 
     time.sleep(2.0)
     assert not (tmp_path / "alive").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("command:no-such-planner {domain} {problem} {plan}", "there is no such program. Install the planner"),
+        ("up-no-such-engine", "unified-planning has no such engine here. It has .*fast-downward"),
+        ("up-", "unified-planning has no such engine here"),
+    ],
+)
+def test_a_planner_that_is_not_installed_is_refused_by_name(name: str, said: str) -> None:
+    """At once, and not by a table of failed runs."""
+    with pytest.raises(PlannerMissing, match=said):
+        installed_solver(name)
+    with pytest.raises(PlannerMissing, match=said):
+        strategy(f"model-lios@{name}")

@@ -148,3 +148,68 @@ def test_nonsense_files_are_refused(tmp_path: Path, text: str) -> None:
     path.write_text(text)
     with pytest.raises(MalformedFile, match=r"x\.yaml"):
         make_task(str(path), toy_house(), seed=1)
+
+
+def _bomb(kind: str) -> str:
+    """Nine aliases of nine aliases of ..., eight deep: 43 million goals on one line."""
+    goal = "&a0 {deliver: Mug, to: start}"
+    for i in range(1, 9):
+        goal = f"&a{i} {{{kind}: [{goal}{f', *a{i - 1}' * 8}]}}"
+    return f"goal: {goal}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (_bomb("any"), r"x\.yaml:1:\d+: these are more than 1000 goals, aliases counted"),
+        (_bomb("all"), r"x\.yaml:1:\d+: these are more than 1000 goals, aliases counted"),
+        ("goal:\n  all: [{deliver: Mug, to: start}]\n  to: start", r"x\.yaml:3:3: 'to' says nothing beside all"),
+        ("goal: {hold: Bread, to: start, with: [toasted]}", r"x\.yaml:1:32: 'with' says nothing beside hold"),
+        ("add: [{item: Mug, in: []}]\ngoal: {hold: Mug, to: start}", r"x\.yaml:1:23: in has no container types"),
+        ("failure_cost: [1]\ngoal: {hold: Mug, to: start}", r"x\.yaml:1:15: failure_cost is no number"),
+        ('title: "a\\n\\e[31mb"\ngoal: {hold: Mug, to: start}', r"x\.yaml:1:8: .* cannot be printed on one line"),
+        ('goal: {hold: "Mug\\0", to: start}', r"x\.yaml:1:14: 'Mug.x00' cannot be printed"),
+        ("goal: {deliver: Toaster, to: start, with: [tosted]}", r"x\.yaml:1:44: nothing makes a toaster tosted"),
+    ],
+)
+def test_what_a_file_says_in_vain_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    with pytest.raises(MalformedFile, match=said):
+        make_task(str(path), toy_house(), seed=1)
+
+
+@pytest.mark.parametrize(
+    ("goal", "lacks"),
+    [
+        ("{deliver: Teddy Bear, to: start}", "no teddy bear"),
+        ("{any: [{hold: Teddy Bear, to: start}, {hold: Laptop, to: start}]}", "no teddy bear"),
+        ("{all: [{deliver: Bread, to: start}, {deliver: Bread, to: serving}]}", "1 bread, and the goal asks for 2"),
+        ("{deliver: Mug, to: start, with: [coffee]}", "nothing that makes a mug coffee"),
+    ],
+)
+def test_a_house_that_cannot_meet_a_file_s_goal_is_refused(tmp_path: Path, goal: str, lacks: str) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text(f"goal: {goal}\n")
+    with pytest.raises(ScenarioUnsupported, match=f"toy cannot support x: it has {lacks}"):
+        make_task(str(path), toy_house(), seed=1)
+
+
+def test_an_alternative_that_the_house_lacks_does_not_matter(tmp_path: Path) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text("goal: {any: [{deliver: Teddy Bear, to: start}, {deliver: Mug, to: start}]}\n")
+    task = make_task(str(path), toy_house(), seed=1)
+    assert isinstance(task.goal, AnyOf)
+    assert len(task.goal.parts) == 2
+    assert "TeddyBear" not in task.available
+
+
+def test_a_file_asks_only_for_what_can_be_reached(tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    travel = replace(toy_travel(), locations=toy_travel().locations[:-1], metres=toy_travel().metres[:-1, :-1])
+    path = tmp_path / "x.yaml"
+    path.write_text("goal: {deliver: CellPhone, to: start}\n")
+    assert "CellPhone" in make_task(str(path), toy_house(), seed=1, travel=toy_travel()).available
+    with pytest.raises(ScenarioUnsupported, match="no cell phone"):
+        make_task(str(path), toy_house(), seed=1, travel=travel)

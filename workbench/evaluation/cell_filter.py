@@ -11,6 +11,9 @@ from collections.abc import Callable, Iterator
 
 from workbench.errors import BadValue
 
+MOST_TOKENS = 200
+"""Deeper than any person nests, and not so deep that reading it fails."""
+
 CellFilter = Callable[[str, str], bool]
 """(scenario, strategy) -> whether the cell is meant."""
 
@@ -37,7 +40,10 @@ class _Reader:
 
     def __init__(self, expression: str) -> None:
         self.expression = expression
-        self.tokens: Iterator[str] = iter(re.findall(r"[()]|[^\s()]+", expression.lower()))
+        tokens = re.findall(r"[()]|[^\s()]+", expression.lower())
+        if len(tokens) > MOST_TOKENS:
+            raise BadValue("-k", expression, f"at most {MOST_TOKENS} words")
+        self.tokens: Iterator[str] = iter(tokens)
         self.token = next(self.tokens, "")
 
     def either(self) -> _Test:

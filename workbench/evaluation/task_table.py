@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
+from workbench.evaluation.task_names import scenario_title, strategy_title
 from workbench.evaluation.task_rows import TaskRow
-from workbench.planning.scenarios import PAPER_TITLES
-from workbench.planning.strategies import PAPER_NAMES
 
 REFERENCE = "model-lios"
 """Paired differences are given against it: the paper's own strategy."""
@@ -152,10 +151,10 @@ def markdown(lines: Sequence[dict[str, Any]]) -> str:
     scenarios = list(dict.fromkeys(line["scenario"] for line in lines))
     strategies = list(dict.fromkeys(line["strategy"] for line in lines))
     cells = {(line["scenario"], line["strategy"]): line for line in lines}
-    head = "| Strategy | " + " | ".join(f"{PAPER_TITLES.get(s, s)} cost | Succ." for s in scenarios) + " |"
+    head = "| Strategy | " + " | ".join(f"{_cell(scenario_title(s))} cost | Succ." for s in scenarios) + " |"
     out = [head, "|---|" + "---:|---:|" * len(scenarios)]
     for strategy in strategies:
-        words = [PAPER_NAMES.get(strategy, strategy)]
+        words = [_cell(strategy_title(strategy))]
         for scenario in scenarios:
             line = cells.get((scenario, strategy))
             if line is None:
@@ -165,3 +164,8 @@ def markdown(lines: Sequence[dict[str, Any]]) -> str:
             words += [f"{line['mean_cost']:.1f} [{low:.1f}, {high:.1f}]", f"{100 * line['success_rate']:.0f} %"]
         out.append("| " + " | ".join(words) + " |")
     return "\n".join(out) + "\n"
+
+
+def _cell(name: str) -> str:
+    """A name as a cell of a Markdown table: a planner's command line may hold what ends one."""
+    return name.replace("|", "\\|")

@@ -56,7 +56,7 @@ class Staged:
 
 
 Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]
-"""Sees the events of a run go by, for recording: (trial, strategy, estimator, events) -> the same events."""
+"""Sees the events of a run go by: (trial, strategy as its row names it, estimator, events) -> the same events."""
 
 
 def trial_seed(scenario: str, trial: int, seed: int) -> int:
@@ -141,7 +141,7 @@ def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None
         made = strategy_named(strategy, house=staged.house)
         world = SimulatedWorld(staged.house, staged.navigation, known=staged.known)
         events = run_task(world, made, believer, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31)
-        for event in tap(staged, made.name, believer, events) if tap else events:
+        for event in tap(staged, strategy, believer, events) if tap else events:
             if isinstance(event, Planned):
                 planned.append(event)
             elif isinstance(event, Ended):

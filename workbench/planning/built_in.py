@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from workbench.planning.errand_codes import CARRY, CHOOSE, FETCH, LIMIT, PLACE, SOLVED, FloatArray, IntArray
+from workbench.planning.errand_order import errand_order
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
 from workbench.planning.recipes import MOST_RECIPES, Operation, Recipe, recipes_of
@@ -30,6 +31,8 @@ GREEDY, GREEDY_NODES = 3.0, 1_000_000
 """When no recipe is solved in time: the weight of the heuristic with which a first plan is sought."""
 FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
 """So many states at first, and so many times more after each search in vain."""
+MOST_OF_BUDGET = 0.1
+"""Share of the time left that goes to making a plan better: a run has many decisions, and each needs some."""
 MOST_EXPLAINED = 5_000
 MOST_CENTRES = 3
 """Places whose distances serve the search as potentials."""
@@ -112,7 +115,9 @@ def solve(
     if unreachable:
         return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
-    run = _Passes(problem=problem, deadline=clock() + budget_s, clock=clock, given=given)
+    began = clock()
+    enough = began + MOST_OF_BUDGET * budget_s
+    run = _Passes(problem=problem, deadline=began + budget_s, enough=enough, clock=clock, given=given)
     attempts, all_of_them = _attempts(problem, run.is_late)
     if not all_of_them:
         run.unproven = 0.0
@@ -123,7 +128,7 @@ def solve(
         kept = replace(at_most, lower_bound=bound, optimal=bound >= given - 1e-6, solver=SOLVER)
         return Solved(plan=kept, expanded=run.expanded)
     if run.best is None:
-        return Solved(plan=_no_plan(attempts, run.unproven), expanded=run.expanded)
+        return Solved(plan=_no_plan(attempts, run.unproven, late=run.is_late()), expanded=run.expanded)
     cost, attempt, moves = run.best
     plan = _plan_of(_steps(problem, attempt, moves), lower_bound=min(cost, run.unproven))
     return Solved(plan=plan, alternatives=_not_taken(run.others, attempt.recipe.title), expanded=run.expanded)
@@ -135,6 +140,7 @@ class _Passes:
 
     problem: Problem
     deadline: float
+    enough: float
     clock: Clock
     given: float
     best: tuple[float, _Attempt, IntArray] | None = None
@@ -143,7 +149,8 @@ class _Passes:
     others: list[Alternative] = field(default_factory=list[Alternative])
 
     def is_late(self) -> bool:
-        return self.clock() > self.deadline
+        """Whether no time is left: all of it without a plan, MOST_OF_BUDGET of it with one."""
+        return self.clock() > (self.deadline if self.best is None else self.enough)
 
     @property
     def limit(self) -> float:
@@ -172,10 +179,12 @@ class _Passes:
     def try_one(self, attempt: _Attempt, most_nodes: int, *, staging: bool) -> int:
         if not fits(attempt, staging=staging):
             self.leaves_out(attempt)
+            self.one_by_one(attempt)
             return 0
         status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
         if status == LIMIT:
             self.unproven = min(self.unproven, bound)
+            self.one_by_one(attempt)
             if self.limit == float("inf"):
                 status, cost, moves, more = self.some_plan(attempt)
                 nodes += more
@@ -197,6 +206,13 @@ class _Passes:
                 return status, cost, moves, expanded
             most *= GREEDY_GROWTH
 
+    def one_by_one(self, attempt: _Attempt) -> None:
+        """A plan of one errand after the other, if none is cheaper: there always is one, however many there are."""
+        made = _one_by_one(self.problem, attempt)
+        if made is not None and made[0] < self.limit:
+            self.others.append(Alternative(title=attempt.recipe.title, cost=made[0], why_not="costs more"))
+            self.best = (made[0], attempt, made[1])
+
     def leaves_out(self, attempt: _Attempt) -> None:
         """What the attempt costs at least is not excluded."""
         self.unproven = min(self.unproven, _least(self.problem, attempt))
@@ -212,6 +228,34 @@ def fits(attempt: _Attempt, *, staging: bool) -> bool:
     for slot in range(slots):
         states *= n + 1 if staging or slot in used else 2
     return states < MOST_CODE
+
+
+def _one_by_one(problem: Problem, attempt: _Attempt) -> tuple[float, IntArray] | None:
+    """Cost and moves (in reverse) of fetching one thing after the other; None for what is prepared or cannot be."""
+    a, hand = attempt.arrays, attempt.hand
+    if a.n_ops or (hand >= 0 and a.in_hand[hand]):
+        return None
+    robot, c = problem.locations.index(problem.robot_at), problem.costs.manipulation
+    cost, moves = (c if attempt.put_down else 0.0), list[tuple[int, int, int]]()
+    if hand >= 0:
+        cost += float(a.d[robot, a.end[hand]]) + c
+        robot = int(a.end[hand])
+        moves += [(CARRY, hand, robot), (PLACE, hand, robot)]
+    stands = [not a.in_hand[s] and a.standing[s, end] for s, end in enumerate(a.end)]
+    carried = [s for s in range(len(a.end)) if s != hand and not stands[s] and not a.in_hand[s]]
+    ends = a.end[carried].astype(np.int64)
+    leg = a.fetch[np.array(carried, dtype=np.int64)[None, :], np.array([robot, *ends])[:, None], ends[None, :]] + c
+    spent, order = errand_order(leg)
+    cost += spent
+    for i in order:
+        robot = int(ends[i])
+        moves += [(FETCH, carried[i], robot), (PLACE, carried[i], robot)]
+    for s in (s for s in range(len(a.end)) if a.in_hand[s]):
+        cost += float(a.fetch[s, robot, a.end[s]])
+        moves.append((FETCH, s, int(a.end[s])))
+    if not np.isfinite(cost):
+        return None
+    return cost, np.array(moves[::-1], dtype=np.int64).reshape(-1, 3)
 
 
 def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
@@ -507,9 +551,10 @@ def _plan_of(steps: tuple[PlanStep, ...], *, lower_bound: float) -> Plan:
     )
 
 
-def _no_plan(attempts: list[_Attempt], unproven: float) -> Plan:
+def _no_plan(attempts: list[_Attempt], unproven: float, *, late: bool) -> Plan:
     if unproven < float("inf"):
-        return Plan(status=PlanStatus.TIMED_OUT, solver=SOLVER, note="no plan was found within the planning budget")
+        within = "the planning budget" if late else "the states that the built-in solver looks at"
+        return Plan(status=PlanStatus.TIMED_OUT, solver=SOLVER, note=f"no plan was found within {within}")
     missing = "no way of meeting the goal has all its things" if not attempts else "no sequence of actions meets it"
     return Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=missing)
 

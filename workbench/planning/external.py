@@ -11,6 +11,8 @@ import shutil
 import sys
 import tempfile
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import final
@@ -33,7 +35,7 @@ class PddlCommand:
     """A planner called by a command line with {domain}, {problem} and {plan} in it.
 
     Raises:
-        BadValue: a command line without {domain} and {problem}.
+        BadValue: a command line without {domain} and {problem}, or whose quotation never ends.
     """
 
     command: str
@@ -43,6 +45,16 @@ class PddlCommand:
     def __post_init__(self) -> None:
         if "{domain}" not in self.command or "{problem}" not in self.command:
             raise BadValue("planner's command line", self.command, "one with {domain}, {problem} and {plan} in it")
+        try:
+            shlex.split(self.command)
+        except ValueError as error:
+            raise BadValue("planner's command line", self.command, f"one that a shell can read: {error}") from error
+
+    @property
+    def program(self) -> str | None:
+        """Where the planner's program is; None when it is not installed."""
+        words = shlex.split(self.command)
+        return shutil.which(words[0]) if words else None
 
     def solve(self, problem: Problem, *, budget_s: float) -> Solved:
         return _solve(self.name, self.command, problem, budget_s, self.memory_bytes)
@@ -67,6 +79,15 @@ class UnifiedPlanning:
         words = (sys.executable, "-m", "workbench.planning.up_child", self.engine)
         command = " ".join(shlex.quote(word) for word in words) + " {domain} {problem} {plan}"
         return _solve(self.name, command, problem, budget_s, self.memory_bytes)
+
+
+@lru_cache(maxsize=1)
+def engines_here() -> tuple[str, ...] | None:
+    """The engines of unified-planning that are installed and make plans, sorted; None without unified-planning."""
+    if find_spec("unified_planning") is None:
+        return None
+    factory = import_module("unified_planning.shortcuts").get_environment().factory
+    return tuple(sorted(name for name in factory.engines if factory.engine(name).is_oneshot_planner()))
 
 
 def _solve(name: str, command: str, problem: Problem, budget_s: float, memory_bytes: int) -> Solved:

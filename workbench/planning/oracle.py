@@ -6,21 +6,34 @@ It plans as if every container had been searched, and looks only into containers
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import final
 
 from workbench.planning.composed import EVERYWHERE_S, Composed, types_to_believe
 from workbench.planning.find_pricing import Truth
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
-from workbench.planning.problem import locations_that_matter, problem_of
+from workbench.planning.problem import (
+    Problem,
+    apply,
+    holds,
+    initial_state,
+    locations_that_matter,
+    problem_of,
+    want_holds,
+    ways_of,
+)
 from workbench.planning.solver import BuiltIn, Solver
 from workbench.planning.strategy import Decision, View
-from workbench.planning.tasks import Holding, Task, goal_locations
+from workbench.planning.tasks import AllOf, Holding, Task, goal_locations
 from workbench.planning.widening import solve_widening
 from workbench.search.find_costs import SearchStop
 from workbench.search.oracle import oracle_policy
 from workbench.worlds.house import ContainerId, House, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
+
+MOST_WAYS_TRIED = 64
+"""Ways of meeting a goal that are compared where unseen things meet a part of it already."""
 
 
 @final
@@ -49,13 +62,30 @@ class Oracle:
         all_known = self._all_known(view.knowledge)
         places = locations_that_matter(goal, all_known, hubs_for(replace(view, knowledge=all_known)))
         problem = problem_of(goal, all_known, view.costs, locations=places, find_costs=None)
-        if self.everywhere:
-            all_places = locations_that_matter(goal, all_known, view.knowledge.travel.locations)
-            whole = replace(problem, locations=all_places)
-            made = solve_widening(whole, places, budget_s=min(view.budget_s, EVERYWHERE_S))
-        else:
-            made = self.solver.solve(problem, budget_s=view.budget_s)
-        return _with_looks(made.plan, view)
+        best = self._looked(self._plan(problem, view), problem, view)
+        if best.places:  # another way of meeting the goal may need no walk to what nobody has seen
+            for way in ways_of(goal)[:MOST_WAYS_TRIED]:
+                narrowed = replace(problem, goal=AllOf(parts=way))
+                best = min(best, self._looked(self._plan(narrowed, view), narrowed, view), key=lambda tour: tour.cost)
+        return _with_looks(best.plan, view, best.look, best.places)
+
+    def _plan(self, problem: Problem, view: View) -> Plan:
+        if not self.everywhere:
+            return self.solver.solve(problem, budget_s=view.budget_s).plan
+        all_places = locations_that_matter(problem.goal, self._all_known(view.knowledge), problem.travel.locations)
+        whole = replace(problem, locations=all_places)
+        return solve_widening(whole, problem.locations, budget_s=min(view.budget_s, EVERYWHERE_S)).plan
+
+    def _looked(self, plan: Plan, problem: Problem, view: View) -> _Tour:
+        """What the plan costs with the looks that show that the goal is met, and the first of them."""
+        if plan.status is not PlanStatus.SOLVED:
+            return _Tour(plan=plan, cost=float("inf"))
+        places = _to_be_seen(plan, problem, view)
+        route = (problem.robot_at, *(step.target for step in plan.steps))
+        detours = [_detour(route, place, problem) for place in places]
+        cost = plan.cost + sum(length for length, _, _ in detours)
+        look = min(((index, place) for _, index, place in detours), default=None)
+        return _Tour(plan=plan, cost=cost, look=look, places=places)
 
     def _single_find(self, view: View) -> Decision:
         plain = Composed(
@@ -70,19 +100,74 @@ class Oracle:
         return knowledge
 
 
-def _with_looks(plan: Plan, view: View) -> Decision:
-    """The plan with a look where it first handles what only the oracle knows of."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Tour:
+    """A plan and where the oracle must show itself what it knows already.
+
+    Attributes:
+        cost: of the plan and of the detours to those places.
+        look: before which step such a place is visited, and which.
+        places: all of them.
+    """
+
+    plan: Plan
+    cost: float
+    look: tuple[int, LocationId] | None = None
+    places: tuple[LocationId, ...] = ()
+
+
+def _to_be_seen(plan: Plan, problem: Problem, view: View) -> tuple[LocationId, ...]:
+    """The fewest places whose things meet a part of the goal at the plan's end though nobody has seen them."""
+    state = initial_state(problem)
+    for step in plan.steps:
+        state = apply(step, state)
+    known = {item for step in plan.steps for item in step.items} | _seen(view.knowledge)
+    ways: list[tuple[LocationId, ...]] = []
+    for way in ways_of(problem.goal):
+        if holds(AllOf(parts=way), state, problem):
+            sure = [
+                any(t.id in known and want_holds(want, t.id, state) for t in problem.of_type(want.item_type))
+                for want in way
+            ]
+            ways.append(tuple(sorted({want.at for want, seen in zip(way, sure, strict=True) if not seen})))
+    return min(ways, key=lambda places: (len(places), places), default=())
+
+
+def _detour(route: tuple[LocationId, ...], place: LocationId, problem: Problem) -> tuple[float, int, LocationId]:
+    """Where on a route a place is visited at least cost: extra metres, before which step, the place."""
+    if place in route:
+        return 0.0, route.index(place), place
+    lengths = [
+        problem.distance(a, place) + problem.distance(place, b) - problem.distance(a, b) for a, b in pairwise(route)
+    ]
+    in_hand = any(isinstance(want, Holding) for way in ways_of(problem.goal) for want in way)
+    lengths.append(problem.distance(route[-1], place) * (2 if in_hand else 1))  # and back, where the goal ends
+    least = min(range(len(lengths)), key=lengths.__getitem__)
+    return lengths[least], least, place
+
+
+def _seen(knowledge: Knowledge) -> set[ItemId]:
+    seen = {item.id for items in knowledge.items_at.values() for item in items}
+    return seen | ({knowledge.holding.id} if knowledge.holding is not None else set())
+
+
+def _with_looks(
+    plan: Plan, view: View, detour: tuple[int, LocationId] | None, places: tuple[LocationId, ...]
+) -> Decision:
+    """The plan with a look where it first handles what only the oracle knows of, or where that meets the goal."""
     knowledge = view.knowledge
     unsearched = frozenset(LocationId(c) for c in knowledge.unsearched)
-    seen = {item.id for items in knowledge.items_at.values() for item in items}
-    if knowledge.holding is not None:
-        seen.add(knowledge.holding.id)
+    seen = _seen(knowledge)
     holding = knowledge.holding is not None
+    if knowledge.robot_at in unsearched and knowledge.robot_at in places:
+        return Decision(plan=plan, look_on_the_way=(knowledge.robot_at,))
     for k, step in enumerate(plan.steps):
+        if detour is not None and k == detour[0]:
+            return Decision(plan=plan, steps_now=k) if k else Decision(plan=plan, look_on_the_way=(detour[1],))
         if step.origin in unsearched and any(item not in seen for item in step.items):
             return _looking_before(plan, k, view, holding=holding)
         holding = {"pick": True, "place": False}.get(step.action, holding)
-    wanted = [place for place in goal_locations(view.task.goal) if place in unsearched]
+    wanted = [place for place in places or goal_locations(view.task.goal) if place in unsearched]
     if plan.status is PlanStatus.SOLVED and not plan.steps and wanted:
         return Decision(plan=plan, look_on_the_way=(min(wanted, key=lambda place: _distance(view, place)),))
     return Decision(plan=plan)

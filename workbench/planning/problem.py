@@ -150,7 +150,7 @@ def holds(goal: Goal, state: State, problem: Problem) -> bool:
     return any(
         each_has_its_own(
             [
-                [t.id for t in problem.things if t.type == want.item_type and _want_holds(want, t.id, state)]
+                [t.id for t in problem.things if t.type == want.item_type and want_holds(want, t.id, state)]
                 for want in way
             ]
         )
@@ -158,7 +158,8 @@ def holds(goal: Goal, state: State, problem: Problem) -> bool:
     )
 
 
-def _want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
+def want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
+    """Whether this thing is as the want has it."""
     if isinstance(want, Holding):
         return state.holding == item and state.robot_at == want.at
     there = state.places.get(item) == want.at

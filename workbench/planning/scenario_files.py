@@ -23,6 +23,7 @@ The same word after `to` is the same place throughout a file; `random` is anothe
 
 from __future__ import annotations
 
+from collections import Counter
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -33,13 +34,16 @@ import yaml
 from workbench.errors import FileMissing, MalformedFile, UnknownName
 from workbench.planning.actions import EFFECTS, producers
 from workbench.planning.scenarios import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
+from workbench.planning.support import what_is_lacking
 from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Holding, Task
-from workbench.worlds.house import START, House, ItemType, LocationId
+from workbench.worlds.house import START, Container, House, ItemType, LocationId
 from workbench.worlds.names import can_carry, readable_name, type_named, vocabulary
 from workbench.worlds.travel import TravelCosts
 
 MOST_BYTES = 1_000_000
 MOST_DEPTH = 8
+MOST_GOALS = 1_000
+"""An alias of YAML is read wherever it stands, and a few lines of aliases may mean millions of goals."""
 TOP_KEYS = ("name", "title", "failure_cost", "budget_s", "add", "goal")
 
 
@@ -64,6 +68,7 @@ class _Reader:
     def __init__(self, path: Path, house: House, rng: np.random.Generator, travel: TravelCosts | None) -> None:
         self.path, self.house, self.rng, self.travel = path, house, rng, travel
         self.places: dict[str, LocationId] = {}
+        self.goals = 0
         self.top = self.mapping(_compose(path), TOP_KEYS)
         self.name = self.text(self.top["name"]) if "name" in self.top else path.stem
 
@@ -71,16 +76,25 @@ class _Reader:
         if "goal" not in self.top:
             raise MalformedFile(self.path, "it has no goal", "Add a goal: with deliver, hold, all or any")
         goal = self.goal(self.top["goal"], 0)
-        held = sorted({i.type for items in self.house.contents.values() for i in items if can_carry(i.type)})
-        return Task(
+        held = Counter(
+            item.type
+            for container in self.reached()
+            for item in self.house.contents.get(container.id, ())
+            if can_carry(item.type)
+        )
+        task = Task(
             scenario=self.name,
             goal=goal,
             failure_cost=self.number("failure_cost", 400.0),
             budget_s=self.number("budget_s", 120.0),
             title=self.text(self.top["title"]) if "title" in self.top else self.name,
-            available=tuple(held),
+            available=tuple(sorted(held)),
             added=tuple(each for each in self.added() if was_added(self.house, each.item_type)),
         )
+        lacks = what_is_lacking(goal, held)
+        if lacks:
+            raise ScenarioUnsupported(self.house.plan.name, self.name, lacks)
+        return task
 
     def prepared(self) -> House:
         house = self.house
@@ -97,17 +111,27 @@ class _Reader:
             item_type = self.item_type(entry["item"])
             listed = entry["in"]
             nodes = listed.value if isinstance(listed, yaml.SequenceNode) else [listed]
+            if not nodes:
+                raise self.wrong(listed, "in has no container types", "Write for example: in: [Fridge, DiningTable]")
             found.append(Added(item_type=item_type, stands=tuple(self.container_type(n) for n in nodes)))
         return tuple(found)
 
     def goal(self, node: Any, depth: int) -> Goal:
         if depth > MOST_DEPTH:
             raise self.wrong(node, f"goals nest deeper than {MOST_DEPTH}", "Write it flatter")
+        self.goals += 1
+        if self.goals > MOST_GOALS:
+            raise self.wrong(node, f"these are more than {MOST_GOALS} goals, aliases counted", "Write fewer")
         entry = self.mapping(node, ("all", "any", "deliver", "hold", "to", "with"))
         kinds = [key for key in ("all", "any", "deliver", "hold") if key in entry]
         if len(kinds) != 1:
             raise self.wrong(node, "a goal is one of deliver, hold, all, any", "Give exactly one of them")
         kind = kinds[0]
+        allowed = {"all": (), "any": (), "hold": ("to",), "deliver": ("to", "with")}[kind]
+        for key, _ in node.value:
+            if key.value != kind and key.value not in allowed:
+                what = f"'{key.value}' says nothing beside {kind}"
+                raise self.wrong(key, what, "Remove it, or give it to each part" if not allowed else "Remove it")
         if kind in ("all", "any"):
             parts = tuple(self.goal(part, depth + 1) for part in self.sequence(entry[kind]))
             if not parts:
@@ -116,8 +140,6 @@ class _Reader:
         if "to" not in entry:
             raise self.wrong(node, f"{kind} has no place", "Add to: start, serving, random or a container")
         item_type, at = self.item_type(entry[kind]), self.place(entry["to"])
-        if not self.house.holders(item_type):
-            raise ScenarioUnsupported(self.house.plan.name, self.name, f"no {readable_name(item_type)}")
         if kind == "hold":
             return Holding(item_type=item_type, at=at)
         return Delivered(item_type=item_type, at=at, properties=self.properties(entry, item_type))
@@ -157,8 +179,7 @@ class _Reader:
         return self.places[word]
 
     def draw(self, node: Any, word: str) -> LocationId:
-        plan = self.house.plan
-        containers = [c for c in plan.containers if self.travel is None or self.travel.reaches(LocationId(c.id))]
+        plan, containers = self.house.plan, self.reached()
         if word == "random":
             fitting = [c.id for c in containers]
         elif word == "serving":
@@ -172,6 +193,11 @@ class _Reader:
         if not fitting:
             raise ScenarioUnsupported(plan.name, self.name, f"no place for '{word}'")
         return LocationId(fitting[int(self.rng.integers(len(fitting)))])
+
+    def reached(self) -> tuple[Container, ...]:
+        """The containers that can be reached; all where no travel costs are given."""
+        reaches = None if self.travel is None else self.travel.reaches
+        return tuple(c for c in self.house.plan.containers if reaches is None or reaches(LocationId(c.id)))
 
     def mapping(self, node: Any, allowed: tuple[str, ...]) -> dict[str, Any]:
         if not isinstance(node, yaml.MappingNode):
@@ -194,18 +220,23 @@ class _Reader:
     def text(self, node: Any) -> str:
         if not isinstance(node, yaml.ScalarNode) or not str(node.value).strip():
             raise self.wrong(node, "this must be a word", "Write a name")
-        return str(node.value).strip()
+        word = str(node.value).strip()
+        if not word.isprintable():
+            raise self.wrong(node, f"{word[:40]!r} cannot be printed on one line", "Write a name in plain letters")
+        return word
 
     def number(self, key: str, default: float) -> float:
         if key not in self.top:
             return default
         node = self.top[key]
+        if not isinstance(node, yaml.ScalarNode):
+            raise self.wrong(node, f"{key} is no number", "Give a number of at least 0")
         try:
-            value = float(self.text(node))
+            value = float(str(node.value))
         except ValueError:
             value = float("nan")
         if not isfinite(value) or value < 0:
-            raise self.wrong(node, f"{key} is {self.text(node)!r}", "Give a number of at least 0")
+            raise self.wrong(node, f"{key} is {str(node.value)[:40]!r}", "Give a number of at least 0")
         return value
 
     def wrong(self, node: Any, what: str, fix: str) -> MalformedFile:

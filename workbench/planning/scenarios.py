@@ -55,7 +55,7 @@ COFFEE_ADDS = (Added(item_type=GRINDS, stands=GRINDS_STAND), Added(item_type=WAT
 SERVING_TYPES = ("DiningTable", "CounterTop", "CoffeeTable", "SideTable", "Desk")
 """Where breakfast and coffee are served: the first of these types that the house has."""
 
-MOST_ITEMS = 12
+MOST_ITEMS = 60
 
 
 class ScenarioUnsupported(Unsupported):
@@ -74,7 +74,7 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
     """A task of a scenario in a house; the same seed gives the same task.
 
     Args:
-        scenario: "find", "deliver-N", "breakfast", "coffee", "breakfast+coffee", "any-of-N" (N from 1 to 12, in
+        scenario: "find", "deliver-N", "breakfast", "coffee", "breakfast+coffee", "any-of-N" (N from 1 to 60, in
             figures or in words up to three), or the path of a scenario file (.yaml, .yml).
         house: prepared by prepare_house.
         travel: where it is given, only what can be reached is asked for.

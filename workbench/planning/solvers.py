@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from workbench.errors import UnknownName
-from workbench.planning.external import PddlCommand, UnifiedPlanning
+from workbench.errors import MissingExtra, UnknownName, Unsupported
+from workbench.planning.external import PddlCommand, UnifiedPlanning, engines_here
 from workbench.planning.fast_downward import FastDownward
 from workbench.planning.solver import BuiltIn, Solver
 
@@ -28,8 +28,17 @@ SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
 COMMAND = "command:"
 
 
+class PlannerMissing(Unsupported):
+    """A planner that is not installed."""
+
+    def __init__(self, name: str, why: str) -> None:
+        super().__init__(f"solver {name}: {why}.")
+
+
 def solver(name: str) -> Solver:
     """The solver of that name.
+
+    One that is not installed says so by the status of its plans.
 
     Raises:
         UnknownName: no such solver; lists the known ones.
@@ -42,3 +51,23 @@ def solver(name: str) -> Solver:
     if name.startswith(COMMAND):
         return PddlCommand(command=name[len(COMMAND) :])
     raise UnknownName("solver", name, (*SOLVERS, "up-ENGINE", "command:LINE"))
+
+
+def installed_solver(name: str) -> Solver:
+    """The solver of that name, for runs: one that is not installed is told at once, and not by a table of failures.
+
+    Raises:
+        PlannerMissing: a planner that is not installed here.
+        MissingExtra: unified-planning is not.
+        UnknownName, BadValue: as solver.
+    """
+    made = solver(name)
+    if isinstance(made, PddlCommand) and made.program is None:
+        raise PlannerMissing(name, "there is no such program. Install the planner, or give its path")
+    if isinstance(made, UnifiedPlanning):
+        here = engines_here()
+        if here is None:
+            raise MissingExtra(f"solver {name}", "planners")
+        if made.engine not in here:
+            raise PlannerMissing(name, f"unified-planning has no such engine here. It has {', '.join(here)}")
+    return made

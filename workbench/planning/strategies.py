@@ -7,16 +7,19 @@ whose value is a StrategyFactory, or "module:Class" given where a name is.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from dataclasses import replace
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import TypeVar, cast
 
 from workbench.errors import BadValue, UnknownName, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch
+from workbench.planning.guarded import Guarded
 from workbench.planning.oracle import Oracle
 from workbench.planning.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
@@ -116,7 +119,7 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
         return made(house if known in NEEDS_TRUTH else None)
     for entry in entry_points(group=ENTRY_POINTS):
         if entry.name == name:
-            return _made(name, entry.load())
+            return _made(name, _loaded(entry))
     if ":" in name:
         return _imported(name)
     raise UnknownName("strategy", name, (*strategy_names(with_truth=True), *VARIANTS, *ALIASES))
@@ -142,11 +145,11 @@ def _with_solver(made: Strategy, solver_name: str) -> Strategy:
 
 def _planning(part: Plans, solver_name: str) -> Plans:
     """The part that plans, with that solver or over all places."""
-    from workbench.planning.solvers import solver
+    from workbench.planning.solvers import installed_solver
 
     if solver_name == EVERYWHERE:
         return replace(part, everywhere=True)
-    return replace(part, solver=solver(solver_name))
+    return replace(part, solver=installed_solver(solver_name))
 
 
 def canonical_name(name: str) -> str | None:
@@ -180,25 +183,43 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
     return (*ours, *others)
 
 
+def _loaded(entry: EntryPoint) -> object:
+    try:
+        return entry.load()
+    except Exception as error:
+        raise BadValue("strategy", entry.name, f"a plug-in that can be imported: {_said(error)}") from error
+
+
 def _imported(name: str) -> Strategy:
     module, _, attribute = name.partition(":")
     try:
-        factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError) as error:
-        raise BadValue("strategy", name, f"a module and class that can be imported: {error}") from error
+        with redirect_stdout(sys.stderr):
+            factory = getattr(import_module(module), attribute)
+    except (Exception, SystemExit) as error:
+        raise BadValue("strategy", name, f"a module and class that can be imported: {_said(error)}") from error
     return _made(name, factory)
 
 
 def _made(name: str, factory: object) -> Strategy:
     """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
     made = factory
-    if isinstance(factory, type):
-        made = factory()
-    elif callable(factory) and not _is_strategy(factory):
-        made = factory(None)
+    try:
+        with redirect_stdout(sys.stderr):
+            if isinstance(factory, type):
+                made = factory()
+            elif callable(factory) and not _is_strategy(factory):
+                made = factory(None)
+    except (Exception, SystemExit) as error:
+        raise BadValue("strategy", name, f"one that can be made without arguments: {_said(error)}") from error
     if not _is_strategy(made):
         raise BadValue(f"strategy {name}", made, "something with name, relevant_types(task) and decide(view)")
-    return cast(Strategy, made)
+    return cast(Strategy, made if isinstance(made, Composed | Scout | Oracle) else Guarded(cast(Strategy, made)))
+
+
+def _said(error: BaseException) -> str:
+    """What an exception says, on one line; its kind where that tells more."""
+    said = " ".join(str(error).split())
+    return said if said and isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {said}"
 
 
 def _is_strategy(thing: object) -> bool:

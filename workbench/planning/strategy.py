@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from workbench.beliefs.belief import Belief
+from workbench.errors import BadValue
 from workbench.planning.plans import Plan
 from workbench.planning.tasks import Task
 from workbench.search.costs import ActionCosts
@@ -61,6 +62,9 @@ class Decision:
         look_on_the_way: containers to look into while standing at or passing them before the first step
             (opportunistic search); usually empty.
         steps_now: how many of the plan's steps are walked before it decides anew; None for as far as the plan goes.
+
+    Raises:
+        BadValue: steps_now below 1; the run would decide for ever and do nothing.
     """
 
     plan: Plan
@@ -69,6 +73,10 @@ class Decision:
     alternatives: tuple[Alternative, ...] = ()
     look_on_the_way: tuple[LocationId, ...] = ()
     steps_now: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.steps_now is not None and self.steps_now < 1:
+            raise BadValue("steps_now", self.steps_now, "at least 1")
 
 
 class Strategy(Protocol):

@@ -9,7 +9,11 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from workbench.planning.scenarios import PAPER_TITLES
+from workbench.evaluation.figures.style import as_written
+from workbench.evaluation.task_names import scenario_title, shortened
+
+MOST_INSIDE = 6
+"""Names of more scenarios than this would lie on the lines; they stand beside them."""
 
 
 def draw_planning_time(
@@ -25,12 +29,16 @@ def draw_planning_time(
         if len(values) == 0:
             continue
         sorted_ms = np.sort(values) * 1e3
-        ax.step(sorted_ms, np.arange(1, len(values) + 1) / len(values), label=PAPER_TITLES.get(scenario, scenario))
+        ax.step(sorted_ms, np.arange(1, len(values) + 1) / len(values), label=shortened(scenario_title(scenario), 30))
     ax.set(xscale="log", xlabel="belief, find costs and plan of one decision, ms", ylabel="share of decisions")
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.grid(alpha=0.25, linewidth=0.5)
-    ax.legend(fontsize=7, frameon=False, loc="lower right")
+    if len(seconds) > MOST_INSIDE:
+        ax.legend(fontsize=7, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    else:
+        ax.legend(fontsize=7, frameon=False, loc="lower right")
+    as_written(ax)
     if share_of_belief is not None:
         ax.set_title(f"{100 * share_of_belief:.0f} % of the time believing, the rest planning", fontsize=8)

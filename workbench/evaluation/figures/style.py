@@ -47,6 +47,14 @@ def new_figure(width_in: float, height_in: float, *, columns: int = 1) -> tuple[
     return figure, axes
 
 
+def as_written(ax: Axes) -> None:
+    """Names of strategies and files are shown as they are: dollars in them are no mathematics."""
+    legend = ax.get_legend()
+    labels = [*ax.get_xticklabels(), ax.xaxis.label, ax.yaxis.label, *(legend.get_texts() if legend else ())]
+    for label in labels:
+        label.set_parse_math(False)
+
+
 def save(figure: Figure, path: Path) -> Path:
     """Writes a PNG whose bytes depend on nothing but the drawing."""
     figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})

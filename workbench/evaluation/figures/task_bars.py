@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import count
 from types import MappingProxyType
 from typing import Any
 
 from matplotlib.axes import Axes
 
-from workbench.evaluation.figures.style import BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILION
-from workbench.planning.scenarios import PAPER_TITLES
-from workbench.planning.strategies import PAPER_NAMES
+from workbench.evaluation.figures.style import BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILION, as_written
+from workbench.evaluation.task_names import scenario_title, shortened, strategy_title
 
 DARK = "#000000"
 STRATEGY_COLOURS: Mapping[str, str] = MappingProxyType(
@@ -26,6 +26,13 @@ STRATEGY_COLOURS: Mapping[str, str] = MappingProxyType(
     }
 )
 
+OTHER_COLOURS = (SKY, "#F0E442", "#882255", "#999933", "#332288", "#88CCEE")
+HATCHES = ("", "////", "....", "xxxx", "oo")
+"""Of strategies that are not in the table: six colours, then the same ones hatched."""
+
+MOST_UPRIGHT = 6
+"""More scenarios than this have their names written aslant."""
+
 
 def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str = "mean_cost") -> None:
     """Groups of bars, a group a scenario.
@@ -36,6 +43,7 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
     """
     scenarios = list(dict.fromkeys(line["scenario"] for line in lines))
     strategies = list(dict.fromkeys(line["strategy"] for line in lines))
+    looks = strategy_looks(strategies)
     width = 0.85 / max(len(strategies), 1)
     for j, strategy in enumerate(strategies):
         mine = {line["scenario"]: line for line in lines if line["strategy"] == strategy}
@@ -46,10 +54,35 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
             low = [max(mine[s][value] - mine[s]["ci95"][0], 0.0) for s in scenarios if s in mine]
             high = [max(mine[s]["ci95"][1] - mine[s][value], 0.0) for s in scenarios if s in mine]
             errors = [low, high]
-        colour = STRATEGY_COLOURS.get(strategy, SKY)
-        label = PAPER_NAMES.get(strategy, strategy)
+        colour, hatch = looks[strategy]
+        label = shortened(strategy_title(strategy), 30)
         line = {"linewidth": 0.9, "ecolor": DARK if colour != DARK else GREY}  # seen on the bar and above it
-        ax.bar(at, heights, width, yerr=errors, color=colour, label=label, error_kw=line)
-    ax.set_xticks(range(len(scenarios)), [PAPER_TITLES.get(s, s) for s in scenarios], fontsize=8)
+        bars = ax.bar(at, heights, width, yerr=errors, color=colour, label=label, error_kw=line, hatch=hatch)
+        for bar in bars:
+            bar.set(edgecolor="white", linewidth=0.4)
+    crowded = len(scenarios) > MOST_UPRIGHT
+    most = 24 if crowded else max(90 // max(len(scenarios), 1), 16)
+    ax.set_xticks(range(len(scenarios)), [shortened(scenario_title(s), most) for s in scenarios], fontsize=8)
+    if crowded:
+        ax.tick_params(axis="x", labelrotation=25)
+        for label in ax.get_xticklabels():
+            label.set(ha="right", rotation_mode="anchor")
     ax.set_ylabel("mean cost, 95 % interval" if value == "mean_cost" else "share of trials done")
-    ax.legend(fontsize=6.5, frameon=False, ncols=4, loc="upper center", bbox_to_anchor=(0.5, 1.16))
+    ax.legend(fontsize=6.5, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    as_written(ax)
+
+
+def strategy_looks(strategies: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """A colour and a hatch for each, no two alike: NAME@SOLVER is hatched in its colour, others take turns."""
+    looks: dict[str, tuple[str, str]] = {}
+    for strategy in strategies:
+        base = strategy.partition("@")[0]
+        known = STRATEGY_COLOURS.get(base)
+        if strategy in STRATEGY_COLOURS:
+            looks[strategy] = (STRATEGY_COLOURS[strategy], "")
+            continue
+        colours = (known,) if known else OTHER_COLOURS
+        hatches = HATCHES[1:] if known else HATCHES
+        turns = ((colour, hatch * more) for more in count(1) for hatch in hatches for colour in colours)
+        looks[strategy] = next(look for look in turns if look not in looks.values())
+    return looks

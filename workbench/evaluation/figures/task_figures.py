@@ -13,6 +13,7 @@ from workbench.evaluation.figures.planning_time import draw_planning_time
 from workbench.evaluation.figures.style import DOTS_PER_INCH, new_figure
 from workbench.evaluation.figures.task_bars import draw_task_bars
 from workbench.evaluation.figures.task_scatter import draw_task_scatter
+from workbench.evaluation.task_names import file_name_of
 from workbench.evaluation.task_rows import TaskRow
 
 BASELINES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios")
@@ -35,7 +36,7 @@ def draw_task_figures(rows: Sequence[TaskRow], lines: Sequence[Mapping[str, Any]
     draw_planning_time(axes[0], _seconds(rows), share_of_belief=_share_of_belief(rows))
     written.append(_save(figure, folder / "planning_time.png"))
     for scenario in dict.fromkeys(row.scenario for row in rows):
-        path = folder / f"scatter_{_plain(scenario)}.png"
+        path = folder / f"scatter_{file_name_of(scenario)}.png"
         if _scatter(scenario, [row for row in rows if row.scenario == scenario], path):
             written.append(path)
     return written
@@ -73,7 +74,3 @@ def _save(figure: Figure, path: Path) -> Path:
     figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
     figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
     return path
-
-
-def _plain(name: str) -> str:
-    return "".join(c if c.isalnum() else "-" for c in Path(name).name)

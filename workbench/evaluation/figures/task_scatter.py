@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from workbench.evaluation.figures.style import BLUE
-from workbench.planning.strategies import PAPER_NAMES
+from workbench.evaluation.figures.style import BLUE, as_written
+from workbench.evaluation.task_names import shortened, strategy_title
 
 
 def draw_task_scatter(
@@ -19,7 +19,7 @@ def draw_task_scatter(
         baseline, ours: shape (trials,).
         names: of both, in that order.
     """
-    theirs, mine = (PAPER_NAMES.get(name, name) for name in names)
+    theirs, mine = (shortened(strategy_title(name), 24) for name in names)
     most = float(max(baseline.max(), ours.max(), 1.0)) * 1.05
     ax.plot([0, most], [0, most], color="#888888", linewidth=0.8, zorder=1)
     ax.scatter(baseline, ours, s=11, alpha=0.55, linewidths=0, color=BLUE, zorder=2)
@@ -27,3 +27,4 @@ def draw_task_scatter(
     saved = 1 - ours.sum() / baseline.sum() if baseline.sum() else 0.0
     wins, losses = float((ours < baseline - 1e-6).mean()), float((ours > baseline + 1e-6).mean())
     ax.set_title(f"{100 * saved:+.1f} % saved\nbetter {100 * wins:.0f} %, worse {100 * losses:.0f} %", fontsize=8)
+    as_written(ax)

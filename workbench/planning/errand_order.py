@@ -1,0 +1,72 @@
+"""In which order are many errands run, when there are too many to search for the best? Nearest first, then mended.
+
+An errand fetches one thing and carries it where it must end. From the end of one to the end of the next costs
+`leg[i, j]`; the best order is a travelling salesman's path. The nearest next errand makes a first one, and moving
+stretches of up to three errands elsewhere mends it (or-opt, Or 1976) until none helps.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+MOST_MENDED = 200
+"""Errands beyond which, and moves after which, the order is left as it is."""
+LONGEST_STRETCH = 3
+EPS = 1e-9
+
+
+def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
+    """A good order of all errands, and what it costs; infinite where some errand cannot be run.
+
+    Args:
+        leg: shape (1 + errands, errands): from the start (row 0) or the end of errand i (row 1 + i) to the end of j.
+    """
+    order = _nearest_first(leg)
+    if len(order) <= MOST_MENDED:
+        for _ in range(MOST_MENDED):
+            mended = _mended(leg, order)
+            if mended is None:
+                break
+            order = mended
+    return _cost(leg, order), order
+
+
+def _nearest_first(leg: FloatArray) -> tuple[int, ...]:
+    left, order, row = list(range(leg.shape[1])), list[int](), 0
+    while left:
+        nearest = min(left, key=lambda j: (float(leg[row, j]), j))
+        left.remove(nearest)
+        order.append(nearest)
+        row = 1 + nearest
+    return tuple(order)
+
+
+def _cost(leg: FloatArray, order: tuple[int, ...]) -> float:
+    rows = [0, *(1 + i for i in order[:-1])]
+    return float(leg[rows, list(order)].sum()) if order else 0.0
+
+
+def _mended(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
+    """The order with one stretch moved to where it saves most; None when nothing saves."""
+    best, least = None, _cost(leg, order) - EPS
+    for length in range(1, LONGEST_STRETCH + 1):
+        for i in range(len(order) - length + 1):
+            stretch, rest = order[i : i + length], order[:i] + order[i + length :]
+            rows = np.array([0, *(1 + k for k in rest)])
+            base = _cost(leg, rest) + _inside(leg, stretch)
+            costs = base + leg[rows, stretch[0]]
+            if len(rest) > 0:
+                costs[:-1] += leg[1 + stretch[-1], list(rest)] - leg[rows[:-1], list(rest)]
+            at = int(np.argmin(costs))
+            if costs[at] < least:
+                best, least = rest[:at] + stretch + rest[at:], float(costs[at])
+    return best
+
+
+def _inside(leg: FloatArray, stretch: tuple[int, ...]) -> float:
+    return float(sum(leg[1 + a, b] for a, b in pairwise(stretch)))

@@ -1,0 +1,172 @@
+"""How is a stranger's strategy asked in a process of ours? So that whatever it does is a status of its run.
+
+What it raises, an answer that is no decision, and a decision that takes longer than the planning budget become a
+decision without a plan; what it prints goes to standard error, because standard output is the command's answer.
+(Replays go further and run it in a process of its own: replayers/sandbox.py.)
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import signal
+import sys
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, TypeVar, cast, final
+
+from workbench.planning.plans import Plan, PlanStatus, PlanStep
+from workbench.planning.strategy import Alternative, Decision, Strategy, View
+from workbench.planning.tasks import Task
+from workbench.search.find_costs import FindCosts, SearchStop
+from workbench.worlds.house import ItemType
+
+T = TypeVar("T")
+
+LONGEST_S = 86_400.0
+LOG = logging.getLogger("lios")
+
+
+@final
+@dataclass(slots=True)
+class Guarded:
+    """A Strategy that never raises and never runs past the planning budget.
+
+    The time limit interrupts Python code of the main thread; elsewhere (a Dask worker) there is none.
+
+    Attributes:
+        strategy: the stranger's own.
+        why: what was wrong when it was asked for its types; it decides nothing then.
+    """
+
+    strategy: Strategy
+    why: str = ""
+
+    @property
+    def name(self) -> str:
+        return self.strategy.name
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        """The types about which it wants beliefs; none if it cannot say."""
+        self.why = ""
+        try:
+            with _told(task.budget_s):
+                types: object = self.strategy.relevant_types(task)
+        except _TooLate:
+            self.why = f"it did not say within {task.budget_s:g} s which item types matter"
+            return ()
+        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+            self.why = _raised(error)
+            return ()
+        if not _are(types, str):
+            self.why = f"its relevant_types are {_kind(types)}, not a tuple of item types"
+            return ()
+        return tuple(sorted(cast("set[ItemType]", set(cast("tuple[Any, ...]", types)))))
+
+    def decide(self, view: View) -> Decision:
+        if self.why:
+            return _without_plan(PlanStatus.SOLVER_FAILED, self.why, self.name)
+        try:
+            with _told(view.budget_s):
+                made: object = self.strategy.decide(view)
+        except _TooLate:
+            why = f"{self.name} made no decision within the planning budget"
+            return _without_plan(PlanStatus.TIMED_OUT, why, self.name)
+        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+            return _without_plan(PlanStatus.SOLVER_FAILED, _raised(error), self.name)
+        wrong = what_is_wrong(made)
+        if wrong:
+            return _without_plan(PlanStatus.SOLVER_FAILED, wrong, self.name)
+        return made
+
+
+def what_is_wrong(made: object) -> str:
+    """Why an answer is no decision that can be walked and recorded; empty when it is one."""
+    if not isinstance(made, Decision):
+        return f"it returned {_kind(made)} instead of a Decision"
+    plan = made.plan
+    if not _is(plan, Plan):
+        return f"its plan is {_kind(plan)}, not a Plan"
+    checks: tuple[tuple[str, bool], ...] = (
+        ("plan's status is no PlanStatus", _is(plan.status, PlanStatus)),
+        ("plan's steps are no tuple of PlanStep", _are(plan.steps, PlanStep)),
+        ("plan's steps are not made of names and a cost", all(map(_well_made, _each(plan.steps)))),
+        ("plan's cost is no finite number", _finite(plan.cost)),
+        ("plan's lower_bound is no finite number", plan.lower_bound is None or _finite(plan.lower_bound)),
+        ("plan's optimal is neither True nor False", _is(plan.optimal, bool)),
+        ("plan's solver and note are no text", _is(plan.solver, str) and _is(plan.note, str)),
+        ("find_costs are no FindCosts", made.find_costs is None or _is(made.find_costs, FindCosts)),
+        ("search_order is no tuple of SearchStop", _are(made.search_order, SearchStop)),
+        ("alternatives are no tuple of Alternative", _are(made.alternatives, Alternative)),
+        ("look_on_the_way is no tuple of containers", _are(made.look_on_the_way, str)),
+    )
+    return next((f"its {wrong}" for wrong, fine in checks if not fine), "")
+
+
+def _well_made(step: object) -> bool:
+    if not isinstance(step, PlanStep):
+        return False
+    words = all(_is(word, str) for word in (step.action, step.origin, step.target))
+    return words and _are(step.item_types, str) and _are(step.items, str) and _finite(step.cost)
+
+
+def _is(thing: object, kind: type) -> bool:
+    """isinstance of what a stranger may have put there, whatever its declared type."""
+    return isinstance(thing, kind)
+
+
+def _each(things: object) -> tuple[object, ...]:
+    return cast("tuple[object, ...]", things) if isinstance(things, tuple) else ()
+
+
+def _are(things: object, kind: type) -> bool:
+    return isinstance(things, tuple) and all(isinstance(thing, kind) for thing in _each(things))
+
+
+def _finite(number: object) -> bool:
+    return isinstance(number, int | float) and math.isfinite(number)
+
+
+def _kind(thing: object) -> str:
+    return "nothing" if thing is None else f"of type {type(thing).__name__}"
+
+
+def _raised(error: BaseException) -> str:
+    LOG.debug("a strategy raised", exc_info=error)
+    return f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+
+
+def _without_plan(status: PlanStatus, why: str, solver: str) -> Decision:
+    return Decision(plan=Plan(status=status, note=why, solver=solver))
+
+
+class _TooLate(BaseException):
+    """Raised in a stranger's code when its time is over; no Exception, which it might catch."""
+
+
+@contextmanager
+def _told(budget_s: float) -> Generator[None]:
+    """What is printed goes to standard error; _TooLate when the time is over."""
+    with redirect_stdout(sys.stderr), _at_most(budget_s):
+        yield
+
+
+@contextmanager
+def _at_most(seconds: float) -> Generator[None]:
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
+        yield
+        return
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        raise _TooLate
+
+    before: Callable[[int, FrameType | None], Any] | int | None = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, min(max(seconds, 0.001), LONGEST_S))
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

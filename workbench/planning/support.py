@@ -1,0 +1,59 @@
+"""Can a house's things meet a goal at all? Counted by type, preparations included; not whether a plan exists."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+
+from workbench.planning.actions import producers
+from workbench.planning.problem import ways_of
+from workbench.planning.tasks import Delivered, Goal, Holding
+from workbench.worlds.house import ItemType
+from workbench.worlds.names import readable_name
+
+
+def what_is_lacking(goal: Goal, things: Mapping[ItemType, int]) -> str:
+    """What every way of meeting the goal lacks, told of the first; empty where some way lacks nothing.
+
+    A way that contradicts itself (two things in one hand) lacks none of them: that no plan exists is the planner's
+    to prove.
+
+    Args:
+        things: how many of each type there are.
+    """
+    first = ""
+    for way in ways_of(goal):
+        lacks = _lacking(way, things)
+        if not lacks:
+            return ""
+        first = first or lacks
+    return first
+
+
+def _lacking(way: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int]) -> str:
+    contradicts = sum(isinstance(want, Holding) for want in way) > 1
+    wanted = Counter(want.item_type for want in way)
+    for item_type, number in wanted.items():
+        have = things.get(item_type, 0)
+        if not have:
+            return f"no {readable_name(item_type)}"
+        if have < number and not contradicts:
+            return f"{have} {readable_name(item_type)}, and the goal asks for {number}"
+    for want in way:
+        for prop in getattr(want, "properties", ()):
+            if not _can_get(want.item_type, prop, things):
+                return f"nothing that makes a {readable_name(want.item_type)} {prop}"
+    return ""
+
+
+def _can_get(item_type: ItemType, prop: str, things: Mapping[ItemType, int]) -> bool:
+    """Whether some preparation gives the property, each of its parts played by a type that there is."""
+    return any(
+        all(
+            any(things.get(t) and all(_can_get(t, need, things) for need in part.needs) for t in part.types)
+            for i, part in enumerate(preparation.parts)
+            if i != index
+        )
+        and all(_can_get(item_type, need, things) for need in preparation.parts[index].needs)
+        for preparation, index in producers(item_type, prop)
+    )
