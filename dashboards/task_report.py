@@ -17,10 +17,10 @@ from dashboards.timeline import timeline_of
 from replayers.run import Run, read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
-from workbench.evaluation.task_experiment import read_request
 from workbench.evaluation.task_names import file_name_of, scenario_title, strategy_title
 from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.task_table import pairs, table
+from workbench.evaluation.trial_store import read_request
 
 EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
@@ -58,9 +58,7 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
     request = read_request(folder / SETTINGS_FILE)
     names = {name: i for i, name in enumerate(request.strategies)}
     scenarios = {name: i for i, name in enumerate(request.scenarios)}
-    rows = list(
-        {(r.scenario, r.trial, r.strategy): r for r in read_rows(folder / TRIALS_FILE, torn_is_fine=True)}.values()
-    )
+    rows = read_rows(folder / TRIALS_FILE, torn_is_fine=True)
     if not rows:
         raise NoTrials(folder)
     last = len(names) + len(scenarios)

@@ -12,6 +12,7 @@ from recorders.recorder import RunRecorder
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.evaluation.task_names import file_name_of
+from workbench.evaluation.task_rows import TaskRow
 from workbench.evaluation.task_trials import Staged
 from workbench.execution.events import Event
 from workbench.runs.place import Place
@@ -23,6 +24,10 @@ class RecordTo:
     """A tap that writes what goes by. It travels to workers, so it holds a folder and nothing open."""
 
     folder: Path
+
+    def log_of(self, row: TaskRow) -> Path:
+        """Where the log of a trial stands."""
+        return log_path(self.folder, row.scenario, row.trial, row.strategy)
 
     def __call__(
         self, staged: Staged, strategy: str, estimator: Estimator, events: Iterator[Event]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
@@ -23,8 +25,9 @@ from workbench.options import (
 if TYPE_CHECKING:
     from workbench.evaluation.cell_filter import CellFilter
     from workbench.evaluation.fold_weights import Dealt
-    from workbench.evaluation.task_experiment import Plan, TaskRequest, TrialStore
-    from workbench.evaluation.task_trials import TaskRow
+    from workbench.evaluation.task_experiment import Plan, TaskRequest
+    from workbench.evaluation.task_rows import TaskRow
+    from workbench.evaluation.trial_store import TrialStore
 
 
 def tasks(
@@ -82,6 +85,7 @@ def tasks(
     from workbench.evaluation import task_experiment as experiment
     from workbench.evaluation.cell_filter import cell_filter
     from workbench.evaluation.fold_weights import folds_asked
+    from workbench.evaluation.trial_store import TrialStore
     from workbench.terminal import emit_json
     from workbench.worlds.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
@@ -107,14 +111,18 @@ def tasks(
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
     if not chosen:
         raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
+    request.require_estimators()
     dealt = request.dealt()
     planned = experiment.plan_trials(request, dealt)
     _say_refused(planned)
     if dry_run:
         _show_cells(chosen, planned, json=json)
         return
-    store = experiment.TrialStore(output, request, force=force) if output else None
-    rows = _run(request, planned, store, _How(meant, dealt, output, workers, scheduler, record))
+    if not planned.keys:
+        raise experiment.NoHouse(request)
+    how = _How(meant, dealt, output, workers, scheduler, record)
+    with TrialStore(output, request, force=force) if output else nullcontext() as store:
+        rows = _run(request, planned, store, how)
     answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, rows, meant))
     if output:
         _write(answer, output)
@@ -137,23 +145,24 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
     from recorders.task_recording import RecordTo
     from workbench.evaluation import task_experiment as experiment
     from workbench.evaluation.fold_weights import trained
+    from workbench.evaluation.task_workers import run_units
     from workbench.terminal import progress, say
 
     done = list(store.rows) if store else []
     tap = RecordTo(folder=how.output / "logs") if how.record and how.output else None
+    if tap:
+        done = [row for row in done if tap.log_of(row).exists()]
     with trained(
         request.estimators(), how.dealt, how.output, watched=lambda them: progress(list(them), title="Training")
     ) as believers:
         units = experiment.units_left(request, planned.keys, done, tap, how.meant, believers)
         if done:
             say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
-        results = experiment.run_units(units, workers=how.workers, scheduler=how.scheduler)
+        results = run_units(units, workers=how.workers, scheduler=how.scheduler)
         for rows in progress(results, title="Running", total=len(units)):
             done += rows
             if store:
                 store.add(rows)
-    if store:
-        store.close()
     return done
 
 
@@ -213,7 +222,7 @@ TIMES = ("replan_p50_s", "replan_p95_s")
 
 
 def _show(answer: dict[str, Any], output: Path | None) -> None:
-    from workbench.terminal import emit_table, say
+    from workbench.terminal import counted, emit_table, say
 
     emit_table(answer["rows"], columns=(*SHOWN, *TIMES))
     for pair in answer["pairs"]:
@@ -223,5 +232,10 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
                 f"{pair['scenario']}: {pair['a']} against {pair['b']}: {100 * pair['share']:+.1f} % "
                 f"[{100 * low:+.1f}, {100 * high:+.1f}]"
             )
+    for row in answer["rows"]:
+        if row["reasons"]:
+            why, times = next(iter(row["reasons"].items()))
+            failed = counted(sum(row["reasons"].values()), "run")
+            say(f"{row['scenario']}: {row['strategy']} failed in {failed}, {times} for this reason: {why}")
     if output:
-        say(f"Written to {output}. Next: lios report {output}")
+        say(f"Written to {output}. Next: lios report {quote(str(output))}")

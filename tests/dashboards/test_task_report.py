@@ -9,7 +9,7 @@ import pytest
 
 from dashboards import task_report
 from workbench.cli import run
-from workbench.evaluation.task_experiment import read_rows
+from workbench.evaluation.task_rows import read_rows
 
 COUNTS = ["--estimator", "counts", "--paper-estimator", "counts"]
 WORDS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "2", *COUNTS]

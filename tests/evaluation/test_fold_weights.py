@@ -13,7 +13,7 @@ from workbench.beliefs.training import Lesson
 from workbench.beliefs.weights import read_weights
 from workbench.cli import run
 from workbench.evaluation import fold_weights, search_experiment, task_trials
-from workbench.evaluation.task_experiment import read_rows
+from workbench.evaluation.task_rows import read_rows
 
 SEARCH = ["evaluate", "search", "-p", "lios,conditioned-lios", "--queries", "12", "--no-figures", "--json"]
 TASKS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "20", "--json"]

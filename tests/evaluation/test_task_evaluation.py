@@ -11,10 +11,7 @@ from workbench.cli import run
 from workbench.errors import InputError
 from workbench.evaluation.task_experiment import (
     TaskRequest,
-    TrialStore,
     plan_trials,
-    run_unit,
-    run_units,
     scenario_list,
     strategy_list,
     units_left,
@@ -23,6 +20,8 @@ from workbench.evaluation.task_experiment import (
 from workbench.evaluation.task_rows import TaskRow, read_rows
 from workbench.evaluation.task_table import markdown, pairs, table
 from workbench.evaluation.task_trials import trial_seed
+from workbench.evaluation.task_workers import run_unit, run_units
+from workbench.evaluation.trial_store import TrialStore
 from workbench.worlds.shipped import shipped_houses
 
 
@@ -223,3 +222,63 @@ def test_a_log_stands_where_its_row_says(tmp_path: Path) -> None:
     unit = units_left(asked, plan_trials(asked).keys, [], RecordTo(folder=tmp_path))[0]
     (row,) = run_unit(unit)
     assert log_path(tmp_path, row.scenario, row.trial, row.strategy).exists()
+
+
+WORDS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "2"]
+WORDS += ["--paper-estimator", "counts", "--estimator"]
+
+
+def test_a_mistyped_estimator_leaves_nothing_in_the_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = ["-o", str(tmp_path / "out")]
+    assert run([*WORDS, "cuonts", *out]) == 2
+    assert "Did you mean: counts" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert run([*WORDS, "counts", *out]) == 0
+    capsys.readouterr()
+
+
+def test_recording_runs_again_what_has_no_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    before, after = (
+        run([*WORDS, "counts", "-o", str(out), "--json", *more]) or msgspec.json.decode(capsys.readouterr().out)
+        for more in ([], ["--record"])
+    )
+    logs = list((out / "logs" / "any-of-three").glob("*.mcap"))
+    assert len(logs) == 4
+    costs = [
+        [(row["strategy"], row["mean_cost"], row["trials"]) for row in answer["rows"]] for answer in (before, after)
+    ]
+    assert costs[0] == costs[1]
+    assert costs[0][0][2] == 2
+    first = logs[0].stat().st_mtime_ns
+    logs[1].unlink()
+    assert run([*WORDS, "counts", "-o", str(out), "--record"]) == 0
+    assert "3 runs are done already; 1 are left" in capsys.readouterr().err
+    assert logs[1].exists()
+    assert logs[0].stat().st_mtime_ns == first
+    assert len(read_rows(out / "trials.jsonl")) == 4, "of a trial that was run again the last row"
+
+
+def test_two_evaluations_do_not_write_to_one_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with TrialStore(tmp_path, request()):
+        assert run([*WORDS, "counts", "--seed", "4", "-o", str(tmp_path)]) == 2
+    assert "is being written by another evaluation" in capsys.readouterr().err.replace("\n", " ")
+    with TrialStore(tmp_path, request()) as store:
+        assert store.rows == []
+
+
+def test_houses_that_support_nothing_are_no_empty_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    assert run(["evaluate", "tasks", "--scenarios", "deliver-60", "-s", "model-lios", "-o", str(out)]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "no house of" in said
+    assert "supports deliver-60" in said
+    assert not out.exists()
+
+
+def test_a_table_says_why_runs_failed(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", f"{__name__}:Raises", "-n", "2"]
+    assert run([*words, "--estimator", "counts"]) == 0
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{__name__}:Raises failed in 2 runs, 2 for this reason:" in said
+    assert "no idea" in said

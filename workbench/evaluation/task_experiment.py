@@ -1,53 +1,30 @@
-"""How are many task trials run? In processes of this machine or on a Dask cluster, resumable, always the same rows.
+"""Which task trials does an evaluation have, and which are still to be run?
 
-Rows go to OUTPUT/trials.jsonl as they come, flushed one by one; a run that was killed goes on with what is missing.
 The answer is made of the rows sorted by scenario, strategy and trial, so that it does not depend on who ran what.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Generator, Iterable, Iterator
-from concurrent.futures import as_completed
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
-from workbench.errors import BadValue, InputError, MalformedFile, MissingExtra
+from workbench.beliefs.estimators import estimator
+from workbench.errors import BadValue, Unsupported
 from workbench.evaluation.cell_filter import CellFilter, cell_filter
-from workbench.evaluation.fold_weights import Believers, Dealt, Folds, deal
+from workbench.evaluation.fold_weights import Believers, Dealt, Folds, deal, require_trainable
 from workbench.evaluation.splits import split_indices
-from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
-from workbench.evaluation.task_trials import (
-    Tap,
-    TrialKey,
-    run_staged,
-    stage,
-    supported_houses,
-    trial_keys,
-)
+from workbench.evaluation.task_rows import TaskRow
+from workbench.evaluation.task_trials import Tap, TrialKey, supported_houses, trial_keys
+from workbench.evaluation.task_workers import Unit
 from workbench.planning.scenarios import SCENARIOS, is_scenario_file, scenario_name
 from workbench.planning.strategies import STRATEGIES, canonical_name, resolved_name
-from workbench.process_pool import process_pool
 from workbench.worlds.house_files import house_lines
 from workbench.worlds.procthor import house_name
 
 PAPER_STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios", "model-lios")
-RETRIES = 5
-"""How often a Dask unit is tried again when its worker dies."""
-
-
-class OtherEvaluation(InputError):
-    """A folder holds the trials of another evaluation."""
-
-    def __init__(self, folder: Path, field: str, theirs: object, ours: object) -> None:
-        super().__init__(
-            f"{folder} holds another evaluation: its {field} is {theirs!r}, not {ours!r}. "
-            "Give another -o, or --force."
-        )
 
 
 class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,19 +61,17 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         """What the strategies believe, by name."""
         return tuple(dict.fromkeys(self.estimator_of(name) for name in self.strategies))
 
+    def require_estimators(self) -> None:
+        """Raises InputError for an estimator that is not there, or with folds cannot be trained."""
+        if self.folds:
+            require_trainable(self.estimators())
+        else:
+            for name in self.estimators():
+                estimator(name)
+
     def estimator_of(self, strategy: str) -> str:
         name = canonical_name(strategy.partition("@")[0])
         return self.paper_estimator if name in PAPER_STRATEGIES else self.estimator
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Unit:
-    """A trial and the strategies that are still to run it, each with its estimator."""
-
-    key: TrialKey
-    strategies: tuple[tuple[str, str], ...]
-    assets: str = ""
-    tap: Tap | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +83,16 @@ class Plan:
     """(scenario, house, what it lacks)."""
     houses: dict[str, int]
     """How many houses support each scenario."""
+
+
+class NoHouse(Unsupported):
+    """No house supports any of the scenarios."""
+
+    def __init__(self, request: TaskRequest) -> None:
+        super().__init__(
+            f"no house of {request.houses} ({request.split}) supports {', '.join(request.scenarios)}. "
+            "Give other houses, another --split or other --scenarios."
+        )
 
 
 def scenario_list(names: str) -> tuple[str, ...]:
@@ -167,12 +152,6 @@ def plan_trials(request: TaskRequest, dealt: Dealt | None = None) -> Plan:
     return Plan(keys=tuple(keys), refused=tuple(refused), houses=houses)
 
 
-def run_unit(unit: Unit) -> list[TaskRow]:
-    """One trial by several strategies; what workers run."""
-    staged = stage(unit.key, assets=Path(unit.assets) if unit.assets else None)
-    return [run_staged(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
-
-
 def units_left(
     request: TaskRequest,
     keys: Iterable[TrialKey],
@@ -198,122 +177,6 @@ def units_left(
             pairs = tuple((name, weights.of(request.estimator_of(name), house)) for name in names)
             units.append(Unit(key=key, strategies=pairs, assets=request.assets, tap=tap))
     return units
-
-
-def run_units(units: list[Unit], *, workers: int, scheduler: str = "") -> Iterator[list[TaskRow]]:
-    """The rows of every unit, in the order in which they are done.
-
-    Args:
-        workers: processes of this machine; 1 runs here.
-        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
-
-    Raises:
-        MissingExtra: a scheduler is given and dask.distributed is not installed.
-        InputError: the scheduler does not answer.
-    """
-    if scheduler:
-        yield from _on_dask(units, scheduler, workers)
-    elif workers <= 1:
-        yield from (run_unit(unit) for unit in units)
-    else:
-        yield from _in_processes(units, workers)
-
-
-def _in_processes(units: list[Unit], workers: int) -> Iterator[list[TaskRow]]:
-    with _one_thread_each(), process_pool(workers) as pool:
-        for future in as_completed([pool.submit(run_unit, unit) for unit in units]):
-            yield future.result()
-
-
-def _on_dask(units: list[Unit], scheduler: str, workers: int) -> Iterator[list[TaskRow]]:
-    try:
-        import distributed
-    except ImportError as error:
-        raise MissingExtra("a Dask cluster", "cluster") from error
-    with _one_thread_each(), _client(distributed, scheduler, workers) as client:
-        futures = [client.submit(run_unit, unit, pure=False, retries=RETRIES) for unit in units]
-        for future in distributed.as_completed(futures):
-            yield future.result()
-
-
-@contextmanager
-def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
-    if scheduler == "local":
-        with (
-            distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
-            distributed.Client(cluster) as client,
-        ):
-            yield client
-        return
-    try:
-        client = distributed.Client(scheduler, timeout="15s")
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"no Dask scheduler answers at {scheduler}: {error}. Start one: dask scheduler") from error
-    with client:
-        yield client
-
-
-@contextmanager
-def _one_thread_each() -> Generator[None]:
-    """Workers use one thread each: many processes with many threads are slower than many processes."""
-    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update({name: os.environ.get(name, "1") for name in names})
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
-
-
-class TrialStore:
-    """The folder of an evaluation: its settings and its rows so far.
-
-    Raises:
-        OtherEvaluation: the folder holds rows of another request.
-        MalformedFile: its files are not what they should be.
-    """
-
-    def __init__(self, folder: Path, request: TaskRequest, *, force: bool = False) -> None:
-        self.folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
-        settings, trials = folder / SETTINGS_FILE, folder / TRIALS_FILE
-        if force:
-            trials.unlink(missing_ok=True)
-        elif settings.exists() and trials.exists():
-            _same_request(folder, read_request(settings), request)
-        settings.write_bytes(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
-        self.rows = read_rows(trials, torn_is_fine=True) if trials.exists() else []
-        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # a row torn by a crash goes; the others never do
-        whole.write_bytes(b"".join(msgspec.json.encode(row) + b"\n" for row in self.rows))
-        whole.replace(trials)
-        self._stream = trials.open("ab")
-
-    def add(self, rows: Iterable[TaskRow]) -> None:
-        for row in rows:
-            self.rows.append(row)
-            self._stream.write(msgspec.json.encode(row) + b"\n")
-        self._stream.flush()
-
-    def close(self) -> None:
-        self._stream.close()
-
-
-def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
-    """More trials, scenarios or strategies of the same evaluation are welcome; all else must agree."""
-    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also"):
-        if getattr(theirs, field) != getattr(ours, field):
-            raise OtherEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
-
-
-def read_request(path: Path) -> TaskRequest:
-    try:
-        return msgspec.json.decode(path.read_bytes(), type=TaskRequest)
-    except msgspec.MsgspecError as error:
-        raise MalformedFile(path, f"no settings of an evaluation: {error}", "Give another folder") from error
 
 
 def wanted_rows(

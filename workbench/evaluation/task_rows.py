@@ -46,16 +46,24 @@ class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_rows(path: Path, *, torn_is_fine: bool = False) -> list[TaskRow]:
-    """The rows of a trials file; a last line that was cut off by a kill is left out on request."""
-    rows: list[TaskRow] = []
+    """The rows of a trials file, of a trial that was run again the last one.
+
+    Args:
+        torn_is_fine: a last line that was cut off by a kill is left out.
+
+    Raises:
+        MalformedFile: another line that is no trial.
+    """
+    rows: dict[tuple[str, int, str], TaskRow] = {}
     lines = path.read_bytes().split(b"\n")
     for number, line in enumerate(lines):
         if not line.strip():
             continue
         try:
-            rows.append(msgspec.json.decode(line, type=TaskRow))
+            row = msgspec.json.decode(line, type=TaskRow)
         except msgspec.MsgspecError as error:
             if torn_is_fine and number == len(lines) - 1:
                 continue
             raise MalformedFile(f"{path}:{number + 1}", f"no trial: {error}", "Remove the line") from error
-    return rows
+        rows[row.scenario, row.trial, row.strategy] = row
+    return list(rows.values())

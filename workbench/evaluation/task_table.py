@@ -5,6 +5,7 @@ Intervals draw whole houses (statistics.py). Differences are paired: the same tr
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -80,9 +81,15 @@ def _line(
         "against_model_lios": against["share"] if against else None,
         "against_model_lios_ci95": against["share_ci95"] if against else None,
         "estimator": _estimator(mine),
+        "reasons": _reasons(mine),
         "statuses": {s: sum(row.status == s for row in mine) for s in sorted({row.status for row in mine})},
         "planning_share": _planning_share(mine),
     }
+
+
+def _reasons(mine: list[TaskRow]) -> dict[str, int]:
+    """Why runs failed, the commonest reason first."""
+    return dict(Counter(row.reason for row in mine if not row.success).most_common())
 
 
 def _estimator(mine: list[TaskRow]) -> str:

@@ -1,0 +1,123 @@
+"""Where do the trials of an evaluation of tasks stay? In a folder, row by row, so that a stopped one can go on.
+
+Rows go to OUTPUT/trials.jsonl as they come, flushed one by one; a run that was killed goes on with what is missing.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
+
+from workbench.errors import InputError, MalformedFile
+from workbench.evaluation.task_experiment import TaskRequest
+from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
+
+try:
+    import fcntl
+except ImportError:  # not every system has it
+    fcntl = None
+
+LOCK_FILE = ".lock"
+
+
+class OtherEvaluation(InputError):
+    """A folder holds the trials of another evaluation."""
+
+    def __init__(self, folder: Path, field: str, theirs: object, ours: object) -> None:
+        super().__init__(
+            f"{folder} holds another evaluation: its {field} is {theirs!r}, not {ours!r}. "
+            "Give another -o, or --force."
+        )
+
+
+class BeingEvaluated(InputError):
+    """Another process writes to the folder."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"{folder} is being written by another evaluation. Wait for it, or give another -o.")
+
+
+class TrialStore:
+    """The folder of an evaluation: its settings and its rows so far.
+
+    Attributes:
+        rows: those that are there.
+
+    Raises:
+        BeingEvaluated: another process writes there.
+        OtherEvaluation: the folder holds rows of another request.
+        MalformedFile: its files are not what they should be.
+    """
+
+    def __init__(self, folder: Path, request: TaskRequest, *, force: bool = False) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._lock = _reserved(folder)
+        try:
+            self.rows = self._begun(request, force=force)
+            self._stream = (folder / TRIALS_FILE).open("ab")
+        except BaseException:
+            self._lock.close()
+            raise
+
+    def _begun(self, request: TaskRequest, *, force: bool) -> list[TaskRow]:
+        """The rows that are kept; the settings are written."""
+        settings, trials = self.folder / SETTINGS_FILE, self.folder / TRIALS_FILE
+        if force:
+            trials.unlink(missing_ok=True)
+        elif settings.exists() and trials.exists() and trials.stat().st_size:
+            _same_request(self.folder, read_request(settings), request)
+        settings.write_bytes(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
+        rows = read_rows(trials, torn_is_fine=True) if trials.exists() else []
+        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # a row torn by a crash goes; the others never do
+        whole.write_bytes(b"".join(msgspec.json.encode(row) + b"\n" for row in rows))
+        whole.replace(trials)
+        return rows
+
+    def __enter__(self) -> TrialStore:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def add(self, rows: Iterable[TaskRow]) -> None:
+        for row in rows:
+            self.rows.append(row)
+            self._stream.write(msgspec.json.encode(row) + b"\n")
+        self._stream.flush()
+
+    def close(self) -> None:
+        self._stream.close()
+        self._lock.close()
+
+
+def _reserved(folder: Path) -> BinaryIO:
+    """Keeps other evaluations away until it is closed, where the system and the disk can."""
+    lock = (folder / LOCK_FILE).open("ab")
+    if fcntl is not None:
+        try:
+            fcntl.flock(lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            lock.close()
+            raise BeingEvaluated(folder) from None
+        except OSError:
+            pass  # a network disk without locks
+    return lock
+
+
+def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
+    """More trials, scenarios or strategies of the same evaluation are welcome; all else must agree."""
+    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also"):
+        if getattr(theirs, field) != getattr(ours, field):
+            raise OtherEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
+
+
+def read_request(path: Path) -> TaskRequest:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=TaskRequest)
+    except msgspec.MsgspecError as error:
+        raise MalformedFile(path, f"no settings of an evaluation: {error}", "Give another folder") from error
