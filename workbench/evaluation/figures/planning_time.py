@@ -15,6 +15,9 @@ from workbench.evaluation.task_names import scenario_title, shortened
 MOST_INSIDE = 6
 """Names of more scenarios than this would lie on the lines; they stand beside them."""
 
+FEW_DECADES = 2.5
+"""So many have room for the ticks 1, 2 and 5; more only for 1."""
+
 
 def draw_planning_time(
     ax: Axes, seconds: Mapping[str, npt.NDArray[np.float64]], *, share_of_belief: float | None = None
@@ -31,14 +34,24 @@ def draw_planning_time(
         sorted_ms = np.sort(values) * 1e3
         ax.step(sorted_ms, np.arange(1, len(values) + 1) / len(values), label=shortened(scenario_title(scenario), 30))
     ax.set(xscale="log", xlabel="belief, find costs and plan of one decision, ms", ylabel="share of decisions")
-    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_locator(LogLocator(subs=_ticks(seconds)))
     ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.grid(alpha=0.25, linewidth=0.5)
-    if len(seconds) > MOST_INSIDE:
+    if not ax.lines:
+        ax.text(0.5, 0.5, "no decision was made", transform=ax.transAxes, ha="center")
+    elif len(seconds) > MOST_INSIDE:
         ax.legend(fontsize=7, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     else:
         ax.legend(fontsize=7, frameon=False, loc="lower right")
     as_written(ax)
     if share_of_belief is not None:
         ax.set_title(f"{100 * share_of_belief:.0f} % of the time believing, the rest planning", fontsize=8)
+
+
+def _ticks(seconds: Mapping[str, npt.NDArray[np.float64]]) -> tuple[float, ...]:
+    """Which ticks of a decade are labelled, so that no two labels touch."""
+    values = np.concatenate([*seconds.values(), np.ones(0)])
+    values = values[values > 0]
+    decades = float(np.log10(values.max() / values.min())) if len(values) else 0.0
+    return (1.0, 2.0, 5.0) if decades <= FEW_DECADES else (1.0,)
