@@ -34,7 +34,9 @@ def messages(
 
     Args:
         topics: which topics are wanted; all if not given.
-        start_ns, end_ns: log times, end exclusive.
+        start_ns: the first log time that is wanted.
+        end_ns: the first that is not any more; None for all that follow.
+        on_damage: is told of what cannot be read.
     """
     with open_log(path) as stream:
         content = Content(on_damage=on_damage, topics=topics, start_ns=start_ns, end_ns=end_ns)
