@@ -16,7 +16,7 @@ import viser
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
-from dashboards.palette import OCCUPIED, Colour
+from dashboards.palette import OCCUPIED, Colour, linear
 from dashboards.scene import Scene
 from dashboards.viser_app.actors import Actors
 from dashboards.viser_app.belief_marks import BeliefMarks
@@ -156,7 +156,7 @@ class Stage:
             batched_wxyzs=batch.wxyz(),
             batched_positions=batch.centre,
             batched_scales=batch.size_m,
-            batched_colors=batch.colour,
+            batched_colors=linear(batch.colour),
             lod="off",
             flat_shading=batch.shape == "box",
             cast_shadow=False,
