@@ -80,7 +80,7 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     data = msgspec.json.encode(_data(here(timelines), elsewhere))
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
-        "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),
+        "@TITLE@": text(timelines[0].task_words),
         "@STYLE@": "".join(resource(name) for name in SHEETS),
         "@SCRIPT@": "\n".join(resource(name) for name in PARTS),
         "@DATA@": packed,
@@ -109,7 +109,7 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
     ]
     return {
         "title": title(first) + _left_out_note(elsewhere),
-        "plainTitle": first.run.task.title or first.run.info.scenario,
+        "plainTitle": first.task_words,
         "tabs": TABS if len(timelines) > 1 else TABS[:-1],
         "labelled": LABELLED,
         "house": _house(first),

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from dashboards.plan_progress import PlannedStep, progress
 from dashboards.timeline import DecisionFrame, Timeline
 from dashboards.ways_ahead import rest_of_leg, stops_after
+from dashboards.words import told
 from workbench.runs.vocabulary import FindCosts, Stop, WayNotTaken
 from workbench.worlds.house import LocationId
 
@@ -43,7 +44,7 @@ class Scene:
     Attributes:
         stamp_ns: the moment; second: since the run's start.
         decision: number of the decision in force, 0 before the first; decisions: how many there are.
-        phase, doing: what the robot does, as a kind and in words.
+        phase, doing: what the robot does, as a kind and in words; reason: why the decision was made, in words.
         focus: the item type whose belief is shown, or "" without beliefs.
         belief: per container of the plan, its probability for the focus; NaN where the belief has none. float64 (n,).
         top_belief: the largest probability of the focus in the whole run: the top of the colour scale.
@@ -114,7 +115,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         decisions=len(timeline.decisions),
         phase=phase,
         doing=doing,
-        reason=plan.reason if plan is not None else "",
+        reason=told(plan.reason, _names(timeline)) if plan is not None else "",
         robot=robot,
         focus=shown,
         belief=_belief(timeline, frame, shown, searched),
@@ -138,6 +139,11 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         alternatives=plan.alternatives if plan is not None else (),
         outcome=_outcome(timeline, stamp),
     )
+
+
+def _names(timeline: Timeline) -> set[str]:
+    """Words by which a log means things and places."""
+    return {*timeline.item_types, *(c.id for c in timeline.plan.containers)}
 
 
 def _automatic_focus(timeline: Timeline, at: int) -> str:

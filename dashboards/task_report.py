@@ -81,7 +81,7 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
                 for t in timelines
                 if t.run.outcome is not None
             )
-            ax.set_title(f"{timelines[0].run.info.title}\n{costs}", fontsize=7)
+            ax.set_title(f"{timelines[0].task_words}\n{costs}", fontsize=7)
             path = folder / "figures" / f"example_{log_path(folder, scenario, 0, '').parent.name}.png"
             figure.savefig(path, dpi=200, metadata={"Software": None})
             figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})

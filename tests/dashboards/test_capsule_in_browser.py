@@ -46,7 +46,7 @@ def shown(page: Page) -> float:
 def test_the_house_is_drawn(page: Page) -> None:
     page.wait_for_timeout(300)
     assert colours_in(page.screenshot(), (0.05, 0.1, 0.6, 0.7)) > 200
-    page.get_by_text("find Mug and bring it to start").wait_for()
+    page.get_by_text("find mug and bring it to start").wait_for()
 
 
 def test_keys_step_and_seek_both_ways(page: Page) -> None:
@@ -105,6 +105,31 @@ def test_the_address_restores_the_moment(page: Page) -> None:
     page.reload()
     until(page, "window.lios !== undefined")
     assert shown(page) == 6.5
+
+
+def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browser, tmp_path: Path) -> None:
+    """On a small screen five of them at one place would be pushed out of its top. The time stays by its slider."""
+    path = tmp_path / "five.html"
+    write_capsule([timeline_of(toy_run()), *(timeline_of(other_run()) for _ in range(7))], path)
+    page = browser.new_page(viewport={"width": 1280, "height": 560})
+    page.goto(path.as_uri())
+    until(page, "window.lios !== undefined && document.querySelectorAll('#labels .robot').length === 8")
+    page.wait_for_timeout(500)
+    boxes = page.evaluate(
+        "[...document.querySelectorAll('#labels .robot')].filter((d) => d.style.display !== 'none')"
+        ".map((d) => d.getBoundingClientRect()).map((b) => [b.top, b.bottom])"
+    )
+    stage = page.locator("#stage").bounding_box()
+    slider, reading = page.locator("#slider").bounding_box(), page.locator("#reading").bounding_box()
+    page.close()
+    assert stage
+    assert slider
+    assert reading
+    assert len(boxes) == 8
+    assert all(stage["y"] <= top and bottom <= stage["y"] + stage["height"] for top, bottom in boxes)
+    tops = sorted(top for top, _ in boxes)
+    assert all(b - a >= 17 for a, b in zip(tops, tops[1:], strict=False)), "one covers another"
+    assert abs(slider["y"] + slider["height"] / 2 - reading["y"] - reading["height"] / 2) < 8
 
 
 def test_markup_in_names_is_shown_and_not_run(browser: Browser, tmp_path: Path) -> None:
