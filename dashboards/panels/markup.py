@@ -5,6 +5,7 @@ A clickable thing carries `data-lios="seek 12.5"`; the page that shows it decide
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
@@ -27,6 +28,11 @@ def name(value: object, *, most: int = LONGEST_NAME) -> str:
     if len(whole) <= most:
         return text(whole)
     return f'<span title="{text(whole)}">{text(whole[: most - 1])}…</span>'
+
+
+def breakable(value: str) -> str:
+    """As `name`, with breaks allowed where a file's name has its joints, so that a narrow table need not be cut."""
+    return re.sub(r"(?<=[_:/.])", "<wbr>", text(value)) if len(value) <= LONGEST_NAME else name(value)
 
 
 def place(location: str) -> str:
