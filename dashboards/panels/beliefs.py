@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dashboards.palette import belief_colours, css
-from dashboards.panels.markup import bar, command, name, number, percent, table, text
+from dashboards.panels.markup import bar, command, name, number, percent, place, table, text
 from dashboards.scene import STATUSES, Scene
 from dashboards.timeline import Timeline
 from workbench.worlds.house import Container
@@ -44,9 +44,8 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
 
 
 def _link(index: int, container: Container) -> str:
-    """Its kind; a click looks at it."""
-    words = name(readable_name(container.type))
-    return f'<span {command(f"look {index}")} title="{text(container.id)}">{words}</span>'
+    """As the other panels name it; a click looks at it."""
+    return f'<span {command(f"look {index}")} title="{text(container.id)}">{place(container.id)}</span>'
 
 
 def _status(scene: Scene, i: int) -> str:
