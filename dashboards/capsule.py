@@ -31,6 +31,7 @@ from dashboards.panels.strip import strip
 from dashboards.resources import resource
 from dashboards.timeline import Timeline
 from dashboards.unopened import unopened
+from dashboards.words import label
 from workbench.errors import BadValue, OutputExists
 from workbench.worlds.names import readable_name
 
@@ -104,7 +105,7 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
     texts = Texts()
     closed = unopened(timelines)
     runs = [
-        run_data(t, names[i], run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
+        run_data(t, label(names[i]), run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
         for i, t in enumerate(timelines)
     ]
     return {
@@ -136,13 +137,13 @@ def _house(timeline: Timeline) -> dict[str, Any]:
             for f in shape.floors
         ]
         + _occupied(timeline),
-        "rooms": [{"name": readable_name(f.kind), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
+        "rooms": [{"name": label(readable_name(f.kind)), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
         "furniture": [_batch(b) for b in shape.furniture],
         "cut": [_batch(b) for b in shape.cut_walls],
         "whole": [_batch(b) for b in (*shape.whole_walls, *shape.hung)],
         "shadows": [_batch(b) for b in shape.shadows],
         "tops": [_rounded(np.array(t)) for t in shape.tops_m],
-        "names": [readable_name(c.type) for c in plan.containers],
+        "names": [label(readable_name(c.type)) for c in plan.containers],
         "corners": _outline(shape),
     }
 

@@ -57,6 +57,7 @@ class Scene:
             only assumed, bool (m,). ahead: of the way planned, float64 (k, 2).
         steps: the plan with what is done, current and next.
         expected_cost: of the plan from its decision on; cost: so far.
+        outcome: how the run ended, in a word, why, and what it is charged; "" and None before its end.
     """
 
     stamp_ns: int
@@ -88,6 +89,8 @@ class Scene:
     find_costs: FindCosts | None
     alternatives: tuple[WayNotTaken, ...]
     outcome: str
+    why_ended: str
+    charged: float | None
 
 
 def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Scene:
@@ -108,6 +111,8 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
     phase, doing = _phase(timeline, stamp)
     searched = timeline.searched_ns <= stamp
     steps = progress(frame, stamp) if frame is not None else ()
+    outcome = timeline.run.outcome
+    ended = outcome if outcome is not None and stamp >= outcome.stamp.ns else None
     return Scene(
         stamp_ns=stamp,
         second=second,
@@ -137,7 +142,9 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         searches=int(np.count_nonzero(searched)),
         find_costs=frame.find_costs if frame is not None else None,
         alternatives=plan.alternatives if plan is not None else (),
-        outcome=_outcome(timeline, stamp),
+        outcome=ended.status if ended is not None else "",
+        why_ended=told(ended.reason, _names(timeline)) if ended is not None else "",
+        charged=ended.cost if ended is not None else None,
     )
 
 
@@ -257,8 +264,3 @@ def _ahead(
         rest, standing = np.zeros((0, 2)), arrived[-1] if arrived else frame.plan.robot_at
     later = timeline.ways.through(stops_after(frame.plan, first, standing))
     return np.concatenate([here, rest, later])
-
-
-def _outcome(timeline: Timeline, stamp: int) -> str:
-    outcome = timeline.run.outcome
-    return outcome.status if outcome is not None and stamp >= outcome.stamp.ns else ""

@@ -10,6 +10,7 @@ from workbench.worlds.names import readable_name
 
 ID = re.compile(r"\b([A-Za-z]\w*)\|(\d[\w|]*)")
 """A container as houses name them: its type, then numbers."""
+LONGEST_LABEL = 40
 WORD = re.compile(r"\w+")
 DOINGS: Mapping[str, str] = MappingProxyType(
     {
@@ -31,6 +32,11 @@ def place_words(location: str) -> str:
     """A location for people: the generic name of its kind, and which of them."""
     kind, _, which = location.partition("|")
     return f"{readable_name(kind)} {which}".strip()
+
+
+def label(words: str) -> str:
+    """A name as it fits into the view."""
+    return words if len(words) <= LONGEST_LABEL else words[: LONGEST_LABEL - 1] + "…"
 
 
 def told(sentence: str, names: Collection[str] = ()) -> str:

@@ -93,6 +93,7 @@
 
   // --- showing one moment ---------------------------------------------------------------------------------------
   let shownFrame = -1;
+  const number = (v) => Math.abs(v) >= 1e6 ? v.toExponential(2).replace("e+", "e") : v.toFixed(1);
   const html = (id, content) => { const node = $(id); if (node && node.liosHtml !== content) { node.innerHTML = content; node.liosHtml = content; } };
   const robotAt = (run, s) => {
     const i = Math.max(0, upper(run.wayS, s) - 1);
@@ -143,7 +144,7 @@
       const walked = interpolate(s, run.wayS, run.wayM);
       robotLabels[i].at = [robot.x, robot.y, 0.95 + 0.35 * i];
       if (i === 0) {
-        document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? interpolate(s, run.costS, run.cost).toFixed(1) : walked.toFixed(1) + " m"; });
+        document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? number(interpolate(s, run.costS, run.cost)) : walked.toFixed(1) + " m"; });
         camera.raised = (state.follow && window.lios?.fitting?.covered) || 0;
         if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5 / (1 - camera.raised); }
       }
@@ -326,7 +327,7 @@
     if (!caption) return;
     const seconds = runs.map((run) => secondOf(run, state.at)), doing = [...($("p-now").querySelector("p")?.childNodes || [])].map((n) => n.textContent.trim()).filter(Boolean).join(": ");
     const lines = [[data.plainTitle, 600], [`${seconds[0].toFixed(1)} s   ${doing}`, 400]];
-    runs.forEach((run, i) => lines.push([`${run.name}: cost ${interpolate(seconds[i], run.costS, run.cost).toFixed(1)}`, 600, `rgb(${run.colour})`]));
+    runs.forEach((run, i) => lines.push([`${run.name}: cost ${number(interpolate(seconds[i], run.costS, run.cost))}`, 600, `rgb(${run.colour})`]));
     const step = 19 * scale;
     context.textAlign = "left";
     lines.forEach(([words, weight, colour], i) => {

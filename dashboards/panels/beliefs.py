@@ -12,6 +12,7 @@ from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
 MOST_ROWS = 60
+LONGEST_ROOM = 20
 
 
 def beliefs(scene: Scene, timeline: Timeline) -> str:
@@ -32,7 +33,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
             [
                 str(int(scene.order[i])) if scene.order[i] else "",
                 _link(i, container),
-                name(rooms.get(container.room, "")),
+                name(rooms.get(container.room, ""), most=LONGEST_ROOM),
                 bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
                 percent(p) if p == p else "",
                 number(legs.get(container.id)),

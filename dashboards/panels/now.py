@@ -8,6 +8,7 @@ from dashboards.scene import Scene
 from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
 
+SAME = 0.05
 LONGEST_TASK = 300
 """Characters of a task that are shown."""
 
@@ -48,8 +49,17 @@ def now(scene: Scene) -> str:
     return (
         f'<div class="lp"><p>{phase} {name(scene.doing)}{holding}</p>'
         f'<div class="facts">{cells}</div>'
-        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}</div>"
+        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}{_unhappy_end(scene)}</div>"
     )
+
+
+def _unhappy_end(scene: Scene) -> str:
+    """Why a run ended that did not do its task, and what it is charged if that is not what it spent."""
+    if scene.outcome in ("", "done"):
+        return ""
+    charged = scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > SAME else None
+    cost = f" Charged: {number(charged)}." if charged is not None else ""
+    return f'<p class="warn">Ended because: {name(scene.why_ended, most=LONGEST_TASK)}.{cost}</p>'
 
 
 def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:

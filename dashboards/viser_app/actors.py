@@ -14,6 +14,7 @@ import viser
 from dashboards.geometry.marks import ROBOT_DARK, dashes, robot_body, robot_legs, walked
 from dashboards.palette import Colour
 from dashboards.scene import RobotLook, Scene
+from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 
 TRAIL_M = 0.02
@@ -122,13 +123,13 @@ class Actors:
             ),
             label=self._scene.add_label(
                 f"{root}/robot/label",
-                name,
+                label_words(name),
                 position=(0, 0, 0.95 + 0.35 * index),
                 anchor="bottom-center",
                 font_screen_scale=0.8,
                 visible=False,
             ),
-            name=name,
+            name=label_words(name),
             height_m=TRAIL_M + 0.012 * max(1, 6 - index),
             here=here,
         )

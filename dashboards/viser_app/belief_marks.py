@@ -18,6 +18,7 @@ from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.looks import bar_heights_m, container_colours
 from dashboards.palette import UNOPENED, UNSEEN, linear
 from dashboards.scene import STATUSES, Scene
+from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -153,7 +154,7 @@ class BeliefMarks:
             if i is None:
                 continue
             x, y, z = (float(v) for v in self._tops[i])
-            kind = f". {readable_name(self._plan.containers[i].type)}" if place == 0 else ""
+            kind = f". {label_words(readable_name(self._plan.containers[i].type))}" if place == 0 else ""
             label.text = f"{place + 1}{kind}"
             near = sum(hypot(x - a, y - b) < CROWDED_M for a, b in taken)
             label.position = (x, y, z + 0.15 + float(height_m[i]) + CROWDED_UP_M * near)

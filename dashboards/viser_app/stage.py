@@ -20,6 +20,7 @@ from dashboards.palette import OCCUPIED, Colour, linear
 from dashboards.scene import Scene
 from dashboards.viser_app.actors import Actors
 from dashboards.viser_app.belief_marks import BeliefMarks
+from dashboards.words import label as label_words
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
 from workbench.worlds.occupancy import OccupancyGrid
@@ -137,7 +138,7 @@ class Stage:
             )
             label = self._scene.add_label(
                 f"/house/rooms/{i}",
-                readable_name(floor.kind),
+                label_words(readable_name(floor.kind)),
                 position=(*floor.label_at, 0.05),
                 font_screen_scale=0.85,
                 anchor="center-center",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import itertools
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -128,7 +129,7 @@ def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browse
     assert len(boxes) == 8
     assert all(stage["y"] <= top and bottom <= stage["y"] + stage["height"] for top, bottom in boxes)
     tops = sorted(top for top, _ in boxes)
-    assert all(b - a >= 17 for a, b in zip(tops, tops[1:], strict=False)), "one covers another"
+    assert all(b - a >= 17 for a, b in itertools.pairwise(tops)), "one covers another"
     assert abs(slider["y"] + slider["height"] / 2 - reading["y"] - reading["height"] / 2) < 8
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -16,19 +17,21 @@ from toy_run import action, ns, other_run, toy_run
 from dashboards.capsule_runs import Texts, run_data
 from dashboards.clock import Clock
 from dashboards.figures.files import MAPS, _belief_maps
+from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.figures.trajectory import draw_trajectory
 from dashboards.palette import css, run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.chart import MOST_ABOVE, Band, Line, chart
+from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.markup import breakable
+from dashboards.panels.markup import breakable, number, text
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.strip import strip
 from dashboards.phases import describe
 from dashboards.scene import scene_at
 from dashboards.timeline import timeline_of
 from dashboards.viser_app.controls import SLIDER_STEPS, slider_scale
-from dashboards.words import action_words, told
+from dashboards.words import action_words, label, told
 from replayers.run import read
 
 SAMPLES = Path(__file__).parents[2] / "logs"
@@ -106,6 +109,38 @@ def test_the_legend_stays_the_same_while_a_run_plays() -> None:
 def test_what_a_find_elsewhere_would_cost_is_said_of_what_the_plan_does() -> None:
     """The fridge costs 6 more than the start, to which the plan brings the mug."""
     assert "the plan brings it to start, which is 6.0 cheaper" in find_costs(scene_at(OURS, ns(1)), "start")
+
+
+def test_a_run_that_failed_says_why_and_what_it_is_charged() -> None:
+    """It had spent 9.5; the task's failure costs 400."""
+    outcome = msgspec.structs.replace(OURS.run.outcome, status="failed", cost=400.0, reason="no Mug in Fridge|1 <b>")
+    failed = timeline_of(replace(OURS.run, outcome=outcome))
+    assert "Ended because: no mug in fridge 1 &lt;b&gt;. Charged: 400.0." in now(scene_at(failed, failed.end_ns))
+    assert "Ended" not in now(scene_at(failed, ns(5)))
+    assert "Ended" not in now(scene_at(OURS, OURS.end_ns))
+
+
+def test_a_name_does_not_turn_the_numbers_after_it_around() -> None:
+    """After a right-to-left override "400.0" would read "0.004"."""
+    assert text("a\u202eb\u2067c") == "a\ufffdb\ufffdc"
+    assert text("עברית <") == "עברית &lt;"
+
+
+def test_a_number_of_very_many_digits_is_told_by_its_power_of_ten() -> None:
+    assert [number(v) for v in (3.5e12, -2.25e6, 999_999.0, math.inf)] == ["3.50e12", "-2.25e6", "999999.0", "inf"]
+
+
+def test_a_very_long_name_is_shortened_in_the_view_and_in_tables() -> None:
+    rooms = tuple(replace(room, kind="x" * 300) for room in OURS.plan.rooms)
+    long = timeline_of(replace(OURS.run, place=replace(OURS.run.place, plan=replace(OURS.plan, rooms=rooms))))
+    visible = re.sub(r'title="[^"]*"', "", beliefs(scene_at(long, ns(1)), long))
+    clock = Clock(timelines=(long, OTHER))
+    visible += re.sub(r'title="[^"]*"', "", comparison(clock, [scene_at(long, ns(1))] * 2, ["x" * 300, "b"]))
+    assert max(len(word) for word in re.findall(r">(x+)", visible)) < 30
+    assert label("x" * 300) == "x" * 39 + "…"
+    ax = Figure().subplots()
+    draw_floor_plan(ax, long.plan)
+    assert {len(words.get_text()) for words in ax.texts} == {40}
 
 
 def _chart(band_high: float) -> str:
