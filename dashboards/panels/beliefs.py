@@ -46,7 +46,17 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
 
 def _link(index: int, container: Container) -> str:
     """As the other panels name it; a click looks at it."""
-    return f'<span {command(f"look {index}")} title="{text(container.id)}">{place(container.id)}</span>'
+    return f'<span {command(f"look {index}")} title="{text(container.id)}">{_words(container)}</span>'
+
+
+def _words(container: Container) -> str:
+    """Its kind, and which: by its number, or by its own name in the survey of a site."""
+    kind, own = readable_name(container.type), readable_name(container.id)
+    if "|" in container.id:
+        return place(container.id)
+    return (
+        name(kind) if own.lower() == kind.lower() else f"{name(kind)} <small>{name(own, most=LONGEST_ROOM)}</small>"
+    )
 
 
 def _status(scene: Scene, i: int) -> str:

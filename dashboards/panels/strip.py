@@ -25,8 +25,7 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
         stride = max(1, len(phases) // MOST_PHASES)
         for first in range(0, len(phases), stride):
             block = phases[first : first + stride]
-            a = clock.reading(block[0].start_ns, run=row)
-            b = clock.reading(block[-1].end_ns, run=row)
+            a, b = clock.position(block[0].start_ns, run=row), clock.position(block[-1].end_ns, run=row)
             parts.append(_phase(a / end, b / end, y, block[0].name, block[0].title, block[0].support))
         for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MOST_PHASES)]:
             x = _x(clock.reading(stamp, run=row) / end)

@@ -29,8 +29,8 @@ from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
-CAMERAS_PX = 330
-"""Width of the window that shows pictures."""
+CAMERA_PX, CAMERAS_PX = 220, 330
+"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 NONE_YET: tuple[str, ...] = ("",)
 """What a list offers before anything is known."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
@@ -62,6 +62,7 @@ class Controls:
         self._names: list[str] = []
         self._arrived = False
         self._size = (0, 0)
+        self._camera_px = CAMERAS_PX
         self._plotted: tuple[Clock, str] | None = None
         self._build()
         session.openers.append(self._opened)
@@ -218,6 +219,10 @@ class Controls:
         if self._camera_panel.visible != wanted:
             self._camera_panel.visible = wanted
         if senses is not None and wanted:
+            width = CAMERA_PX if len(senses.cameras) == 1 else CAMERAS_PX
+            if self._camera_px != width:
+                self._camera_px = width
+                self._camera_panel.set_width(width)
             self._draw("cameras", lambda: cameras(senses.pictures(stamp_ns), stamp_ns))
 
     def _slid(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:

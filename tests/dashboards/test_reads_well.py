@@ -33,6 +33,7 @@ from dashboards.timeline import timeline_of
 from dashboards.viser_app.controls import SLIDER_STEPS, slider_scale
 from dashboards.words import action_words, label, told
 from replayers.run import read
+from workbench.worlds.house import ContainerId
 
 SAMPLES = Path(__file__).parents[2] / "logs"
 OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())
@@ -55,6 +56,16 @@ def test_containers_of_one_kind_are_told_apart_in_the_table_of_beliefs() -> None
     made = beliefs(scene_at(OURS, ns(1)), OURS)
     for container in OURS.plan.containers:
         assert f"<small>{container.id.partition('|')[2]}</small>" in made
+
+
+def test_a_container_of_a_site_goes_by_its_kind_and_its_own_name() -> None:
+    first = OURS.plan.containers[0]
+    own = {"couch": "sofa <small>couch</small>", "sofa": "sofa</span>", "sofa_2": "sofa <small>sofa 2</small>"}
+    for name, words in own.items():
+        renamed = (replace(first, id=ContainerId(name), type="Sofa"), *OURS.plan.containers[1:])
+        place = replace(OURS.run.place, plan=replace(OURS.plan, containers=renamed))
+        site = timeline_of(replace(OURS.run, place=place))
+        assert words in beliefs(scene_at(site, ns(1)), site)
 
 
 @pytest.mark.parametrize(
