@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from chromium import chromium, colours_in, until
-from PIL import Image
+from PIL import Image, ImageChops, ImageStat
 from playwright.sync_api import Browser, Page
 from toy_run import named_run, other_run, toy_run
 
@@ -183,6 +183,24 @@ def test_render_writes_a_picture(tmp_path: Path) -> None:
 
 def _bytes(text: str) -> bytes:
     return base64.b64decode(text)
+
+
+def test_a_larger_picture_has_larger_words(tmp_path: Path) -> None:
+    """The same picture in more pixels: for a slide or a print."""
+    for name, width, height in (("small", 1280, 720), ("large", 1920, 1080), ("odd", 1301, 907)):
+        framing = Framing(width=width, height=height)
+        with ThreadPoolExecutor(1) as apart:
+            path = tmp_path / f"{name}.png"
+            apart.submit(draw_picture, [timeline_of(toy_run())], path, at_s=5.0, framing=framing).result()
+    small, large, odd = (Image.open(tmp_path / f"{name}.png").convert("L") for name in ("small", "large", "odd"))
+    assert (large.size, odd.size) == ((1920, 1080), (1301, 907))
+    differences = ImageChops.difference(small, large.resize(small.size, Image.Resampling.BOX))
+    assert ImageStat.Stat(differences).mean[0] < 2.0
+
+
+def test_sizes_keep_whole_points() -> None:
+    sizes = {(1280, 720): 1.0, (1920, 1080): 1.5, (3840, 2160): 3.0, (1301, 907): 1.0, (640, 360): 1.0}
+    assert {size: Framing(width=size[0], height=size[1]).scale for size in sizes} == sizes
 
 
 def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:
