@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from dashboards.figures.belief_map import draw_belief_map, draw_belief_scale
 from dashboards.figures.beliefs_over_time import draw_beliefs_over_time
 from dashboards.figures.comparison import draw_comparison
-from dashboards.figures.cost_over_time import draw_cost_over_time
+from dashboards.figures.cost_over_time import MOST_INSIDE, draw_cost_over_time
 from dashboards.figures.gantt import draw_gantt
 from dashboards.figures.style import COLUMN_IN, PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
@@ -22,6 +22,8 @@ from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 
 FORMATS = ("pdf", "svg", "png")
+KEY_LINE_IN = 0.15
+"""A line of a key below a figure."""
 MAPS = 3
 """Moments of which a belief map is drawn, from the first decision to the last."""
 
@@ -55,9 +57,10 @@ def write_figures(
 def _drawings(timelines: Sequence[Timeline]) -> dict[str, Callable[[], Figure]]:
     first = timelines[0]
     focus = scene_at(first, first.decision_ns[0] if first.decisions else first.start_ns).focus
+    below_in = KEY_LINE_IN * (len(timelines) + 1) if len(timelines) > MOST_INSIDE else 0.0
     made: dict[str, Callable[[], Figure]] = {
         "trajectory": lambda: _one(PAGE_IN * 0.7, PAGE_IN * 0.6, lambda ax: draw_trajectory(ax, timelines)),
-        "cost_over_time": lambda: _one(COLUMN_IN, 2.4, lambda ax: draw_cost_over_time(ax, timelines)),
+        "cost_over_time": lambda: _one(COLUMN_IN, 2.4 + below_in, lambda ax: draw_cost_over_time(ax, timelines)),
     }
     if first.actions:
         made["plan"] = lambda: _one(PAGE_IN, 2.2, lambda ax: draw_gantt(ax, first))

@@ -11,12 +11,14 @@ from pathlib import Path
 import msgspec
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 from toy import BED
-from toy_run import action, ns, other_run, toy_run
+from toy_run import action, named_run, ns, other_run, toy_run
 
 from dashboards.capsule_runs import Texts, run_data
 from dashboards.clock import Clock
-from dashboards.figures.files import MAPS, _belief_maps
+from dashboards.figures.cost_over_time import draw_cost_over_time
+from dashboards.figures.files import MAPS, _belief_maps, write_figures
 from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.figures.trajectory import draw_trajectory
 from dashboards.palette import css, run_colour
@@ -152,6 +154,28 @@ def test_a_very_long_name_is_shortened_in_the_view_and_in_tables() -> None:
     ax = Figure().subplots()
     draw_floor_plan(ax, long.plan)
     assert {len(words.get_text()) for words in ax.texts} == {40}
+
+
+def test_the_cost_plot_of_a_figure_tells_an_end_from_a_stop_and_keeps_its_key_off_the_lines() -> None:
+    """The other run is a replay that ended undetermined: its last cost is not what it costs."""
+    ax = Figure().subplots()
+    draw_cost_over_time(ax, [OURS, OTHER, OTHER, OTHER])
+    ends = [line.get_marker() for line in ax.lines if len(line.get_xdata()) == 1 and line.get_markersize() == 5]
+    assert ends == ["o", "X", "X", "X"]
+    key = ax.get_legend()
+    assert [t.get_text() for t in key.get_texts()][:2] == ["lios", "greedy (undetermined)"]
+    ax.figure.draw_without_rendering()
+    assert key.get_window_extent().y1 < ax.get_window_extent().y0
+
+
+def test_a_figure_of_a_strategy_with_a_very_long_name_keeps_its_shape(tmp_path: Path) -> None:
+    """Its name may be a planner's own, module and class; nothing else would be left to see."""
+    timelines = [timeline_of(named_run("x" * 400)), OTHER]
+    write_figures(timelines, tmp_path, formats=("png",))
+    for path in tmp_path.glob("*.png"):
+        with Image.open(path) as image:
+            assert image.width < 2400, path.name
+            assert image.width < 5 * image.height, path.name
 
 
 def _chart(band_high: float) -> str:
