@@ -31,6 +31,7 @@ from dashboards.panels.strip import strip
 from dashboards.resources import resource
 from dashboards.timeline import Timeline
 from dashboards.unopened import unopened
+from dashboards.words import label
 from workbench.errors import BadValue, OutputExists
 from workbench.worlds.names import readable_name
 
@@ -80,7 +81,7 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     data = msgspec.json.encode(_data(here(timelines), elsewhere))
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
-        "@TITLE@": text(timelines[0].run.task.title or timelines[0].run.info.scenario),
+        "@TITLE@": text(timelines[0].task_words),
         "@STYLE@": "".join(resource(name) for name in SHEETS),
         "@SCRIPT@": "\n".join(resource(name) for name in PARTS),
         "@DATA@": packed,
@@ -104,12 +105,12 @@ def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dic
     texts = Texts()
     closed = unopened(timelines)
     runs = [
-        run_data(t, names[i], run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
+        run_data(t, label(names[i]), run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
         for i, t in enumerate(timelines)
     ]
     return {
         "title": title(first) + _left_out_note(elsewhere),
-        "plainTitle": first.run.task.title or first.run.info.scenario,
+        "plainTitle": first.task_words,
         "tabs": TABS if len(timelines) > 1 else TABS[:-1],
         "labelled": LABELLED,
         "house": _house(first),
@@ -136,13 +137,13 @@ def _house(timeline: Timeline) -> dict[str, Any]:
             for f in shape.floors
         ]
         + _occupied(timeline),
-        "rooms": [{"name": readable_name(f.kind), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
+        "rooms": [{"name": label(readable_name(f.kind)), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
         "furniture": [_batch(b) for b in shape.furniture],
         "cut": [_batch(b) for b in shape.cut_walls],
         "whole": [_batch(b) for b in (*shape.whole_walls, *shape.hung)],
         "shadows": [_batch(b) for b in shape.shadows],
         "tops": [_rounded(np.array(t)) for t in shape.tops_m],
-        "names": [readable_name(c.type) for c in plan.containers],
+        "names": [label(readable_name(c.type)) for c in plan.containers],
         "corners": _outline(shape),
     }
 

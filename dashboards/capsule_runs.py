@@ -83,7 +83,7 @@ def run_data(
                         heights.put(np.round(bar_heights_m(s), 3).tolist()),
                         marks.put(_marks(s)),
                         texts.put(beliefs(s, timeline)),
-                        texts.put(legend(s, unopened=unopened)),
+                        texts.put(legend(s, unopened=unopened, ended=timeline.ends_unseen)),
                     ]
                     for s in focused
                 ],

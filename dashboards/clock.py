@@ -53,6 +53,17 @@ class Clock:
             return float(np.interp(second, timeline.way_s, timeline.way_m))
         return float(timeline.decision_at(stamp_ns) + 1)
 
+    def position(self, stamp_ns: int, *, run: int = 0) -> float:
+        """As `reading`, but by decision a moment within one lies between its number and the next, by its time."""
+        if self.alignment != "decision":
+            return self.reading(stamp_ns, run=run)
+        timeline = self.timelines[run]
+        starts = (timeline.start_ns, *timeline.decision_ns, timeline.end_ns)
+        number = min(timeline.decision_at(stamp_ns), len(timeline.decisions) - 1) + 1
+        begin, end = starts[number], starts[number + 1]
+        share = (stamp_ns - begin) / (end - begin) if end > begin else 0.0
+        return number + min(max(share, 0.0), 1.0)
+
     def decisions(self) -> tuple[float, ...]:
         """Readings at the decisions of the run in focus."""
         return tuple(self.reading(stamp) for stamp in self.timelines[0].decision_ns) if self.timelines else ()

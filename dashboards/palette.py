@@ -86,6 +86,22 @@ def belief_colours(share: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     return _belief_table()[np.round(at * 255).astype(np.intp)]
 
 
+@lru_cache(maxsize=1)
+def _linear_table() -> npt.NDArray[np.uint8]:
+    shade = np.arange(256) / 255
+    light = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
+    return np.round(light * 255).astype(np.uint8)
+
+
+def linear(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Colours as shares of light instead of sRGB (IEC 61966-2-1), the same shape.
+
+    Viser takes those of batched meshes so, and all others as sRGB; sent as they are, the colours of a batch come out
+    far paler than they were chosen.
+    """
+    return _linear_table()[colours]
+
+
 def run_colour(index: int) -> Colour:
     """The colour of the index-th run; after the eighth they come again."""
     return RUNS[index % len(RUNS)]

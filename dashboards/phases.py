@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from dashboards.words import place_words, told
+from dashboards.words import action_words, told
 from workbench.runs.vocabulary import ActionFinished
-from workbench.worlds.names import readable_name
 
 Kind = Literal["moving", "searching", "manipulating"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -71,11 +70,6 @@ def kind_of(action: ActionFinished) -> Kind:
 
 def describe(action: ActionFinished) -> str:
     """An action in words: "move to fridge 1", "pick mug at desk 1"."""
-    target = place_words(action.target)
-    if action.action == "move":
-        words = f"move to {target}"
-    elif action.action == "search":
-        words = f"search {target}"
-    else:
-        words = " ".join([action.action, *(readable_name(t) for t in action.item_types), "at", target])
+    things = action.item_types if kind_of(action) == "manipulating" else ()
+    words = action_words(action.action, things, action.target)
     return words if action.success else f"{words} (refused: {told(action.reason)})"

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from dashboards.timeline import DecisionFrame
-from dashboards.words import place_words
+from dashboards.words import action_words
 from workbench.runs.vocabulary import ActionFinished, Step
-from workbench.worlds.names import readable_name
 
 Progress = Literal["done", "current", "next"]
 
@@ -23,13 +22,7 @@ class PlannedStep:
     @property
     def words(self) -> str:
         """ "find mug, bring to start", "move to fridge 1", "pick egg at desk 1"."""
-        step, target = self.step, place_words(self.step.target)
-        things = [readable_name(t) for t in step.item_types]
-        if step.action == "find":
-            return f"find {' '.join(things)}, bring to {target}"
-        if step.action == "move":
-            return f"move to {target}"
-        return " ".join([step.action, *things, "at", target])
+        return action_words(self.step.action, self.step.item_types, self.step.target)
 
 
 def progress(frame: DecisionFrame, stamp_ns: int) -> tuple[PlannedStep, ...]:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from dashboards.plan_progress import PlannedStep, progress
 from dashboards.timeline import DecisionFrame, Timeline
 from dashboards.ways_ahead import rest_of_leg, stops_after
+from dashboards.words import told
 from workbench.runs.vocabulary import FindCosts, Stop, WayNotTaken
 from workbench.worlds.house import LocationId
 
@@ -43,7 +44,7 @@ class Scene:
     Attributes:
         stamp_ns: the moment; second: since the run's start.
         decision: number of the decision in force, 0 before the first; decisions: how many there are.
-        phase, doing: what the robot does, as a kind and in words.
+        phase, doing: what the robot does, as a kind and in words; reason: why the decision was made, in words.
         focus: the item type whose belief is shown, or "" without beliefs.
         belief: per container of the plan, its probability for the focus; NaN where the belief has none. float64 (n,).
         top_belief: the largest probability of the focus in the whole run: the top of the colour scale.
@@ -56,6 +57,7 @@ class Scene:
             only assumed, bool (m,). ahead: of the way planned, float64 (k, 2).
         steps: the plan with what is done, current and next.
         expected_cost: of the plan from its decision on; cost: so far.
+        outcome: how the run ended, in a word, why, and what it is charged; "" and None before its end.
     """
 
     stamp_ns: int
@@ -87,6 +89,8 @@ class Scene:
     find_costs: FindCosts | None
     alternatives: tuple[WayNotTaken, ...]
     outcome: str
+    why_ended: str
+    charged: float | None
 
 
 def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Scene:
@@ -107,6 +111,8 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
     phase, doing = _phase(timeline, stamp)
     searched = timeline.searched_ns <= stamp
     steps = progress(frame, stamp) if frame is not None else ()
+    outcome = timeline.run.outcome
+    ended = outcome if outcome is not None and stamp >= outcome.stamp.ns else None
     return Scene(
         stamp_ns=stamp,
         second=second,
@@ -114,7 +120,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         decisions=len(timeline.decisions),
         phase=phase,
         doing=doing,
-        reason=plan.reason if plan is not None else "",
+        reason=told(plan.reason, _names(timeline)) if plan is not None else "",
         robot=robot,
         focus=shown,
         belief=_belief(timeline, frame, shown, searched),
@@ -136,8 +142,15 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         searches=int(np.count_nonzero(searched)),
         find_costs=frame.find_costs if frame is not None else None,
         alternatives=plan.alternatives if plan is not None else (),
-        outcome=_outcome(timeline, stamp),
+        outcome=ended.status if ended is not None else "",
+        why_ended=told(ended.reason, _names(timeline)) if ended is not None else "",
+        charged=ended.cost if ended is not None else None,
     )
+
+
+def _names(timeline: Timeline) -> set[str]:
+    """Words by which a log means things and places."""
+    return {*timeline.item_types, *(c.id for c in timeline.plan.containers)}
 
 
 def _automatic_focus(timeline: Timeline, at: int) -> str:
@@ -251,8 +264,3 @@ def _ahead(
         rest, standing = np.zeros((0, 2)), arrived[-1] if arrived else frame.plan.robot_at
     later = timeline.ways.through(stops_after(frame.plan, first, standing))
     return np.concatenate([here, rest, later])
-
-
-def _outcome(timeline: Timeline, stamp: int) -> str:
-    outcome = timeline.run.outcome
-    return outcome.status if outcome is not None and stamp >= outcome.stamp.ns else ""

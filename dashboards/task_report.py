@@ -93,7 +93,7 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
                 for t in timelines
                 if t.run.outcome is not None
             )
-            ax.set_title("\n".join([*wrap(timelines[0].run.info.title, TITLE_LETTERS), costs]), fontsize=7)
+            ax.set_title("\n".join([*wrap(timelines[0].task_words, TITLE_LETTERS), costs]), fontsize=7)
             path = folder / "figures" / f"example_{file_name_of(scenario)}.png"
             figure.savefig(path, dpi=200, metadata={"Software": None})
             figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})

@@ -21,6 +21,7 @@ from dashboards.counterfactual import Counterfactual
 from dashboards.phases import Phase, phases_of
 from dashboards.robot_way import way_of_poses
 from dashboards.ways_ahead import WaysAhead
+from dashboards.words import told
 from workbench.runs.vocabulary import (
     NANO,
     ActionFinished,
@@ -116,6 +117,17 @@ class Timeline:
         if known is None or known.exact or known.lower is None or known.upper is None:
             return None
         return known.lower, known.upper
+
+    @property
+    def ends_unseen(self) -> bool:
+        """Whether it is a replay that ended before a container that nobody opened."""
+        return self.run.outcome is not None and bool(self.run.outcome.unseen)
+
+    @property
+    def task_words(self) -> str:
+        """The task in a line."""
+        info = self.run.info
+        return told(self.run.task.title or info.title or info.scenario, self.item_types)
 
     def seconds(self, stamp_ns: int) -> float:
         """Seconds from the run's start to a stamp."""

@@ -1,13 +1,31 @@
-"""How are ids told to people? "dining table 4|1" for DiningTable|4|1, alone or within a sentence."""
+"""How are ids and actions told to people? "dining table 4|1" for DiningTable|4|1, alone or within a sentence."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 
 from workbench.worlds.names import readable_name
 
 ID = re.compile(r"\b([A-Za-z]\w*)\|(\d[\w|]*)")
 """A container as houses name them: its type, then numbers."""
+LONGEST_LABEL = 40
+WORD = re.compile(r"\w+")
+DOINGS: Mapping[str, str] = MappingProxyType(
+    {
+        "find": "find {}, bring to {to}",
+        "move": "move to {to}",
+        "search": "search {to}",
+        "boil": "boil {} in {} at {to}",
+        "peel": "peel {} with {} at {to}",
+        "toast": "toast {} in {} at {to}",
+        "pour-water": "pour water from {} into {} at {to}",
+        "make-coffee": "make coffee from {} in {} at {to}",
+        "pour-coffee": "pour coffee from {} into {} at {to}",
+    }
+)
+"""Actions in words; items in the order of the action's parts."""
 
 
 def place_words(location: str) -> str:
@@ -16,6 +34,25 @@ def place_words(location: str) -> str:
     return f"{readable_name(kind)} {which}".strip()
 
 
-def told(sentence: str) -> str:
-    """A sentence with the ids in it told for people."""
-    return ID.sub(lambda found: place_words(found[0]), sentence)
+def label(words: str) -> str:
+    """A name as it fits into the view."""
+    return words if len(words) <= LONGEST_LABEL else words[: LONGEST_LABEL - 1] + "…"
+
+
+def told(sentence: str, names: Collection[str] = ()) -> str:
+    """A sentence with the ids in it told for people.
+
+    Args:
+        names: words that are told as well: item types, and ids of containers that are no more than a word.
+    """
+    placed = ID.sub(lambda found: place_words(found[0]), sentence)
+    return WORD.sub(lambda found: readable_name(found[0]) if found[0] in names else found[0], placed)
+
+
+def action_words(action: str, item_types: Sequence[str], target: str) -> str:
+    """What is done, with what, where: "move to fridge 1", "boil egg in pot at countertop 2|0"."""
+    things = [readable_name(t) for t in item_types]
+    doing, to = DOINGS.get(action, ""), place_words(target)
+    if doing and doing.count("{}") == len(things):
+        return doing.format(*things, to=to)
+    return " ".join([action, *things, "at", to])

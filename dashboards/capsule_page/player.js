@@ -93,6 +93,7 @@
 
   // --- showing one moment ---------------------------------------------------------------------------------------
   let shownFrame = -1;
+  const number = (v) => Math.abs(v) >= 1e6 ? v.toExponential(2).replace("e+", "e") : v.toFixed(1);
   const html = (id, content) => { const node = $(id); if (node && node.liosHtml !== content) { node.innerHTML = content; node.liosHtml = content; } };
   const robotAt = (run, s) => {
     const i = Math.max(0, upper(run.wayS, s) - 1);
@@ -143,7 +144,7 @@
       const walked = interpolate(s, run.wayS, run.wayM);
       robotLabels[i].at = [robot.x, robot.y, 0.95 + 0.35 * i];
       if (i === 0) {
-        document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? interpolate(s, run.costS, run.cost).toFixed(1) : walked.toFixed(1) + " m"; });
+        document.querySelectorAll("[data-live]").forEach((node) => { node.textContent = node.dataset.live === "cost" ? number(interpolate(s, run.costS, run.cost)) : walked.toFixed(1) + " m"; });
         camera.raised = (state.follow && window.lios?.fitting?.covered) || 0;
         if (state.follow) { camera.target = [robot.x, robot.y, 0.3]; camera.turn = robot.yaw + Math.PI; camera.tilt = 0.72; camera.distance = 6.5 / (1 - camera.raised); }
       }
@@ -188,11 +189,14 @@
       if (on && made.measured !== made.div.textContent) { made.div.style.display = ""; made.measured = made.div.textContent; made.wide = made.div.offsetWidth; }
       const left = ((m[0] * x + m[4] * y + m[8] * z + m[12]) / depth * 0.5 + 0.5) * w - made.wide / 2, high = 18;
       let top = (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / depth * 0.5) * h - (room ? high / 2 : high);
-      // Labels do not cover one another: a mark is pushed up, the name of a room gives way.
-      for (let round = 0; on && round < 8; round++) {
+      // Labels do not cover one another: a mark is pushed up (down, at the edge), the name of a room gives way.
+      if (top < 0 && top > -high) top = 0;
+      for (let round = 0, way = -1; on && round < 16; round++) {
         const other = placed.find((p) => left < p[0] + p[2] + 2 && p[0] < left + made.wide + 2 && top < p[1] + high && p[1] < top + high);
         if (!other) break;
-        if (room) on = false; else top = other[1] - high - 1;
+        if (room) { on = false; break; }
+        if (way < 0 && other[1] - high - 1 < 0) way = 1; // no room left above
+        top = other[1] + way * (high + 1);
       }
       made.div.style.display = on ? "" : "none";
       if (!on) continue;
@@ -323,7 +327,7 @@
     if (!caption) return;
     const seconds = runs.map((run) => secondOf(run, state.at)), doing = [...($("p-now").querySelector("p")?.childNodes || [])].map((n) => n.textContent.trim()).filter(Boolean).join(": ");
     const lines = [[data.plainTitle, 600], [`${seconds[0].toFixed(1)} s   ${doing}`, 400]];
-    runs.forEach((run, i) => lines.push([`${run.name}: cost ${interpolate(seconds[i], run.costS, run.cost).toFixed(1)}`, 600, `rgb(${run.colour})`]));
+    runs.forEach((run, i) => lines.push([`${run.name}: cost ${number(interpolate(seconds[i], run.costS, run.cost))}`, 600, `rgb(${run.colour})`]));
     const step = 19 * scale;
     context.textAlign = "left";
     lines.forEach(([words, weight, colour], i) => {

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from dashboards.figures.style import label_of
 from dashboards.palette import PHASES
+from dashboards.panels.markup import number
 from dashboards.phases import KINDS, kind_of
 from dashboards.timeline import Timeline
 
@@ -30,7 +31,7 @@ def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
         if timeline.undecided is not None:
             lower, upper = timeline.undecided
             ax.plot([lower, upper], [i, i], color="#23262b", linewidth=0.9, marker="|", zorder=4)
-            words, left[i] = f"{lower:.1f} to {upper:.1f}", upper
+            words, left[i] = f"{number(lower)} to {number(upper)}", upper
         ax.text(left[i], i, f" {words}", va="center", fontsize=7)
     ax.set_yticks(range(len(names)), names)
     ax.invert_yaxis()
@@ -45,6 +46,6 @@ def _in_words(timeline: Timeline, spent: float) -> str:
     """What was spent; of a run that failed also how it ended and what it was charged instead."""
     outcome = timeline.run.outcome
     if timeline.status == "done":
-        return f"{spent:.1f}"
-    charged = f" (charged {outcome.cost:.1f})" if outcome is not None and abs(outcome.cost - spent) > SAME else ""
-    return f"{spent:.1f}, {timeline.status}{charged}"
+        return number(spent)
+    charged = f" (charged {number(outcome.cost)})" if outcome is not None and abs(outcome.cost - spent) > SAME else ""
+    return f"{number(spent)}, {timeline.status}{charged}"

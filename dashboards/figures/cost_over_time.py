@@ -11,12 +11,15 @@ from dashboards.figures.style import label_of
 from dashboards.palette import run_colour, unit
 from dashboards.timeline import Timeline
 
+MOST_INSIDE = 3
+"""Lines whose key has room among them; that of more stands below."""
+
 
 def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
-    """Cost so far against seconds; a dot at each search, a ring at the end."""
+    """Cost so far against seconds; a dot at each search, a ring at the end, a cross where a run ended undone."""
     for i, timeline in enumerate(timelines):
         colour = unit(run_colour(i))
-        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=label_of(timeline), zorder=3 - i / 10)
+        ax.plot(timeline.cost_s, timeline.cost, color=colour, label=_in_key(timeline), zorder=3 - i / 10)
         searched = [timeline.seconds(a.stamp.ns) for a in timeline.actions if a.action == "search"]
         ax.plot(
             searched,
@@ -30,7 +33,7 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
         ax.plot(
             timeline.cost_s[-1],
             timeline.cost[-1],
-            marker="o",
+            marker="o" if timeline.status == "done" else "X",
             markersize=5,
             markerfacecolor="white",
             color=colour,
@@ -56,4 +59,10 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     ax.set_ylabel("cost")
     ax.set_xlim(left=0)
     ax.set_ylim(bottom=0)
-    ax.legend()
+    beside = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2)} if len(timelines) > MOST_INSIDE else {}
+    ax.legend(**beside)
+
+
+def _in_key(timeline: Timeline) -> str:
+    """Its strategy; of a run that did not do its task also how it ended: its line stops short of a cost."""
+    return label_of(timeline) if timeline.status == "done" else f"{label_of(timeline)} ({timeline.status})"

@@ -10,10 +10,10 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from dashboards.figures.belief_map import draw_belief_map
+from dashboards.figures.belief_map import draw_belief_map, draw_belief_scale
 from dashboards.figures.beliefs_over_time import draw_beliefs_over_time
 from dashboards.figures.comparison import draw_comparison
-from dashboards.figures.cost_over_time import draw_cost_over_time
+from dashboards.figures.cost_over_time import MOST_INSIDE, draw_cost_over_time
 from dashboards.figures.gantt import draw_gantt
 from dashboards.figures.style import COLUMN_IN, PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
@@ -22,6 +22,8 @@ from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 
 FORMATS = ("pdf", "svg", "png")
+KEY_LINE_IN = 0.15
+"""A line of a key below a figure."""
 MAPS = 3
 """Moments of which a belief map is drawn, from the first decision to the last."""
 
@@ -55,9 +57,10 @@ def write_figures(
 def _drawings(timelines: Sequence[Timeline]) -> dict[str, Callable[[], Figure]]:
     first = timelines[0]
     focus = scene_at(first, first.decision_ns[0] if first.decisions else first.start_ns).focus
+    below_in = KEY_LINE_IN * (len(timelines) + 1) if len(timelines) > MOST_INSIDE else 0.0
     made: dict[str, Callable[[], Figure]] = {
         "trajectory": lambda: _one(PAGE_IN * 0.7, PAGE_IN * 0.6, lambda ax: draw_trajectory(ax, timelines)),
-        "cost_over_time": lambda: _one(COLUMN_IN, 2.4, lambda ax: draw_cost_over_time(ax, timelines)),
+        "cost_over_time": lambda: _one(COLUMN_IN, 2.4 + below_in, lambda ax: draw_cost_over_time(ax, timelines)),
     }
     if first.actions:
         made["plan"] = lambda: _one(PAGE_IN, 2.2, lambda ax: draw_gantt(ax, first))
@@ -84,13 +87,14 @@ def _belief_maps(timeline: Timeline, focus: str) -> Figure:
     """
     stamps = [d.stamp_ns for d in timeline.decisions if d.belief is not None and focus in d.belief.item_types]
     chosen = sorted({stamps[round(i * (len(stamps) - 1) / max(1, MAPS - 1))] for i in range(MAPS)})
-    figure = Figure(figsize=(PAGE_IN, PAGE_IN / len(chosen) * 0.95), layout="constrained")
+    # Compressed: maps keep their shape, and constrained alone would leave gaps of different widths between them.
+    figure = Figure(figsize=(PAGE_IN, PAGE_IN / len(chosen) * 0.95), layout="compressed")
     axes = figure.subplots(1, len(chosen), squeeze=False)[0]
-    for i, stamp in enumerate(chosen):
-        scene = scene_at(timeline, stamp, focus=focus)
-        if scene_at(timeline, stamp).focus != focus:
-            scene = replace(scene, search_order=())
-        draw_belief_map(axes[i], timeline, scene, scale=i == len(chosen) - 1)
+    scenes = [scene_at(timeline, stamp, focus=focus) for stamp in chosen]
+    for ax, scene in zip(axes, scenes, strict=True):
+        is_order_for_it = scene_at(timeline, scene.stamp_ns).focus == focus
+        draw_belief_map(ax, timeline, scene if is_order_for_it else replace(scene, search_order=()), scale=False)
+    draw_belief_scale(axes, scenes[-1])
     return figure
 
 

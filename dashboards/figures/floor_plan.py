@@ -12,6 +12,7 @@ from dashboards.figures.style import as_map
 from dashboards.geometry.floors import floors
 from dashboards.geometry.walls import gaps_of
 from dashboards.palette import floor_colour, unit
+from dashboards.words import label
 from workbench.worlds.geometry import footprint
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -45,7 +46,7 @@ def draw_floor_plan(
         for floor in floors(plan):
             ax.text(
                 *floor.label_at,
-                readable_name(floor.kind),
+                label(readable_name(floor.kind)),
                 ha="center",
                 va="center",
                 fontsize=6,

@@ -10,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 
 from dashboards.timeline import Timeline
+from dashboards.words import label
 from workbench.planning.strategies import PAPER_NAMES
 
 COLUMN_IN = 3.5
@@ -78,4 +79,4 @@ def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
 def label_of(timeline: Timeline) -> str:
     """A run's strategy as the paper spells it."""
     name = timeline.run.info.strategy
-    return PAPER_NAMES.get(name, name)
+    return PAPER_NAMES.get(name, label(name))

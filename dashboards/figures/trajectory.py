@@ -25,7 +25,15 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
         # Where ways run along each other the later ones, thinner, lie on those before them: all can be seen.
         width = max(LEAST_WIDTH, FIRST_WIDTH - 0.7 * i)
         ax.plot(*timelines[i].way_xy.T, color=unit(run_colour(i)), linewidth=width, zorder=5 + i / 10)
-    ax.plot(*first.way_xy[0], marker="o", markersize=4.5, color="#23262b", zorder=6)
+    ax.plot(
+        *first.way_xy[0],
+        marker="o",
+        markersize=4.5,
+        color="#23262b",
+        markeredgecolor="white",
+        markeredgewidth=0.5,
+        zorder=8,
+    )
     _number_searches(ax, first)
     if len(timelines) > 1:
         handles = [Line2D([], [], color=unit(run_colour(i)), label=label_of(t)) for i, t in enumerate(timelines)]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from dashboards.palette import belief_colours, css
-from dashboards.panels.markup import bar, command, name, number, percent, table, text
+from dashboards.panels.markup import bar, command, name, number, percent, place, table, text
 from dashboards.scene import STATUSES, Scene
 from dashboards.timeline import Timeline
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
 MOST_ROWS = 60
+LONGEST_ROOM = 20
 
 
 def beliefs(scene: Scene, timeline: Timeline) -> str:
@@ -32,7 +33,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
             [
                 str(int(scene.order[i])) if scene.order[i] else "",
                 _link(i, container),
-                name(rooms.get(container.room, "")),
+                name(rooms.get(container.room, ""), most=LONGEST_ROOM),
                 bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
                 percent(p) if p == p else "",
                 number(legs.get(container.id)),
@@ -44,9 +45,18 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
 
 
 def _link(index: int, container: Container) -> str:
-    """Its kind; a click looks at it."""
-    words = name(readable_name(container.type))
-    return f'<span {command(f"look {index}")} title="{text(container.id)}">{words}</span>'
+    """As the other panels name it; a click looks at it."""
+    return f'<span {command(f"look {index}")} title="{text(container.id)}">{_words(container)}</span>'
+
+
+def _words(container: Container) -> str:
+    """Its kind, and which: by its number, or by its own name in the survey of a site."""
+    kind, own = readable_name(container.type), readable_name(container.id)
+    if "|" in container.id:
+        return place(container.id)
+    return (
+        name(kind) if own.lower() == kind.lower() else f"{name(kind)} <small>{name(own, most=LONGEST_ROOM)}</small>"
+    )
 
 
 def _status(scene: Scene, i: int) -> str:

@@ -12,6 +12,8 @@ TOP_PX, LOW_PX = 6, 6
 WIDE = 1000
 """Units across, whatever the panel's width."""
 LEAST_BAND = 30
+MOST_ABOVE = 2.0
+"""How far above all that is known, as a multiple of it, bands are shown."""
 Point = tuple[float, float]
 """Reading of the clock, value."""
 
@@ -53,8 +55,7 @@ def chart(
         end: the last reading of the clock; unit: of readings.
         shown: how a value is written at an axis, given the axis's top.
     """
-    values = [y for line in lines for _, y in line.points] + [band.high for band in bands]
-    top = max(values, default=0.0) or 1.0
+    top = _top(lines, bands)
     marks = "".join(f'<span style="top:{_y(s):.1f}px">{text(shown(s * top, top))}</span>' for s in (0.0, 0.5, 1.0))
     rules = "".join(
         f'<line x1="0" x2="{WIDE}" y1="{_y(s):.1f}" y2="{_y(s):.1f}" stroke="#e6e8eb"'
@@ -64,7 +65,8 @@ def chart(
     drawn = "".join(_band(band, end, top) for band in bands) + "".join(
         _line(line, end, top) for line in reversed(lines)
     )
-    keys = [(line.name, line.colour) for line in lines if line.keyed]
+    banded = {band.name for band in bands}
+    keys = [(line.name, line.colour) for line in lines if line.keyed and line.name not in banded]
     keys += [
         (f"{band.name}: {shown(band.low, top)} to {shown(band.high, top)} by the log", band.colour) for band in bands
     ]
@@ -81,13 +83,20 @@ def chart(
     )
 
 
+def _top(lines: Sequence[Line], bands: Sequence[Band]) -> float:
+    """The highest value shown. A band may end above it (its key says where), so that lines are not flattened."""
+    known = max([y for line in lines for _, y in line.points] + [band.low for band in bands], default=0.0)
+    reach = max((band.high for band in bands), default=0.0)
+    return max(known, min(reach, MOST_ABOVE * known) if known > 0 else reach) or 1.0
+
+
 def _y(share: float) -> float:
     return TOP_PX + (1 - share) * (HEIGHT_PX - TOP_PX - LOW_PX)
 
 
 def _band(band: Band, end: float, top: float) -> str:
     x = min(WIDE * band.from_reading / end, WIDE - LEAST_BAND)
-    y = _y(band.high / top)
+    y = max(_y(band.high / top), -TOP_PX)
     return (
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{WIDE - x:.1f}" height="{max(_y(band.low / top) - y, 1.0):.1f}"'
         f' fill="{band.colour}" fill-opacity="0.13" stroke="{band.colour}" stroke-opacity="0.5"'

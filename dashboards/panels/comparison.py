@@ -11,13 +11,14 @@ from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
 
 MOST_BELIEVED = 4
+LONGEST_RUN = 28
 
 
 def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     """A row per run; below, where each other run parts from the first, with both beliefs."""
     rows = [
         [
-            f"{dot(run_colour(i))}{name(names[i])}<br><small>{name(timeline.status)}</small>",
+            f"{dot(run_colour(i))}{name(names[i], most=LONGEST_RUN)}<br><small>{name(timeline.status)}</small>",
             number(scene.cost),
             _final(timeline),
             number(scene.travel_m),
@@ -60,7 +61,8 @@ def _final(timeline: Timeline) -> str:
 def _parting(clock: Clock, other: int, names: list[str]) -> str:
     first, second = clock.timelines[0], clock.timelines[other]
     found = divergence(first, second)
-    title = f"<h3>{dot(run_colour(0))}{name(names[0])} and {dot(run_colour(other))}{name(names[other])}</h3>"
+    mine, others = (f"{dot(run_colour(i))}{name(names[i], most=LONGEST_RUN)}" for i in (0, other))
+    title = f"<h3>{mine} and {others}</h3>"
     if found is None:
         return f"{title}<p>They do the same to the end.</p>"
     at = clock.reading(found.stamps_ns[0])

@@ -55,15 +55,15 @@ def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]
     if wanted is None:
         return '<span class="muted">no: the plan does without it</span>'
     there = next((c for c, i, t in found if i == item and t == wanted), None)
-    more = f", {_than(cost - there)} there" if there is not None else ""
-    return f'<span class="muted">no: brought to {place(wanted)}{more}</span>'
+    more = f" ({_than(cost - there)})" if there is not None else ""
+    return f'<span class="muted">no, to {place(wanted)} instead{more}</span>'
 
 
 def _than(more: float) -> str:
-    """By how much one cost differs from another, in words."""
+    """By how much what is not done differs from what is, in words; its cost is beside it."""
     if abs(more) < SAME:
-        return "as dear as"
-    return f"{abs(more):.1f} {'dearer' if more > 0 else 'cheaper'} than"
+        return "costs the same"
+    return f"{abs(more):.1f} {'cheaper' if more > 0 else 'dearer'}"
 
 
 def _first_looks(looks: tuple[FirstLook, ...], focus: str) -> str:

@@ -5,20 +5,25 @@ A clickable thing carries `data-lios="seek 12.5"`; the page that shows it decide
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
+from math import isfinite
 
 from dashboards.palette import Colour, css
 from dashboards.resources import resource
 from workbench.worlds.names import readable_name
 
+TURNING = dict.fromkeys([*range(0x202A, 0x202F), *range(0x2066, 0x206A)], "\ufffd")
+"""Controls that change the direction of all text after them (Unicode's bidirectional embeddings and overrides)."""
+LARGE = 1e6
 LONGEST_NAME = 80
 """Characters of a name that are shown; the whole stands in its tooltip."""
 
 
 def text(value: object) -> str:
-    """Any value as text that a browser shows and never runs."""
-    return escape(str(value), quote=True)
+    """Any value as text that a browser shows and never runs, and that turns no other text around."""
+    return escape(str(value).translate(TURNING), quote=True)
 
 
 def name(value: object, *, most: int = LONGEST_NAME) -> str:
@@ -27,6 +32,11 @@ def name(value: object, *, most: int = LONGEST_NAME) -> str:
     if len(whole) <= most:
         return text(whole)
     return f'<span title="{text(whole)}">{text(whole[: most - 1])}…</span>'
+
+
+def breakable(value: str) -> str:
+    """As `name`, with breaks allowed where a file's name has its joints, so that a narrow table need not be cut."""
+    return re.sub(r"(?<=[_:/.])", "<wbr>", text(value)) if len(value) <= LONGEST_NAME else name(value)
 
 
 def place(location: str) -> str:
@@ -39,8 +49,13 @@ def place(location: str) -> str:
 
 
 def number(value: float | None, digits: int = 1) -> str:
-    """A number for people; a dash for none."""
-    return "–" if value is None or value != value else f"{value:.{digits}f}"
+    """A number for people; a dash for none. One of very many digits is told by its power of ten: 3.50e12."""
+    if value is None or value != value:
+        return "–"
+    if isfinite(value) and abs(value) >= LARGE:
+        mantissa, _, power = f"{value:.2e}".partition("e")
+        return f"{mantissa}e{int(power)}"
+    return f"{value:.{digits}f}"
 
 
 def at_axis(value: float, top: float) -> str:

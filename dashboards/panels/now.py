@@ -6,9 +6,9 @@ from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colo
 from dashboards.panels.markup import chip, dot, name, number, percent, text
 from dashboards.scene import Scene
 from dashboards.timeline import Timeline
-from dashboards.words import told
 from workbench.worlds.names import readable_name
 
+SAME = 0.05
 LONGEST_TASK = 300
 """Characters of a task that are shown."""
 
@@ -26,9 +26,9 @@ def title(timeline: Timeline) -> str:
     if not timeline.item_types:
         notes.append("This log holds no beliefs; containers keep one colour.")
     warned = "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
-    task = told(timeline.run.task.title or info.title or info.scenario)
     facts = " · ".join(name(p) for p in parts if p)
-    return f'<div class="lp"><h2>{name(task, most=LONGEST_TASK)}</h2><p class="muted">{facts}</p>{warned}</div>'
+    task = name(timeline.task_words, most=LONGEST_TASK)
+    return f'<div class="lp"><h2>{task}</h2><p class="muted">{facts}</p>{warned}</div>'
 
 
 def now(scene: Scene) -> str:
@@ -42,23 +42,31 @@ def now(scene: Scene) -> str:
     )
     cells = "".join(f"<div><b{live}>{value}</b><span>{label}</span></div>" for value, label, live in figures)
     holding = f" · holding {text(readable_name(scene.robot.holding))}" if scene.robot.holding else ""
-    end = ""
-    if scene.outcome:
-        end = chip(scene.outcome, css(FOUND if scene.outcome == "done" else RUNS[1]), dark=True)
     phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"))
-    why = f'<p class="muted">Decided because: {name(told(scene.reason))}</p>' if scene.reason else ""
+    if scene.outcome:
+        phase = chip(scene.outcome, css(FOUND if scene.outcome == "done" else RUNS[1]), dark=True)
+    why = f'<p class="muted">Decided because: {name(scene.reason)}</p>' if scene.reason else ""
     return (
-        f'<div class="lp"><p>{phase} {name(scene.doing)}{holding} {end}</p>'
+        f'<div class="lp"><p>{phase} {name(scene.doing)}{holding}</p>'
         f'<div class="facts">{cells}</div>'
-        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}</div>"
+        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}{_unhappy_end(scene)}</div>"
     )
 
 
+def _unhappy_end(scene: Scene) -> str:
+    """Why a run ended that did not do its task, and what it is charged if that is not what it spent."""
+    if scene.outcome in ("", "done"):
+        return ""
+    charged = scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > SAME else None
+    cost = f" Charged: {number(charged)}." if charged is not None else ""
+    return f'<p class="warn">Ended because: {name(scene.why_ended, most=LONGEST_TASK)}.{cost}</p>'
+
+
 def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:
-    """What the colours mean, with the scale's ends.
+    """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that it stays put.
 
     Args:
-        unopened: containers are marked that no run opened. ended: one is where another run's replay had to end.
+        unopened: containers are marked that no run opened. ended: one is where a run's replay had to end.
     """
     stops = ", ".join(css(belief_colours(i / 8)) for i in range(9))
     of = f"belief in {text(readable_name(scene.focus))}" if scene.focus else "no beliefs"
@@ -71,7 +79,7 @@ def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:
         f"<span>{dot(KNOWN)}known at the start</span>"
     )
     marks += "<span>? nobody opened it</span>" if unopened else ""
-    marks += "<span>◆ here a replay had to end</span>" if ended or scene.unseen.any() else ""
-    marks += "<span>1, 2, 3 order of search</span>" if scene.search_order else ""
+    marks += "<span>◆ here a replay had to end</span>" if ended else ""
+    marks += "<span>1, 2, 3 order of search</span>" if scene.decisions else ""
     colours = f"{of}: {scale}" if scene.focus else of
     return f'<div class="lp legend"><span>{colours}</span>{marks}</div>'

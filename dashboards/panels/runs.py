@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dashboards.panels.markup import command, name, number, table, text
+from dashboards.panels.markup import breakable, command, name, number, table, text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,8 +70,8 @@ def passes(row: RunRow, words: str) -> bool:
 def _opened_by(row: RunRow) -> str:
     """The place's name; a click on it opens the run, where there is a log of it."""
     if row.index < 0:
-        return f'<span title="not recorded">{name(row.place)}</span>'
-    return f'<span class="seek" {command(f"open {row.index}")} title="{text(row.file)}">{name(row.place)}</span>'
+        return f'<span title="not recorded">{breakable(row.place)}</span>'
+    return f'<span class="seek" {command(f"open {row.index}")} title="{text(row.file)}">{breakable(row.place)}</span>'
 
 
 def _mark(index: int, shown: tuple[int, ...]) -> str:

@@ -21,29 +21,38 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
     parts = [_axis(end, UNITS[clock.alignment], height)]
     for row, timeline in enumerate(clock.timelines):
         y = TOP_PX + row * ROW_PX
-        parts.append(f'<rect x="0" y="{y}" width="3" height="{ROW_PX - 3}" fill="{css(colours[row])}"/>')
         phases = timeline.phases
         stride = max(1, len(phases) // MOST_PHASES)
         for first in range(0, len(phases), stride):
             block = phases[first : first + stride]
-            a = clock.reading(block[0].start_ns, run=row)
-            b = clock.reading(block[-1].end_ns, run=row)
+            a, b = clock.position(block[0].start_ns, run=row), clock.position(block[-1].end_ns, run=row)
             parts.append(_phase(a / end, b / end, y, block[0].name, block[0].title, block[0].support))
         for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MOST_PHASES)]:
             x = _x(clock.reading(stamp, run=row) / end)
             parts.append(f'<line x1="{x:.3f}%" x2="{x:.3f}%" y1="{y - 2}" y2="{y + ROW_PX - 3}" stroke="#23262b"/>')
-        parts.append(f"<title>{text(names[row])}</title>")
     runs = "".join(f"<span>{dot(colours[i])}{name(names[i])}</span>" for i in range(len(names)))
     keys = "".join(
         f'<span><span class="dot" style="background:{colour}"></span>{text(phase)}</span>'
         for phase, colour in PHASES.items()
     )
-    single = "" if len(names) < 2 else f'<div class="legend">{runs}</div>'
+    several = len(names) > 1
+    single = f'<div class="legend">{runs}</div>' if several else ""
     return (
-        f'<div class="lp"><div class="strip" data-strip="{end}" {command("strip")}>'
-        f'<svg width="100%" height="{height}">{"".join(parts)}</svg><div class="cursor"></div></div>'
+        f'<div class="lp"><div class="rows">{_whose(names, colours) if several else ""}'
+        f'<div class="strip" data-strip="{end}" {command("strip")}>'
+        f'<svg width="100%" height="{height}">{"".join(parts)}</svg><div class="cursor"></div></div></div>'
         f'{single}<div class="legend">{keys}<span>| decision</span></div></div>'
     )
+
+
+def _whose(names: list[str], colours: list[Colour]) -> str:
+    """Before each row the colour of its run, with its name."""
+    marks = "".join(
+        f'<span style="top:{TOP_PX + row * ROW_PX}px;height:{ROW_PX - 3}px;background:{css(colours[row])}"'
+        f' title="{text(name)}"></span>'
+        for row, name in enumerate(names)
+    )
+    return f'<div class="whose">{marks}</div>'
 
 
 def cursor(clock: Clock, reading: float) -> str:

@@ -49,8 +49,11 @@ class PageFailed(Failed):
 
 
 @contextmanager
-def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Generator[Page]:
-    """The runs' page in a window of that size, ready to be asked for moments.
+def page_of(timelines: Sequence[Timeline], *, width: int, height: int, scale: float = 1.0) -> Generator[Page]:
+    """The runs' page in a window of so many pixels, ready to be asked for moments.
+
+    Args:
+        scale: pixels to a point: words and lines are so many times as large. Width and height are multiples of it.
 
     Raises:
         MissingExtra: playwright is not installed.
@@ -71,7 +74,9 @@ def page_of(timelines: Sequence[Timeline], *, width: int, height: int) -> Genera
         except Error as error:
             raise NoChromium(_first_line(error)) from error
         try:
-            page = browser.new_page(viewport={"width": width, "height": height})
+            page = browser.new_page(
+                viewport={"width": round(width / scale), "height": round(height / scale)}, device_scale_factor=scale
+            )
             page.set_default_timeout(PATIENCE_MS)
             page.goto(path.as_uri())
             _wait_until_drawn(page)

@@ -11,6 +11,8 @@ from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 
 LARGEST_PX = 4096
+USUAL_PX = (1280, 720)
+"""A picture for which the words' size is made."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +38,16 @@ class Framing:
             raise BadValue("--walls", self.walls, "cut, whole or none")
 
     @property
+    def scale(self) -> float:
+        """How many pixels a point has: a larger picture has larger words, not more room around them.
+
+        In quarters, and so that both sides have whole points.
+        """
+        room = min(self.width / USUAL_PX[0], self.height / USUAL_PX[1])
+        quarters = [q / 4 for q in range(int(4 * room), 4, -1)]
+        return next((s for s in quarters if not self.width % s and not self.height % s), 1.0)
+
+    @property
     def options(self) -> dict[str, bool]:
         """For the page's `lios.bare`."""
         return {"caption": self.caption, "above": self.from_above}
@@ -58,7 +70,7 @@ def draw_picture(
         raise OutputExists(path)
     if not at_s >= 0:
         raise BadValue("--at", at_s, "seconds after the start, at least 0")
-    with page_of(timelines, width=framing.width, height=framing.height) as page:
+    with page_of(timelines, width=framing.width, height=framing.height, scale=framing.scale) as page:
         page.evaluate("(o) => window.lios.bare(o)", framing.options)
         page.evaluate("(w) => window.lios.walls(w)", framing.walls)
         page.evaluate("(f) => window.lios.follow(f)", framing.follow)

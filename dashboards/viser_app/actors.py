@@ -14,12 +14,15 @@ import viser
 from dashboards.geometry.marks import ROBOT_DARK, dashes, robot_body, robot_legs, walked
 from dashboards.palette import Colour
 from dashboards.scene import RobotLook, Scene
+from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 
 TRAIL_M = 0.02
 """Height of trails above the floor; the run in focus lies on top."""
 TOGETHER_M = 0.5
 """A ghost so close to the run in focus is not named: their names would lie over each other."""
+GHOSTS_TOGETHER_M, MOST_TOGETHER = 1.0, 3
+"""Ghosts so close to one another share one name tag, of so many names."""
 BESIDE_M, GHOST_BESIDE_M = 1.6, 0.8
 """A robot so close to a numbered container is not named either: the number matters more. Ghosts' names are higher."""
 
@@ -32,6 +35,7 @@ class _Actor:
     trail: viser.LineSegmentsHandle
     ahead: viser.LineSegmentsHandle
     label: viser.LabelHandle
+    name: str
     height_m: float
     here: bool
     pose: tuple[float, float, float] | None = None
@@ -82,13 +86,24 @@ class Actors:
         Args:
             numbered: where numbers of the order of search stand.
         """
+        tags: list[tuple[_Actor, RobotLook, list[str]]] = []
         for i, (actor, scene) in enumerate(zip(self._actors, scenes, strict=False)):
             actor.show(scene)
             others = [(p, GHOST_BESIDE_M if i else BESIDE_M) for p in numbered]
             if i:
                 others.append(((scenes[0].robot.x_m, scenes[0].robot.y_m), TOGETHER_M))
             alone = not any(_apart(scene.robot, point) <= near for point, near in others)
-            actor.label.visible = actor.here and alone and len(self._actors) > 1
+            wanted = actor.here and alone and len(self._actors) > 1
+            together = next((t for t in tags if i and _apart(scene.robot, _point(t[1])) <= GHOSTS_TOGETHER_M), None)
+            if wanted and together is not None:
+                together[2].append(actor.name)
+            elif wanted:
+                tags.append((actor, scene.robot, [actor.name]))
+            actor.label.visible = wanted and together is None
+        for actor, _, names in tags:
+            words = ", ".join(names[:MOST_TOGETHER]) + (" ..." if len(names) > MOST_TOGETHER else "")
+            if actor.label.text != words:
+                actor.label.text = words
 
     def _actor(self, index: int, colour: Colour, name: str, *, here: bool) -> _Actor:
         root = f"/runs/{index}"
@@ -108,12 +123,13 @@ class Actors:
             ),
             label=self._scene.add_label(
                 f"{root}/robot/label",
-                name,
+                label_words(name),
                 position=(0, 0, 0.95 + 0.35 * index),
                 anchor="bottom-center",
                 font_screen_scale=0.8,
                 visible=False,
             ),
+            name=label_words(name),
             height_m=TRAIL_M + 0.012 * max(1, 6 - index),
             here=here,
         )
@@ -121,6 +137,10 @@ class Actors:
 
 def _apart(robot: RobotLook, point: Point) -> float:
     return hypot(robot.x_m - point[0], robot.y_m - point[1])
+
+
+def _point(robot: RobotLook) -> Point:
+    return robot.x_m, robot.y_m
 
 
 def _set_points(handle: viser.LineSegmentsHandle, points: npt.NDArray[np.float32]) -> None:

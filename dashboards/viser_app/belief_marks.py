@@ -16,8 +16,9 @@ import viser
 from dashboards.geometry.marks import cross, question, tick, unknown
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.looks import bar_heights_m, container_colours
-from dashboards.palette import UNOPENED, UNSEEN
+from dashboards.palette import UNOPENED, UNSEEN, linear
 from dashboards.scene import STATUSES, Scene
+from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -107,7 +108,7 @@ class BeliefMarks:
             np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(at), 1)),
             at,
             batched_scales=np.full((len(at), 3), SPECK, dtype=np.float32),
-            batched_colors=colour if colour is not None else (90, 200, 255),
+            batched_colors=linear(np.array(colour, dtype=np.uint8)) if colour is not None else (90, 200, 255),
             lod="off",
             flat_shading=colour is not None,
             cast_shadow=False,
@@ -117,9 +118,9 @@ class BeliefMarks:
     def _show_colours(self, of_owner: npt.NDArray[np.uint8], height_m: npt.NDArray[np.float64]) -> None:
         if self._changed("colours", of_owner):
             for batch, handle in self._furniture:
-                handle.batched_colors = batch.coloured(of_owner)
+                handle.batched_colors = linear(batch.coloured(of_owner))
             if self._bars is not None:
-                self._bars.batched_colors = of_owner
+                self._bars.batched_colors = linear(of_owner)
         if self._bars is not None and self._changed("bars", height_m):
             thin = np.where(height_m > 0.01, 0.12, SPECK)
             self._bars.batched_scales = np.column_stack([thin, thin, np.maximum(height_m, SPECK)]).astype(np.float32)
@@ -153,7 +154,7 @@ class BeliefMarks:
             if i is None:
                 continue
             x, y, z = (float(v) for v in self._tops[i])
-            kind = f". {readable_name(self._plan.containers[i].type)}" if place == 0 else ""
+            kind = f". {label_words(readable_name(self._plan.containers[i].type))}" if place == 0 else ""
             label.text = f"{place + 1}{kind}"
             near = sum(hypot(x - a, y - b) < CROWDED_M for a, b in taken)
             label.position = (x, y, z + 0.15 + float(height_m[i]) + CROWDED_UP_M * near)

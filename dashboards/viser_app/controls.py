@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import ceil
+from math import ceil, log10
 from threading import Lock
 from typing import Literal, final
 
@@ -28,12 +28,21 @@ from dashboards.viser_app.bridge import address, keep_address, obey, script
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
 
-SLIDER_STEPS = 2000
-CAMERAS_PX = 330
-"""Width of the window that shows pictures."""
+SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
+CAMERA_PX, CAMERAS_PX = 220, 330
+"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 NONE_YET: tuple[str, ...] = ("",)
 """What a list offers before anything is known."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
+
+
+def slider_scale(end: float) -> tuple[float, int]:
+    """The slider's step, and how many decimals of the time the field beside it shows.
+
+    The step is a power of ten of which the clock has about SLIDER_STEPS; the field has room for SLIDER_CHARACTERS.
+    """
+    places = round(log10(max(end, 1e-3) / SLIDER_STEPS))
+    return 10.0**places, max(0, -places, SLIDER_CHARACTERS - 1 - len(str(int(end))))
 
 
 @final
@@ -53,6 +62,7 @@ class Controls:
         self._names: list[str] = []
         self._arrived = False
         self._size = (0, 0)
+        self._camera_px = CAMERAS_PX
         self._plotted: tuple[Clock, str] | None = None
         self._build()
         session.openers.append(self._opened)
@@ -162,8 +172,9 @@ class Controls:
         clock = session.clock
         if not clock.timelines:
             return
-        self._slider.max = ceil(clock.end * 10) / 10
-        self._slider.step = clock.end / SLIDER_STEPS if clock.alignment != "decision" else 1.0
+        step, digits = slider_scale(clock.end) if clock.alignment != "decision" else (1.0, 0)
+        self._slider.step, self._slider.precision = step, digits
+        self._slider.max = round(ceil(round(clock.end / step, 6)) * step, digits)
         self._options.offer(clock.timelines[0].item_types)
         names = [t.run.info.strategy for t in clock.timelines]
         self._set("title", title(clock.timelines[0]))
@@ -190,11 +201,12 @@ class Controls:
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
         self._draw("comparison", lambda: comparison(session.clock, scenes, self._names))
-        ended = any(bool(other.unseen.any()) for other in scenes)
+        ended = any(t.ends_unseen for t in session.clock.timelines)
         self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
-        if abs(self._slider.value - state.at) > 1e-9:
-            self._slider.value = min(state.at, self._slider.max)
+        reading = round(min(state.at, self._slider.max), self._slider.precision)
+        if abs(self._slider.value - reading) > 1e-9:
+            self._slider.value = reading
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
             self._play.label = label
@@ -207,6 +219,10 @@ class Controls:
         if self._camera_panel.visible != wanted:
             self._camera_panel.visible = wanted
         if senses is not None and wanted:
+            width = CAMERA_PX if len(senses.cameras) == 1 else CAMERAS_PX
+            if self._camera_px != width:
+                self._camera_px = width
+                self._camera_panel.set_width(width)
             self._draw("cameras", lambda: cameras(senses.pictures(stamp_ns), stamp_ns))
 
     def _slid(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:

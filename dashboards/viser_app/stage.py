@@ -16,10 +16,11 @@ import viser
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
-from dashboards.palette import OCCUPIED, Colour
+from dashboards.palette import OCCUPIED, Colour, linear
 from dashboards.scene import Scene
 from dashboards.viser_app.actors import Actors
 from dashboards.viser_app.belief_marks import BeliefMarks
+from dashboards.words import label as label_words
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
 from workbench.worlds.occupancy import OccupancyGrid
@@ -137,7 +138,7 @@ class Stage:
             )
             label = self._scene.add_label(
                 f"/house/rooms/{i}",
-                readable_name(floor.kind),
+                label_words(readable_name(floor.kind)),
                 position=(*floor.label_at, 0.05),
                 font_screen_scale=0.85,
                 anchor="center-center",
@@ -156,7 +157,7 @@ class Stage:
             batched_wxyzs=batch.wxyz(),
             batched_positions=batch.centre,
             batched_scales=batch.size_m,
-            batched_colors=batch.colour,
+            batched_colors=linear(batch.colour),
             lod="off",
             flat_shading=batch.shape == "box",
             cast_shadow=False,

@@ -50,6 +50,18 @@ def test_robots_that_stand_together_have_one_name() -> None:
     assert named(8.0) == ["ours", "other"]
 
 
+def test_ghosts_that_stand_together_share_a_tag() -> None:
+    """At 8 s the two others stand at one place, ours elsewhere; a fourth and fifth would not fit the tag."""
+    ghost = scene_at(OTHER, ns(8.0))
+    stand = Stand()
+    actors = Actors(stand)  # type: ignore[arg-type]
+    actors.cast([(0, 0, 0)] * 5, ["ours", "a", "b", "c", "d"], [True] * 5)
+    actors.show([scene_at(OURS, ns(8.0)), ghost, ghost, ghost, ghost], ())
+    assert [label.text for label in stand.labels if label.visible] == ["ours", "a, b, c ..."]
+    actors.show([scene_at(OURS, ns(8.0)), ghost, scene_at(OURS, ns(8.0)), ghost, ghost], ())
+    assert [label.text for label in stand.labels if label.visible] == ["ours", "a, c, d"]
+
+
 def test_a_number_goes_before_the_name_of_the_robot_beside_it() -> None:
     robot = scene_at(OURS, ns(8.0)).robot
     assert named(8.0, numbered=((robot.x_m + 0.5, robot.y_m),)) == ["other"]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import base64
+import itertools
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from chromium import chromium, colours_in, until
-from PIL import Image
+from PIL import Image, ImageChops, ImageStat
 from playwright.sync_api import Browser, Page
 from toy_run import named_run, other_run, toy_run
 
@@ -46,7 +47,7 @@ def shown(page: Page) -> float:
 def test_the_house_is_drawn(page: Page) -> None:
     page.wait_for_timeout(300)
     assert colours_in(page.screenshot(), (0.05, 0.1, 0.6, 0.7)) > 200
-    page.get_by_text("find Mug and bring it to start").wait_for()
+    page.get_by_text("find mug and bring it to start").wait_for()
 
 
 def test_keys_step_and_seek_both_ways(page: Page) -> None:
@@ -107,6 +108,31 @@ def test_the_address_restores_the_moment(page: Page) -> None:
     assert shown(page) == 6.5
 
 
+def test_names_of_robots_that_stand_together_stay_in_the_picture(browser: Browser, tmp_path: Path) -> None:
+    """On a small screen five of them at one place would be pushed out of its top. The time stays by its slider."""
+    path = tmp_path / "five.html"
+    write_capsule([timeline_of(toy_run()), *(timeline_of(other_run()) for _ in range(7))], path)
+    page = browser.new_page(viewport={"width": 1280, "height": 560})
+    page.goto(path.as_uri())
+    until(page, "window.lios !== undefined && document.querySelectorAll('#labels .robot').length === 8")
+    page.wait_for_timeout(500)
+    boxes = page.evaluate(
+        "[...document.querySelectorAll('#labels .robot')].filter((d) => d.style.display !== 'none')"
+        ".map((d) => d.getBoundingClientRect()).map((b) => [b.top, b.bottom])"
+    )
+    stage = page.locator("#stage").bounding_box()
+    slider, reading = page.locator("#slider").bounding_box(), page.locator("#reading").bounding_box()
+    page.close()
+    assert stage
+    assert slider
+    assert reading
+    assert len(boxes) == 8
+    assert all(stage["y"] <= top and bottom <= stage["y"] + stage["height"] for top, bottom in boxes)
+    tops = sorted(top for top, _ in boxes)
+    assert all(b - a >= 17 for a, b in itertools.pairwise(tops)), "one covers another"
+    assert abs(slider["y"] + slider["height"] / 2 - reading["y"] - reading["height"] / 2) < 8
+
+
 def test_markup_in_names_is_shown_and_not_run(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "nasty.html"
     write_capsule([timeline_of(named_run('<img src=x onerror="window.ran=1"><b>bold</b>'))], path)
@@ -157,6 +183,24 @@ def test_render_writes_a_picture(tmp_path: Path) -> None:
 
 def _bytes(text: str) -> bytes:
     return base64.b64decode(text)
+
+
+def test_a_larger_picture_has_larger_words(tmp_path: Path) -> None:
+    """The same picture in more pixels: for a slide or a print."""
+    for name, width, height in (("small", 1280, 720), ("large", 1920, 1080), ("odd", 1301, 907)):
+        framing = Framing(width=width, height=height)
+        with ThreadPoolExecutor(1) as apart:
+            path = tmp_path / f"{name}.png"
+            apart.submit(draw_picture, [timeline_of(toy_run())], path, at_s=5.0, framing=framing).result()
+    small, large, odd = (Image.open(tmp_path / f"{name}.png").convert("L") for name in ("small", "large", "odd"))
+    assert (large.size, odd.size) == ((1920, 1080), (1301, 907))
+    differences = ImageChops.difference(small, large.resize(small.size, Image.Resampling.BOX))
+    assert ImageStat.Stat(differences).mean[0] < 2.0
+
+
+def test_sizes_keep_whole_points() -> None:
+    sizes = {(1280, 720): 1.0, (1920, 1080): 1.5, (3840, 2160): 3.0, (1301, 907): 1.0, (640, 360): 1.0}
+    assert {size: Framing(width=size[0], height=size[1]).scale for size in sizes} == sizes
 
 
 def test_no_caption_covers_the_house(browser: Browser, tmp_path: Path) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from toy_run import empty_run, ns, other_run, toy_run
 
 from dashboards.clock import ALIGNMENTS, Clock
 from dashboards.divergence import divergence
+from dashboards.panels.strip import strip
 from dashboards.timeline import timeline_of
 from workbench.errors import BadValue
 
@@ -33,6 +36,18 @@ def test_by_decision_both_have_decided_as_often() -> None:
     assert clock.stamps(2.0) == (ns(4.0), ns(4.0))
     assert clock.stamps(3.0) == (ns(7.0), ns(9.0))
     assert clock.stamps(0.0) == (ns(0.0), ns(0.0))
+
+
+def test_by_decision_a_strip_shows_all_that_was_done_between_two() -> None:
+    """Ours decides at 0, 4 and 7 s and ends at 15 s; each decision is as wide as any other."""
+    clock = Clock(timelines=(OURS, OTHER), alignment="decision")
+    assert [clock.position(ns(s)) for s in (0, 2, 4, 7, 11, 15)] == pytest.approx([1.0, 1.5, 2.0, 3.0, 3.5, 4.0])
+    assert Clock(timelines=(OURS,)).position(ns(5.0)) == 5.0
+    empty = Clock(timelines=(timeline_of(empty_run()),), alignment="decision")
+    assert 0.0 <= empty.position(ns(0.0)) <= empty.end
+    made = strip(clock, ["ours", "other"], [(0, 0, 0), (1, 1, 1)])
+    widths = [float(w) for w in re.findall(r'<rect x="[\d.]+%" y="14" width="([\d.]+)%"', made)]
+    assert min(widths) > 3, "no phase of ours is a hair's breadth"
 
 
 @pytest.mark.parametrize("alignment", ALIGNMENTS)

@@ -55,7 +55,7 @@ def test_the_panel_says_why_a_first_look_was_not_taken() -> None:
 def test_the_panel_says_why_a_find_is_not_in_the_plan() -> None:
     words = find_costs(scene_at(OURS, ns(1)), "start")
     assert "<b>yes</b>" in words
-    assert "no: brought to start, 6.0 dearer than there" in words
+    assert "no, to start instead (6.0 cheaper)" in words
 
 
 def test_ways_to_begin_say_what_stands_against_them() -> None:

@@ -11,7 +11,7 @@ import pytest
 from dashboards.library import Library
 from dashboards.panels.runs import runs
 from dashboards.panels.scatter import default_pair, scatter
-from dashboards.run_table import NO_LOG, NotRecorded
+from dashboards.run_table import NO_LOG, NotRecorded, log_rows
 from recorders.trial import Wish, record_trial, trial_for
 from workbench.errors import MalformedFile
 from workbench.worlds.procthor import load_house
@@ -142,3 +142,16 @@ def test_a_baseline_goes_across_and_ours_up() -> None:
     assert default_pair(["conditioned-lios", "model-lios", "opt-greedy"]) == ("opt-greedy", "conditioned-lios")
     assert default_pair(["a", "b"]) == ("a", "b")
     assert default_pair(["a"]) == ("a", "a")
+
+
+def test_what_an_undecided_replay_had_spent_is_not_its_cost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its log stops where nobody looked on: it takes no part in filters by cost, nor in the scatter."""
+    from replayers import listing
+
+    done = listing.Row(file="a.mcap", strategy="lios", status="done", cost=10.0)
+    open_ended = listing.Row(file="b.mcap", strategy="greedy", status="undetermined", cost=1.6, source="replay")
+    monkeypatch.setattr(listing, "rows_of", lambda *_, **__: [done, open_ended])
+    rows, _ = log_rows([tmp_path / "a.mcap", tmp_path / "b.mcap"], folder=None)
+    assert [row.cost for row in rows] == [10.0, None]
+    assert "No task was run by both" in scatter(rows, "lios", "greedy")
+    assert '<td class="n">–</td>' in runs(rows, (0,), total=2)

@@ -261,6 +261,8 @@ def test_cameras_of_a_robot_are_shown_and_can_be_hidden(browser: Browser) -> Non
         picture = tab.locator(".lp.cameras img").first
         picture.wait_for()
         tab.wait_for_function("document.querySelector('.lp.cameras img').naturalWidth > 100")
+        # A picture alone needs a narrow window: on a laptop's screen a wide one would lie over the house.
+        tab.wait_for_function("document.querySelector('.lp.cameras').getBoundingClientRect().width < 230")
         tab.get_by_role("tab", name="View", exact=True).click()
         tab.get_by_label("Pictures").click()
         picture.wait_for(state="hidden")
