@@ -115,10 +115,12 @@ def tasks(
         return
     store = experiment.TrialStore(output, request, force=force) if output else None
     rows = _run(request, planned, store, _How(meant, dealt, output, workers, scheduler, record))
-    answer = _answer(request, planned, experiment.wanted_rows(request, planned.keys, rows, meant))
+    wanted = experiment.wanted_rows(request, planned.keys, rows, meant)
+    answer = _answer(request, planned, wanted)
     if output:
         _write(answer, output)
     emit_json(answer) if json else _show(answer, output)
+    _say_broken(wanted)
 
 
 class _How(NamedTuple):
@@ -208,6 +210,19 @@ def _say_refused(planned: Plan) -> None:
             say(f"  {house}: {lacks}")
 
 
+def _say_broken(rows: Sequence[TaskRow]) -> None:
+    """Which planners broke in how many of their trials, and why at first; a mean cost alone does not tell."""
+    from workbench.terminal import counted, say
+
+    for strategy in sorted({row.strategy for row in rows}):
+        own = [row for row in rows if row.strategy == strategy]
+        broken = [row for row in own if row.status in BROKEN]
+        if broken:
+            say(f"{strategy} broke in {len(broken)} of {counted(len(own), 'trial')}: {broken[0].reason}")
+
+
+BROKEN = ("planner-failed", "error")
+"""Statuses of a planner that raised, crashed or answered nonsense."""
 SHOWN = ("scenario", "strategy", "trials", "success_rate", "mean_cost", "against_model_lios", "searches")
 TIMES = ("replan_p50_s", "replan_p95_s")
 

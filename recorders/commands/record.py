@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 def record(
     house: Annotated[
-        str, typer.Option("--house", help="FILE:index or a house's .json; default: the first shipped house.")
+        str,
+        typer.Option("--house", help="houses:9 (a shipped one), FILE:INDEX or a house's .json; default: houses:0."),
     ] = "",
     find: Annotated[str, typer.Option("--find", help="Item type to find and bring back to the start.")] = "",
     scenario: Annotated[
@@ -58,7 +59,8 @@ def record(
     """
     from recorders.sinks import LogFiles, Split
     from recorders.trial import Wish, record_trial, trial_for
-    from workbench.errors import OutputExists
+    from workbench.errors import Failed, OutputExists
+    from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
     from workbench.worlds.assets import assets_for
     from workbench.worlds.procthor import load_house
@@ -78,6 +80,8 @@ def record(
         _emit(trial, by, end, output, parts)
     else:
         _tell(trial, by, end, output, parts)
+    if end.status is RunStatus.PLANNER_FAILED:
+        raise Failed(f"{by} broke: {end.reason}")
 
 
 def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
@@ -93,6 +97,7 @@ def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path]
             "strategy": by,
             "status": end.status,
             "cost": end.cost,
+            "reason": end.reason,
             "searches": end.searches,
             "travel_m": end.travel_m,
             "decisions": end.decision,
@@ -102,11 +107,14 @@ def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path]
 
 
 def _tell(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+    from workbench.execution.events import RunStatus
     from workbench.terminal import counted, say
 
     looked = counted(end.searches, "container")
     say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {trial.seed}")
     say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
+    if end.status not in (RunStatus.DONE, RunStatus.PLANNER_FAILED):
+        say(f"  {end.reason}")
     if parts is None:
         say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
     else:

@@ -7,16 +7,17 @@ whose value is a StrategyFactory, or "module:Class" given where a name is.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from types import MappingProxyType
-from typing import TypeVar, cast
+from typing import TypeVar
 
 from workbench.errors import BadValue, UnknownName, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch
+from workbench.planning.from_outside import FromOutside
 from workbench.planning.oracle import Oracle
 from workbench.planning.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
@@ -33,6 +34,19 @@ class OracleNeedsHouse(Unsupported):
 
     def __init__(self) -> None:
         super().__init__("the oracle knows the house, and no house is given here. Choose another strategy.")
+
+
+class StrategyNotLoaded(Unsupported):
+    """A plug-in or "module:Class" under which no strategy can be made.
+
+    Args:
+        name: as it was asked for.
+        why: what went wrong, without a full stop.
+    """
+
+    def __init__(self, name: str, why: str) -> None:
+        facts = " ".join(why.split())
+        super().__init__(f"strategy {name!r} cannot be loaded: {facts}. Correct the name, or its module.")
 
 
 def _oracle(house: House | None) -> Strategy:
@@ -104,7 +118,7 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
 
     Raises:
         UnknownName: no such strategy or solver; lists the known ones.
-        BadValue: "module:Class" of what cannot be imported.
+        StrategyNotLoaded: a plug-in or "module:Class" that cannot be imported or made.
         OracleNeedsHouse: the oracle without a house.
     """
     base, at, solver_name = name.partition("@")
@@ -116,9 +130,9 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
         return made(house if known in NEEDS_TRUTH else None)
     for entry in entry_points(group=ENTRY_POINTS):
         if entry.name == name:
-            return _made(name, entry.load())
+            return _from_outside(name, entry.load)
     if ":" in name:
-        return _imported(name)
+        return _from_outside(name, lambda: _imported(name))
     raise UnknownName("strategy", name, (*strategy_names(with_truth=True), *VARIANTS, *ALIASES))
 
 
@@ -180,25 +194,26 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
     return (*ours, *others)
 
 
-def _imported(name: str) -> Strategy:
+def _imported(name: str) -> object:
     module, _, attribute = name.partition(":")
-    try:
-        factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError) as error:
-        raise BadValue("strategy", name, f"a module and class that can be imported: {error}") from error
-    return _made(name, factory)
+    return getattr(import_module(module), attribute)
 
 
-def _made(name: str, factory: object) -> Strategy:
+def _from_outside(name: str, load: Callable[[], object]) -> Strategy:
     """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
-    made = factory
-    if isinstance(factory, type):
-        made = factory()
-    elif callable(factory) and not _is_strategy(factory):
-        made = factory(None)
+    try:
+        factory = made = load()
+        if isinstance(factory, type):
+            made = factory()
+        elif callable(factory) and not _is_strategy(factory):
+            made = factory(None)
+    except Exception as error:
+        raise StrategyNotLoaded(name, f"{type(error).__name__}: {error}") from error
     if not _is_strategy(made):
-        raise BadValue(f"strategy {name}", made, "something with name, relevant_types(task) and decide(view)")
-    return cast(Strategy, made)
+        raise StrategyNotLoaded(
+            name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
+        )
+    return made if isinstance(made, Composed | Scout) else FromOutside(made)
 
 
 def _is_strategy(thing: object) -> bool:
