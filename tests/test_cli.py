@@ -35,6 +35,17 @@ def test_help_groups_commands(capsys: pytest.CaptureFixture[str]) -> None:
             assert f"  {name}" in shown
 
 
+@pytest.mark.parametrize("group", sorted(cli.ORDER_WITHIN))
+def test_a_group_lists_its_commands_in_the_order_of_use(group: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert {name.partition(".")[2] for name in _entries() if name.startswith(f"{group}.")} == set(
+        cli.ORDER_WITHIN[group]
+    )
+    assert cli.run([group, "--help"]) == 0
+    shown = capsys.readouterr().out.partition("Commands:")[2]
+    places = [shown.index(f"\n  {name} ") for name in cli.ORDER_WITHIN[group]]
+    assert places == sorted(places)
+
+
 @pytest.mark.parametrize("words", [["record", "-h"], ["help", "record"], ["help", "evaluate", "search"], ["help"]])
 def test_help_is_found_where_people_look(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(words) == 0
