@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -145,7 +145,7 @@ def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Ite
 
 
 @contextmanager
-def patience(words: str = FIRST_USE, *, after_s: float = 3.0) -> Iterator[None]:
+def patience(words: str = FIRST_USE, *, after_s: float = 3.0) -> Generator[None]:
     """Says words when what is done inside takes longer than that, when standard error is a terminal."""
     if not _Console(stderr=True).is_terminal:
         yield
