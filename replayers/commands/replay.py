@@ -235,6 +235,19 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
     return found
 
 
+def _notes(rows: list[dict[str, Any]]) -> dict[str, tuple[str, ...]]:
+    """Every note, with the names of the logs that it is about."""
+    found: dict[str, dict[str, None]] = {}
+    for row in rows:
+        for note in row.get("notes") or ():
+            found.setdefault(note, {})[Path(row["log"]).name] = None
+    return {note: tuple(logs) for note, logs in found.items()}
+
+
+def _about(logs: tuple[str, ...]) -> str:
+    return f" on {', '.join(logs)}" if len(logs) <= 3 else f" on {len(logs)} logs"
+
+
 def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *, several: bool) -> None:
     from replayers.logged_belief import LEARNS
     from workbench.terminal import emit_table, emit_text, say
@@ -262,9 +275,9 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
             shown = [{k: v for k, v in line.items() if k != column} for line in shown]
     emit_table(shown)
     conditional = any(row.get("if_beliefs_stand") for row in rows)
-    for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
+    for note, logs in _notes(rows).items():
         if conditional or not note.endswith(LEARNS):
-            say(f"note: {note}")
+            say(f"note{_about(logs) if several else ''}: {note}")
     stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in TOLD_ELSEWHERE)
     for words in dict.fromkeys(stopped):
         say(words)
