@@ -45,7 +45,12 @@ def replay(
     ] = "log",
     worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
     budget: Annotated[
-        int, typer.Option("--budget", min=1, help="Stretches of the loop that the bounds of one strategy may take.")
+        int,
+        typer.Option(
+            "--budget",
+            min=1,
+            help="Pieces of run, from one unopened container to the next, that the bounds of one strategy may take.",
+        ),
     ] = 400,
     unique: Annotated[
         bool, typer.Option("--unique", help="Assume no instances beyond those that the log shows.")
