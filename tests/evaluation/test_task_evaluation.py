@@ -153,7 +153,15 @@ def test_a_strategy_that_raises_is_a_row(rows: list[TaskRow]) -> None:
     (row,) = run_unit(unit)
     assert not row.success
     assert row.cost == 100
-    assert "ValueError" in row.reason or row.status == "planner-failed"
+    assert (row.status, row.reason) == ("planner-failed", "it raised ValueError: no idea")
+
+
+def test_the_command_says_which_planner_broke(capsys: pytest.CaptureFixture[str]) -> None:
+    words = f"evaluate tasks --scenarios any-of-three -s {__name__}:Raises -n 2 --estimator counts"
+    assert run(words.split()) == 0
+    said = capsys.readouterr().err
+    assert f"{__name__}:Raises broke in 2 of 2 trials: it raised ValueError: no idea\n" in said
+    assert "oracle broke" not in said
 
 
 class Raises:
