@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -122,11 +122,19 @@ def trial_events(trial: Trial) -> Iterator[Event]:
     return _events(trial, _prepare(trial))
 
 
-def record_trial(trial: Trial, path: Path, *, force: bool = False, sink: Sink | None = None) -> Ended:
+def record_trial(
+    trial: Trial,
+    path: Path,
+    *,
+    force: bool = False,
+    sink: Sink | None = None,
+    begun: Callable[[], None] | None = None,
+) -> Ended:
     """Runs a trial and records it, ground truth included.
 
     Args:
         sink: where the log goes instead of to `path`, such as to several files.
+        begun: called once when all is found and loaded, before the first event.
 
     Raises:
         OutputExists: the file exists and force is not given.
@@ -144,6 +152,8 @@ def record_trial(trial: Trial, path: Path, *, force: bool = False, sink: Sink | 
         force=force,
         sink=sink,
     ) as recorder:
+        if begun is not None:
+            begun()
         for event in _events(trial, ready):
             recorder.record(event)
             seen.append(event)

@@ -206,7 +206,8 @@ def _check_end(walk: Walk, stream: BinaryIO) -> None:
     findings = walk.findings
     _check_indexes_complete(walk)
     if walk.late:
-        what = f"{walk.late} messages stand after a later one, by {walk.late_ns / 1e9:.3f} s at most"
+        stand = "1 message stands" if walk.late == 1 else f"{walk.late} messages stand"
+        what = f"{stand} after a later one, by {walk.late_ns / 1e9:.3f} s at most"
         findings.add(Level.INFO, "order", what)
     if walk.data_end is None or walk.footer is None:
         if not walk.cut_off and not walk.damaged:

@@ -13,11 +13,22 @@ from types import MappingProxyType
 
 from replayers.reading_evidence import Deed, Leg, contents_at_start, deeds, first_belief, refused, refused_looks
 from replayers.run import Run
-from workbench.planning.tasks import Task
+from workbench.errors import Unsupported
+from workbench.planning.tasks import AllOf, Task
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import RunInfo
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
+
+
+class NothingWasTried(Unsupported):
+    """A log of a session in which no task was tried: every planner would be done before it began."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(
+            f"{run.path}: no task was tried in it, so there is nothing to replay. "
+            "Record a run, or a session with --site and --task."
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +88,13 @@ class Evidence:
 
 
 def evidence_of(run: Run) -> Evidence:
-    """What a run's log makes certain."""
+    """What a run's log makes certain.
+
+    Raises:
+        NothingWasTried: a session without a task.
+    """
+    if run.task.goal == AllOf(parts=()):
+        raise NothingWasTried(run)
     containers = tuple(c.id for c in run.place.plan.containers)
     contents, odd = contents_at_start(run.observations, run.actions, containers)
     probabilities, steady, strange = first_belief(run.beliefs, containers)

@@ -34,6 +34,7 @@ from workbench.errors import LiosError
 from workbench.runs.codec import UndecodableMessage, decode
 from workbench.runs.run_info import INFO_METADATA, info_from_metadata
 from workbench.runs.vocabulary import TOPIC_OF, TOPICS, RunInfo
+from workbench.terminal import counted
 
 if TYPE_CHECKING:
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -66,6 +67,11 @@ class Tables:
 
     sources: Sequence[Source]
     problems: list[Problem] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        """One line, as a notebook shows it."""
+        broken = f", of which {len(self.problems)} could not be read" if self.problems else ""
+        return f"<Tables of {counted(len(self.sources), 'log')}{broken}: {', '.join(SCHEMAS)}>"
 
     @cached_property
     def runs(self) -> pd.DataFrame:

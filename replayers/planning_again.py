@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from replayers.moment import decision_at, moment_of
+from replayers.recorded_strategy import known_here
 from replayers.run import Run
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.actions import prepares
@@ -96,13 +97,14 @@ def plan_again(
     Raises:
         BadValue: both a time and a decision.
         NoSuchDecision: the log has none there.
+        RecordedBySomebodyElse: the run's own strategy is not known here, and no other is given.
         PlansOnItsOwn: a strategy that is not find cost + policy + solver.
     """
     if at is not None and decision is not None:
         raise BadValue("moment", f"--at {at:g} and --decision {decision}", "one of the two")
     number = decision if decision is not None else decision_at(run, at or 0.0)
     moment = moment_of(run, number)
-    name = strategy or run.info.strategy
+    name = strategy or known_here(run)
     base = _base(
         name.partition("@")[0] if solver and not name.endswith(f"@{EVERYWHERE}") else name,
         cooking=prepares(moment.view.task.goal),

@@ -92,6 +92,13 @@ class Run:
     complete: bool = False
     damage: tuple[Damage, ...] = ()
 
+    def __repr__(self) -> str:
+        """One line, as a notebook shows it; all that a run holds would be a hundred thousand characters."""
+        end = f"{self.outcome.status}, cost {self.outcome.cost:.1f}" if self.outcome else "no outcome"
+        counts = f"{len(self.plans)} decisions, {len(self.actions)} actions"
+        info = self.info
+        return f"<Run {self.path}: {info.title}, in {info.place} by {info.strategy}; {end}; {counts}>"
+
     @cached_property
     def tables(self) -> Tables:
         """The run as data frames, each made when it is first asked for."""

@@ -21,9 +21,9 @@ from multiprocessing.reduction import ForkingPickler
 from types import MappingProxyType
 from typing import Any, Self, final
 
-from workbench.errors import BadValue, UnknownName
+from workbench.errors import UnknownName
 from workbench.planning.plans import Plan, PlanStatus
-from workbench.planning.strategies import ENTRY_POINTS, canonical_name, strategy_names
+from workbench.planning.strategies import ENTRY_POINTS, StrategyNotLoaded, canonical_name, strategy_names
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.worlds.house import ItemType
@@ -76,12 +76,12 @@ def require_planner(name: str) -> None:
 
     Raises:
         UnknownName: neither a built-in nor an installed one.
-        BadValue: "module:Class" of a module that is neither in this folder nor installed.
+        StrategyNotLoaded: "module:Class" of a module that is neither in this folder nor installed.
     """
     if is_foreign(name) and ":" in name:
         top = name.partition(":")[0].partition(".")[0]
         if PathFinder.find_spec(top, [os.getcwd(), *sys.path]) is None:
-            raise BadValue("strategy", name, f"of a module that can be imported: there is no {top} here or installed")
+            raise StrategyNotLoaded(name, f"there is no module {top} here or installed")
 
 
 def why_not_loaded(name: str) -> str:

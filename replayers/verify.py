@@ -17,6 +17,7 @@ from recorders.provenance import revision
 from replayers.evidence import Evidence, evidence_of
 from replayers.logged_belief import RecordedBeliefs
 from replayers.logged_world import LoggedWorld
+from replayers.recorded_strategy import known_here
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
 from replayers.unfolding import no_time
@@ -88,15 +89,20 @@ class Verification:
     notes: tuple[str, ...] = ()
 
 
-def verify(run: Run) -> Verification:
+def verify(run: Run, *, strategy_name: str = "") -> Verification:
     """Runs the recorded strategy again and compares.
 
+    Args:
+        strategy_name: under which the recorded strategy is found here, where that is not the name in the log: logs
+            of "module:Class" hold what the planner calls itself.
+
     Raises:
-        UnknownName: the strategy is not known here.
+        RecordedBySomebodyElse: the strategy is not known here.
+        UnknownName: no strategy of the name given.
         Unsupported: the oracle, and the log was read without its truth.
     """
     evidence = evidence_of(run)
-    name = run.info.strategy
+    name = strategy_name or known_here(run)
     if needs_truth(name):
         return _compared(run, _with_truth(run, name), ())
     estimator, note = _believer(run, evidence)

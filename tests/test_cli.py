@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -10,7 +12,7 @@ import pytest
 
 from workbench import cli
 from workbench.errors import BadValue, Failed, LiosError, Lossy, UnknownName
-from workbench.terminal import counted, emit_table, say
+from workbench.terminal import counted, emit_table, patience, say
 
 
 def _entries() -> list[str]:
@@ -26,6 +28,54 @@ def test_every_command_loads_and_explains_itself(name: str, capsys: pytest.Captu
     assert f"lios {name.replace('.', ' ')}" in shown
 
 
+def test_long_work_is_told_on_a_terminal_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with patience("still at work", after_s=0.0):
+        time.sleep(0.05)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with patience("still at work", after_s=0.0):
+        time.sleep(0.5)
+    assert "still at work" in capsys.readouterr().err
+    with patience("still at work", after_s=60.0):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+def on_a_terminal(columns: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """A table as a terminal of so many columns shows it."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("NO_COLOR", "1")
+    rows = [
+        {"strategy": "conditioned-lios", "status": "undetermined", "bounds": "both sides reached", "upper": 1234.5},
+        {"strategy": "lios", "status": "done", "bounds": "exact", "upper": 2.0},
+    ]
+    emit_table(rows)
+    shown = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
+    return [line.rstrip() for line in shown.splitlines()]
+
+
+def test_a_table_that_fits_has_rules(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "│ conditioned-lios │ undetermined │ both sides reached │ 1234.50 │" in on_a_terminal(
+        100, monkeypatch, capsys
+    )
+
+
+@pytest.mark.parametrize("columns", [64, 56, 48, 40, 30])
+def test_nothing_of_a_table_is_cut_off_on_a_narrow_terminal(
+    columns: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = on_a_terminal(columns, monkeypatch, capsys)
+    assert max(map(len, lines)) <= columns
+    everything = "".join("".join(lines).split())
+    assert "…" not in everything
+    assert sum(line.count("1234.50") for line in lines) == 1, "a number is never broken"
+    if columns >= 56:
+        assert "undetermined" in everything
+
+
 def test_help_groups_commands(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["--help"]) == 0
     shown = capsys.readouterr().out
@@ -33,6 +83,17 @@ def test_help_groups_commands(capsys: pytest.CaptureFixture[str]) -> None:
         assert f"{panel}:" in shown
         for name in names:
             assert f"  {name}" in shown
+
+
+@pytest.mark.parametrize("group", sorted(cli.ORDER_WITHIN))
+def test_a_group_lists_its_commands_in_the_order_of_use(group: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert {name.partition(".")[2] for name in _entries() if name.startswith(f"{group}.")} == set(
+        cli.ORDER_WITHIN[group]
+    )
+    assert cli.run([group, "--help"]) == 0
+    shown = capsys.readouterr().out.partition("Commands:")[2]
+    places = [shown.index(f"\n  {name} ") for name in cli.ORDER_WITHIN[group]]
+    assert places == sorted(places)
 
 
 @pytest.mark.parametrize("words", [["record", "-h"], ["help", "record"], ["help", "evaluate", "search"], ["help"]])

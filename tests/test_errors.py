@@ -44,3 +44,10 @@ def test_an_error_travels_whole(error: LiosError) -> None:
 
 def test_what_was_not_given_is_said_so() -> None:
     assert str(BadValue("-o/--output", None, "a folder")) == "-o/--output is not given; it must be a folder."
+
+
+def test_many_known_names_are_cut_and_a_question_mark_lists_all() -> None:
+    names = [f"name{i:02d}" for i in range(30)]
+    assert str(UnknownName("thing", "x", names)).endswith("name10, name11, and 18 more, which '?' lists.")
+    assert str(UnknownName("thing", "?", names)).endswith("name28, name29.")
+    assert str(UnknownName("thing", "x", names[:24])).endswith("name22, name23."), "a few are listed at once"

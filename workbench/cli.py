@@ -33,6 +33,15 @@ PANELS: dict[str, tuple[str, ...]] = {
 }
 """In which group of the help a command stands; a user's own stand under "More"."""
 
+ORDER_WITHIN: dict[str, tuple[str, ...]] = {
+    "evaluate": ("belief", "search", "tasks", "replay", "spot"),
+    "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
+    "houses": ("generate", "info", "stats"),
+    "site": ("check", "from-log"),
+    "spot": ("simulate", "record", "run"),
+}
+"""In which order a group's own help lists its commands: as one uses them. A user's own come last."""
+
 GROUP_HELP = {
     "evaluate": "Measure beliefs, search policies, planners, replay, Spot runs.",
     "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
@@ -75,7 +84,8 @@ class Commands(click.Group):
         self._found = found
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        order = [n for names in PANELS.values() for n in names]
+        panels = PANELS if ctx.parent is None else {"": ORDER_WITHIN.get(self.name or "", ())}
+        order = [n for names in panels.values() for n in names]
         names = {full.split(".")[0] for full in self._found}
         return sorted(names, key=lambda n: (order.index(n) if n in order else len(order), n))
 

@@ -110,8 +110,12 @@ class BadValue(Malformed):
         super().__init__(f"{where} is {shown}; it must be {allowed}.")
 
 
+MOST_LISTED = 24
+"""Known names in one line; "?" as a name lists all, however many."""
+
+
 class UnknownName(NotFound):
-    """A name that is not in a table; lists the nearest and then the known ones.
+    """A name that is not in a table; lists the nearest, or else the known ones.
 
     Args:
         kind: what the name should name ("strategy", "item type").
@@ -124,7 +128,9 @@ class UnknownName(NotFound):
         names = sorted(known)
         near = get_close_matches(name.lower(), [n.lower() for n in names], n=3, cutoff=0.5)
         nearest = [n for lower in near for n in names if n.lower() == lower]
-        listed = ", ".join(nearest or names[:12]) + (", ..." if not nearest and len(names) > 12 else "")
+        shown = nearest or (names if name == "?" or len(names) <= MOST_LISTED else names[: MOST_LISTED // 2])
+        more = len(names) - len(shown) if not nearest else 0
+        listed = ", ".join(shown) + (f", and {more} more, which '?' lists" if more else "")
         place = f" in {_short(where, 120)}" if where else ""
         hint = "Did you mean" if nearest else "Known are"
         super().__init__(f"no {kind} {_short(name, 60)!r}{place}. {hint}: {listed or 'none'}.")

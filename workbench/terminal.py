@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+import threading
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import msgspec
+from rich import box
+from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 T = TypeVar("T")
+WHOLE = (18, 12, 8, 4)
+"""Words of so many characters stay whole in a table; the first that its terminal is wide enough for."""
+FIRST_USE = "Still at work. The first use on a machine compiles the search, which takes up to half a minute, once."
 
 
 def say(text: str) -> None:
@@ -50,18 +57,69 @@ def emit_text(text: str) -> None:
 
 
 def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | None = None, title: str = "") -> None:
-    """Rows as a table on standard output; numbers to the right, missing values as a dash."""
+    """Rows as a table on standard output; numbers to the right, missing values as a dash.
+
+    On a narrow terminal sentences wrap first, then the rules between columns go, then long names are broken over
+    lines; nothing is cut off.
+    """
     names = list(columns or (rows[0].keys() if rows else ()))
-    table = Table(title=title or None, title_justify="left")
-    for name in names:
-        numeric = any(isinstance(row.get(name), int | float) for row in rows)
-        table.add_column(escape(name.replace("_", " ")), justify="right" if numeric else "left")
-    for row in rows:
-        table.add_row(*(escape(_shown(row.get(name))) for name in names))
     console = _Console(file=sys.stdout)
     if not console.is_terminal:
         console = _Console(file=sys.stdout, width=max(120, 18 * len(names)))
-    console.print(table)
+    shown = [_Column.of(name, [row.get(name) for row in rows]) for name in names]
+    console.print(_table(shown, title, console.width))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Column:
+    """A column as it is shown, and how narrow it may be."""
+
+    heading: str
+    cells: tuple[str, ...]
+    numeric: bool
+
+    @classmethod
+    def of(cls, name: str, values: Sequence[Any]) -> _Column:
+        numeric = any(isinstance(value, int | float) for value in values)
+        return cls(heading=name.replace("_", " "), cells=tuple(map(_shown, values)), numeric=numeric)
+
+    def least(self, longest: int) -> int:
+        """The width at which no number is broken, and no word of up to so many characters."""
+        heading = min(longest, _longest_word([self.heading]))
+        inside = _longest_word(self.cells)
+        return max(heading, inside if self.numeric else min(longest, inside), 1)
+
+
+def _longest_word(texts: Iterable[str]) -> int:
+    return max((cell_len(word) for text in texts for word in text.split()), default=0)
+
+
+def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
+    """The roomiest table that fits: with rules, then without, then with words broken."""
+    rules: box.Box | None = box.HEAVY_HEAD
+    room, least = width - 3 * len(columns) - 1, [column.least(WHOLE[0]) for column in columns]
+    if sum(least) > room:
+        rules, room = None, width - 2 * len(columns) + 2
+        tries = ([column.least(longest) for column in columns] for longest in WHOLE)
+        least = next((some for some in tries if sum(some) <= room), [1] * len(columns))
+    table = Table(title=title or None, title_justify="left", box=rules, pad_edge=rules is not None)
+    for column, widest in zip(columns, _widths(columns, least, room), strict=True):
+        justify = "right" if column.numeric else "left"
+        table.add_column(escape(column.heading), justify=justify, overflow="fold", width=widest)
+    for cells in zip(*(column.cells for column in columns), strict=True):
+        table.add_row(*map(escape, cells))
+    return table
+
+
+def _widths(columns: Sequence[_Column], least: Sequence[int], room: int) -> list[int]:
+    """Each column as wide as it wants; what there is no room for is taken from those with most to spare."""
+    widths = [max(map(cell_len, (column.heading, *column.cells))) for column in columns]
+    while sum(widths) > room:
+        most = max(range(len(widths)), key=lambda i: widths[i] - least[i])
+        if widths[most] <= least[most]:
+            break
+        widths[most] -= 1
+    return widths
 
 
 class _Console(Console):
@@ -84,6 +142,21 @@ def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Ite
     from rich.progress import track
 
     yield from track(items, description=escape(title), total=total, console=console, transient=True)
+
+
+@contextmanager
+def patience(words: str = FIRST_USE, *, after_s: float = 3.0) -> Generator[None]:
+    """Says words when what is done inside takes longer than that, when standard error is a terminal."""
+    if not _Console(stderr=True).is_terminal:
+        yield
+        return
+    timer = threading.Timer(after_s, say, (words,))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _as_text(value: Any) -> Any:

@@ -40,7 +40,7 @@ def demo(
     from replayers.replay import Settings
     from replayers.run import read
     from replayers.stored_replays import path_of
-    from workbench.terminal import counted, emit_json, emit_table, say
+    from workbench.terminal import counted, emit_json, emit_table, patience, progress, say
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
 
@@ -48,7 +48,8 @@ def demo(
     output.mkdir(parents=True, exist_ok=True)
     trial = trial_for(Wish(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
     say(f"1. A robot looks for a {ITEM} in {trial.house.plan.name}, by {trial.strategy} (the paper's search policy).")
-    end = record_trial(trial, log, force=True)
+    with patience():
+        end = record_trial(trial, log, force=True)
     say(f"   {end.status}: cost {end.cost:.1f}, {counted(end.searches, 'container')} searched, recorded to {log}")
     say("2. What would every other strategy have cost? From the log alone, and for comparison in the recorded truth:")
     wanted = Wanted(
@@ -57,7 +58,8 @@ def demo(
         output=output / "replays",
         write_logs=True,
     )
-    rows = [_row(outcome) for outcome in replay_log(log, wanted)]
+    replays = progress(replay_log(log, wanted), title="replaying", total=len(wanted.strategies))
+    rows = [_row(outcome) for outcome in replays]
     if json:
         emit_json({"log": str(log), "status": end.status, "cost": end.cost, "searches": end.searches, "rows": rows})
         return

@@ -13,7 +13,9 @@ from workbench.options import Force, Json
 def figures(
     logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
-    format_: Annotated[list[str] | None, typer.Option("--format", help="pdf, svg or png; again for more.")] = None,
+    format_: Annotated[
+        list[str] | None, typer.Option("--format", help="pdf, svg or png; again for more; default: pdf and png.")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Reference pages made from the code when the site is built: every command, every event of the log.
+"""Reference pages made from the code when the site is built: commands, events of the log, tables, API.
 
 Nothing here is written by hand, so that the pages cannot differ from what the program does.
 """
@@ -13,9 +13,11 @@ from typing import Any
 
 import click
 import msgspec
+import pyarrow as pa
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
+from replayers.columns import SCHEMAS
 from workbench import cli
 from workbench.runs import vocabulary
 
@@ -25,6 +27,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     pages = {
         "reference/commands.md": commands_page(),
         "reference/events.md": events_page(),
+        "reference/tables.md": tables_page(),
         "reference/api.md": api_page(),
         "changelog.md": (Path(config.config_file_path).parent / "CHANGELOG.md").read_text(encoding="utf-8"),
     }
@@ -82,6 +85,36 @@ def events_page() -> str:
     return "\n".join(lines)
 
 
+def tables_page() -> str:
+    """One section a table of data frames, with its columns."""
+    lines = [
+        "# Tables of a log",
+        "",
+        "What `replayers.read(...).tables`, `replayers.read_many(...)` and `lios export` give. Made from "
+        "`replayers/columns.py`. Units are metres, seconds and radians; costs are metres and what counts like them. "
+        "Times are in UTC, with nanoseconds. Frames have a plain index from 0; `run_id` and `decision` join tables. "
+        "A word is text that repeats: a categorical in pandas.",
+        "",
+    ]
+    for name, schema in SCHEMAS.items():
+        lines += [f"## `{name}`", "", "| column | type | what |", "|---|---|---|"]
+        for field in schema:
+            doc = (field.metadata or {}).get(b"doc", b"").decode()
+            lines.append(f"| `{field.name}` | {_column_type(field.type)} | {doc} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _column_type(kind: pa.DataType) -> str:
+    if pa.types.is_dictionary(kind):
+        return "word"
+    if pa.types.is_list(kind):
+        return "list of text"
+    if pa.types.is_timestamp(kind):
+        return "time"
+    return {pa.string(): "text", pa.float64(): "number", pa.int64(): "whole number", pa.bool_(): "yes or no"}[kind]
+
+
 def _fenced(text: str) -> list[str]:
     return ["```json", *text.splitlines(), "```"]
 
@@ -98,7 +131,7 @@ def _type_name(kind: Any) -> str:
 
 
 API = {
-    "Data frames and runs": ("replayers", "replayers.run"),
+    "Data frames and runs": ("replayers", "replayers.run", "replayers.frames"),
     "Worlds": (
         "workbench.worlds.house",
         "workbench.worlds.world",

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 def record(
     house: Annotated[
-        str, typer.Option("--house", help="FILE:index or a house's .json; default: the first shipped house.")
+        str,
+        typer.Option("--house", help="houses:9 (a shipped one), FILE:INDEX or a house's .json; default: houses:0."),
     ] = "",
     find: Annotated[str, typer.Option("--find", help="Item type to find and bring back to the start.")] = "",
     scenario: Annotated[
@@ -58,8 +59,10 @@ def record(
     """
     from recorders.sinks import LogFiles, Split
     from recorders.trial import Wish, record_trial, trial_for
-    from workbench.errors import OutputExists
+    from workbench.errors import Failed, OutputExists
+    from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
+    from workbench.terminal import patience, say
     from workbench.worlds.assets import assets_for
     from workbench.worlds.procthor import load_house
     from workbench.worlds.shipped import shipped_houses
@@ -72,12 +75,17 @@ def record(
     trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
     split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
     files = None if split.never else LogFiles(output, split=split, force=force)
-    end = record_trial(trial, output, force=force, sink=files)
-    by, parts = resolved_name(strategy), None if files is None else files.parts
+    by = resolved_name(strategy)
+    words = f"{trial.task.title or trial.task.scenario} in {place.plan.name} by {by}, seed {trial.seed}"
+    with patience():
+        end = record_trial(trial, output, force=force, sink=files, begun=None if json else lambda: say(words))
+    parts = None if files is None else files.parts
     if json:
         _emit(trial, by, end, output, parts)
     else:
-        _tell(trial, by, end, output, parts)
+        _tell(end, output, parts)
+    if end.status is RunStatus.PLANNER_FAILED:
+        raise Failed(f"{by} broke: {end.reason}")
 
 
 def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
@@ -102,14 +110,13 @@ def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path]
     )
 
 
-def _tell(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+def _tell(end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
     from workbench.execution.events import RunStatus
     from workbench.terminal import counted, say
 
     looked = counted(end.searches, "container")
-    say(f"{trial.task.title or trial.task.scenario} in {trial.house.plan.name} by {by}, seed {trial.seed}")
     say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
-    if end.status is not RunStatus.DONE:
+    if end.status not in (RunStatus.DONE, RunStatus.PLANNER_FAILED):
         say(f"Why: {end.reason}")
     if parts is None:
         say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")

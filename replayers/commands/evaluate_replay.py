@@ -29,7 +29,12 @@ def replay(
     estimator: Annotated[str, typer.Option("--estimator", help="What the runs believe.")] = "counts",
     worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
     budget: Annotated[
-        int, typer.Option("--budget", min=1, help="Stretches of the loop that the bounds of one replay may take.")
+        int,
+        typer.Option(
+            "--budget",
+            min=1,
+            help="Pieces of run, from one unopened container to the next, that the bounds of one replay may take.",
+        ),
     ] = 400,
     workers: Workers = 1,
     seed: Annotated[int, typer.Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,

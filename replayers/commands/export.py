@@ -55,7 +55,7 @@ def export(
         problems = [{"file": problem.path, "reason": problem.reason} for problem in done.problems]
         emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems})
     for name, count in done.rows.items():
-        say(f"{name}: {count:,} rows")
+        say(f"{name}: {count:,} row{'' if count == 1 else 's'}")
     for problem in done.problems:
         say(f"left out: {problem.reason}")
     if done.problems:

@@ -31,7 +31,7 @@ def cat(
 
         lios log cat run.mcap --topics /search/action
 
-        lios log cat run.mcap -y '/search/.*' -S 10 -E 20 --json | jq .data.cost
+        lios log cat run.mcap -y '/search/(action|outcome)' -S 10 -E 20 --json | jq .data.cost
     """
     import msgspec
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 MANY_TOPICS = 60
 Log = Annotated[Path, typer.Argument(help="A log.")]
 Output = Annotated[Path, typer.Option("-o", "--output", help="The file to make.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace an output that exists.")]
-Json = Annotated[bool, typer.Option("--json", help="For machines, to standard output.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the output.")]
+Json = Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")]
 Include = Annotated[
     list[str] | None, typer.Option("-y", "--include-topic-regex", help="Only topics that match; may be repeated.")
 ]

@@ -46,17 +46,18 @@ def plan(
     """
     from replayers.planning_again import plan_again
     from replayers.run import read
-    from workbench.terminal import emit_json, emit_text
+    from workbench.terminal import emit_json, emit_text, patience
 
-    made = plan_again(
-        read(log),
-        at=at,
-        decision=decision,
-        strategy=strategy,
-        solver=solver,
-        everywhere=everywhere,
-        budget_s=budget,
-    )
+    with patience():
+        made = plan_again(
+            read(log),
+            at=at,
+            decision=decision,
+            strategy=strategy,
+            solver=solver,
+            everywhere=everywhere,
+            budget_s=budget,
+        )
     if output is not None:
         _write(made, output, force=force)
     if json:

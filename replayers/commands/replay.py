@@ -27,7 +27,11 @@ def replay(
         typer.Option("--strategies", "--strategy", "-s", help='Names by comma, "module:Class", or "all".'),
     ] = "all",
     verify: Annotated[
-        bool, typer.Option("--verify", help="Run the recorded strategy again and compare every decision.")
+        bool,
+        typer.Option(
+            "--verify",
+            help="Run the recorded strategy again and compare every decision; --strategies says where yours is.",
+        ),
     ] = False,
     with_truth: Annotated[bool, typer.Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
     output: Annotated[
@@ -41,7 +45,12 @@ def replay(
     ] = "log",
     worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
     budget: Annotated[
-        int, typer.Option("--budget", min=1, help="Stretches of the loop that the bounds of one strategy may take.")
+        int,
+        typer.Option(
+            "--budget",
+            min=1,
+            help="Pieces of run, from one unopened container to the next, that the bounds of one strategy may take.",
+        ),
     ] = 400,
     unique: Annotated[
         bool, typer.Option("--unique", help="Assume no instances beyond those that the log shows.")
@@ -62,7 +71,9 @@ def replay(
             help="With -o, also record the run in worlds that agree with the log: best, worst, drawn (by comma).",
         ),
     ] = "",
-    workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; default: one a core.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", "-j", min=1, help="Processes; default: one a core.")
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
@@ -81,7 +92,7 @@ def replay(
         lios replay run.mcap --verify
     """
     if verify:
-        _verify(logs, json=json)
+        _verify(logs, _recorded_as(strategies), json=json)
         return
     from replayers.batch import LogFailed, Wanted, logs_among, replay_all, strategies_named
     from replayers.bounds import Budget
@@ -136,14 +147,14 @@ def replay(
 def _not_there(names: tuple[str, ...]) -> dict[str, str]:
     """Planners from outside that cannot be loaded, with the reasons; refuses where there is no other."""
     from replayers.sandbox import is_foreign, require_planner, why_not_loaded
-    from workbench.errors import BadValue
+    from workbench.planning.strategies import StrategyNotLoaded
 
     for name in names:
         require_planner(name)
     found = {name: why for name in names if is_foreign(name) and (why := why_not_loaded(name))}
     if len(found) == len(names):
         name, why = next(iter(found.items()))
-        raise BadValue("strategy", name, f"a planner that can be loaded; of this one: {why}")
+        raise StrategyNotLoaded(name, why)
     return found
 
 
@@ -229,6 +240,19 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
     return found
 
 
+def _notes(rows: list[dict[str, Any]]) -> dict[str, tuple[str, ...]]:
+    """Every note, with the names of the logs that it is about."""
+    found: dict[str, dict[str, None]] = {}
+    for row in rows:
+        for note in row.get("notes") or ():
+            found.setdefault(note, {})[Path(row["log"]).name] = None
+    return {note: tuple(logs) for note, logs in found.items()}
+
+
+def _about(logs: tuple[str, ...]) -> str:
+    return f" on {', '.join(logs)}" if len(logs) <= 3 else f" on {len(logs)} logs"
+
+
 def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *, several: bool) -> None:
     from replayers.logged_belief import LEARNS
     from workbench.terminal import emit_table, emit_text, say
@@ -256,9 +280,9 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
             shown = [{k: v for k, v in line.items() if k != column} for line in shown]
     emit_table(shown)
     conditional = any(row.get("if_beliefs_stand") for row in rows)
-    for note in dict.fromkeys(note for row in rows for note in row.get("notes") or ()):
+    for note, logs in _notes(rows).items():
         if conditional or not note.endswith(LEARNS):
-            say(f"note: {note}")
+            say(f"note{_about(logs) if several else ''}: {note}")
     stopped = (f"{row['strategy']}: {row['reason']}" for row in rows if row["status"] not in TOLD_ELSEWHERE)
     for words in dict.fromkeys(stopped):
         say(words)
@@ -325,7 +349,18 @@ def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> l
     return telling_looks(outcomes, files, settings)
 
 
-def _verify(logs: list[Path], *, json: bool) -> None:
+def _recorded_as(strategies: str) -> str:
+    """With --verify, under which name the recorded strategy is found here; empty for that in the log."""
+    from workbench.errors import BadValue
+
+    if strategies == "all":
+        return ""
+    if "," in strategies:
+        raise BadValue("--strategies", strategies, "one name with --verify: that of the recorded strategy")
+    return strategies.strip()
+
+
+def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
     import msgspec
 
     from replayers.batch import logs_among
@@ -336,7 +371,7 @@ def _verify(logs: list[Path], *, json: bool) -> None:
 
     rows: list[dict[str, Any]] = []
     for log in logs_among(logs):
-        answer = verify(read(log, with_truth=True))
+        answer = verify(read(log, with_truth=True), strategy_name=strategy_name)
         rows.append({"log": str(log), **msgspec.to_builtins(answer)})
         if not json:
             end = "" if answer.complete else " (the log is cut off; what it holds was compared)"

@@ -8,7 +8,13 @@ from pathlib import Path
 import pytest
 from console_blocks import ROOT
 
-GENERATED = ("reference/commands.md", "reference/events.md", "reference/api.md", "changelog.md")
+GENERATED = (
+    "reference/commands.md",
+    "reference/tables.md",
+    "reference/events.md",
+    "reference/api.md",
+    "changelog.md",
+)
 _LINK = re.compile(r"(?<!`)!?\[[^\]]*\]\(([^)\s]+)\)|<img[^>]*\ssrc=\"([^\"]+)\"|<a[^>]*\shref=\"([^\"]+)\"")
 _CODE = re.compile(r"^```.*?^```$|`[^`\n]*`", re.MULTILINE | re.DOTALL)
 PAGES = [

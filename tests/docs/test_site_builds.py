@@ -29,3 +29,5 @@ def test_strict_build(tmp_path: Path) -> None:
     assert "cannot be loaded" not in commands
     events = (tmp_path / "site" / "reference" / "events.html").read_text(encoding="utf-8")
     assert "/search/observation" in events
+    tables = (tmp_path / "site" / "reference" / "tables.html").read_text(encoding="utf-8")
+    assert "counter-clockwise from x" in tables

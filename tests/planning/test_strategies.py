@@ -7,12 +7,13 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
-from workbench.errors import BadValue, UnknownName
+from workbench.errors import UnknownName
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategies import (
     STRATEGIES,
     VARIANTS,
     OracleNeedsHouse,
+    StrategyNotLoaded,
     canonical_name,
     strategy,
     strategy_names,
@@ -162,5 +163,5 @@ def test_scout_looks_where_it_stands_when_that_tells_much() -> None:
 
 @pytest.mark.parametrize("name", ["toy:Missing", "no_such_module:Planner"])
 def test_what_cannot_be_imported_is_named_with_why(name: str) -> None:
-    with pytest.raises(BadValue, match=r"a module and class that can be imported: .*(Missing|no_such_module)"):
+    with pytest.raises(StrategyNotLoaded, match=r"cannot be loaded: .*(Missing|no_such_module)"):
         strategy(name)

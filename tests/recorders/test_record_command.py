@@ -231,3 +231,21 @@ def test_goals_that_contradict_each_other_end_with_a_proof(
     assert code == 0
     assert json.loads(out)["status"] == "no-plan"
     assert lios("doctor", log)[0] == 0
+
+
+def test_a_planner_that_breaks_is_a_status_a_whole_log_and_exit_code_1(
+    lios: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "planner_that_raises.py").write_text(
+        'class Mine:\n    name = "mine"\n    def relevant_types(self, task): return ("Mug",)\n'
+        '    def decide(self, view): raise ValueError("out of ideas")\n',
+        encoding="utf-8",
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    log = tmp_path / "run.mcap"
+    code, out, err = lios("record", "--find", "mug", "-s", "planner_that_raises:Mine", "-o", log, "--json")
+    answer = json.loads(out)
+    assert code == 1
+    assert (answer["status"], answer["reason"]) == ("planner-failed", "it raised ValueError: out of ideas")
+    assert err == "lios: planner_that_raises:Mine broke: it raised ValueError: out of ideas\n"
+    assert read(log).complete

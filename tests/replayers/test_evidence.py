@@ -10,7 +10,8 @@ from sample_logs import killed_toy_log
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 from toy_logs import acted, seen, toy_run
 
-from replayers.evidence import evidence_of
+from recorders.spot.site_tasks import session_task
+from replayers.evidence import NothingWasTried, evidence_of
 from replayers.reading_evidence import contents_at_start
 from replayers.run import read
 from workbench.runs.vocabulary import BeliefUpdate, Stamp
@@ -30,6 +31,13 @@ def test_searched_and_known_containers_are_certain_and_the_others_open(tmp_path:
     assert evidence.open == (BED, DESK)
     assert evidence.instances("Mug") == 1
     assert evidence.notes == ()
+
+
+def test_a_session_without_a_task_is_refused(tmp_path: Path) -> None:
+    """Its goal asks for nothing, which every planner has met before the first step."""
+    run = toy_run(tmp_path)
+    with pytest.raises(NothingWasTried, match="nothing to replay"):
+        evidence_of(replace(run, task=session_task()))
 
 
 def test_what_the_robot_put_down_is_not_counted_where_it_put_it() -> None:

@@ -73,7 +73,7 @@ def test_every_column_has_its_type_and_its_description(log: Path):
         table = tables.arrow(name)
         assert table.schema.names == schema.names
         assert table.schema.types == schema.types
-        assert all(b"doc" in (field.metadata or {}) for field in table.schema)
+        assert all((field.metadata or {}).get(b"doc") for field in table.schema)
         frame = getattr(tables, name)
         assert list(frame.columns) == schema.names
         for field in schema:
@@ -96,6 +96,15 @@ def test_a_frame_is_what_arrow_itself_would_make_of_the_table(log: Path):
             pd.testing.assert_frame_equal(frame.drop(columns=empty), theirs.drop(columns=empty))
             assert all(str(frame[n].cat.categories.dtype) == "str" and frame[n].isna().all() for n in empty)
     assert killed.runs["status"].isna().all()
+
+
+def test_a_notebook_shows_a_run_and_its_tables_in_one_line(folder: Path):
+    run = replayers.read(next(iter(sorted(folder.rglob("*.mcap")))))
+    many = replayers.read_many([run.path])
+    assert repr(run).startswith(f"<Run {run.path}: ")
+    assert repr(many) == f"<Tables of 1 log: {', '.join(SCHEMAS)}>"
+    assert repr(run.tables) == repr(many)
+    assert max(len(repr(run)), len(repr(many))) < 400
 
 
 def test_columns_of_a_frame_can_be_changed(log: Path):

@@ -338,3 +338,13 @@ def test_compare_says_on_how_many_logs_a_planner_broke(
     assert (
         "mine broke on 1 of 1 logs; they are left out of its pairs: it raised RuntimeError" in capsys.readouterr().err
     )
+
+
+def test_of_several_logs_a_note_names_those_that_it_is_about(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole, killed = simulated_log(tmp_path / "whole.mcap"), killed_toy_log(tmp_path / "killed.mcap", events=9)
+    assert lios(["replay", str(whole), str(killed), "-s", "opt-greedy", "--worlds", "0"]) == 0
+    assert "note on killed.mcap: the log is cut off: what it holds is replayed\n" in capsys.readouterr().err
+    assert lios(["replay", str(killed), "-s", "opt-greedy", "--worlds", "0"]) == 0
+    assert "note: the log is cut off: what it holds is replayed\n" in capsys.readouterr().err

@@ -11,6 +11,8 @@ from sample_logs import killed_toy_log
 from toy import BED, COUNTER
 from toy_logs import delivered, simulated_log, task_of, toy_run
 
+from replayers.planning_again import plan_again
+from replayers.recorded_strategy import RecordedBySomebodyElse
 from replayers.run import read
 from replayers.verify import verify
 from workbench.errors import Unsupported
@@ -37,6 +39,23 @@ def test_a_log_of_a_strategy_with_another_solver_comes_out_the_same(tmp_path: Pa
     answer = verify(read(path, with_truth=True))
     assert answer.same
     assert answer.decisions > 0
+
+
+def test_a_log_of_ones_own_planner_is_verified_by_the_name_under_which_it_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The log holds what the planner calls itself, rooms-first, which is installed nowhere here."""
+    home = Path(__file__).resolve().parents[2] / "examples" / "own_planner" / "src"
+    monkeypatch.syspath_prepend(home)
+    monkeypatch.chdir(home)
+    run = read(simulated_log(tmp_path / "run.mcap", name="own_planner:RoomsFirst"))
+    run = replace(run, info=msgspec.structs.replace(run.info, strategy="rooms-first"))
+    with pytest.raises(RecordedBySomebodyElse, match=r"rooms-first, is not known here. Name it with --strategy"):
+        verify(run)
+    with pytest.raises(RecordedBySomebodyElse):
+        plan_again(run)
+    assert verify(run, strategy_name="own_planner:RoomsFirst").same
+    assert not verify(run, strategy_name="opt-greedy").same
 
 
 def test_a_skipped_container_is_named(tmp_path: Path) -> None:

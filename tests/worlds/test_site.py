@@ -197,6 +197,7 @@ def test_the_check_finds_what_is_odd(tmp_path: Path) -> None:
     odd = (
         (ROOM + MEASURED)
         .replace("type: Fridge", "type: Frigde")
+        .replace("kind: Kitchen", "kind: Unknown")
         .replace("waypoint: a", "waypoint: b")
         .replace("tags: {7: {item: Mug|1, type: Mug}}", "tags: {}")
         .replace("pose: {x_m: 3.0, y_m: 0.5}", "pose: {x_m: 9.0, y_m: 0.5}")
@@ -207,6 +208,7 @@ def test_the_check_finds_what_is_odd(tmp_path: Path) -> None:
     assert ("warning", "container fridge") in said
     assert ("warning", "container table") in said
     assert ("warning", "tags") in said
+    assert any(where.startswith("room ") for _, where in said)
     assert ("warning", "map") in said
     assert [f.level for f in found] == sorted((f.level for f in found), key=["error", "warning", "note"].index)
 

@@ -8,11 +8,11 @@ whose value is a StrategyFactory, or "module:Class" given where a name is.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import replace
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from types import MappingProxyType
 from typing import TypeVar, cast
 
@@ -36,6 +36,19 @@ class OracleNeedsHouse(Unsupported):
 
     def __init__(self) -> None:
         super().__init__("the oracle knows the house, and no house is given here. Choose another strategy.")
+
+
+class StrategyNotLoaded(Unsupported):
+    """A plug-in or "module:Class" under which no strategy can be made.
+
+    Args:
+        name: as it was asked for.
+        why: what went wrong, without a full stop.
+    """
+
+    def __init__(self, name: str, why: str) -> None:
+        facts = " ".join(why.split())
+        super().__init__(f"strategy {name!r} cannot be loaded: {facts}. Correct the name, or its module.")
 
 
 def _oracle(house: House | None) -> Strategy:
@@ -107,7 +120,7 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
 
     Raises:
         UnknownName: no such strategy or solver; lists the known ones.
-        BadValue: "module:Class" of what cannot be imported.
+        StrategyNotLoaded: a plug-in or "module:Class" that cannot be imported or made.
         OracleNeedsHouse: the oracle without a house.
     """
     base, at, solver_name = name.partition("@")
@@ -119,9 +132,9 @@ def strategy(name: str, *, house: House | None = None) -> Strategy:
         return made(house if known in NEEDS_TRUTH else None)
     for entry in entry_points(group=ENTRY_POINTS):
         if entry.name == name:
-            return _made(name, _loaded(entry))
+            return _from_outside(name, entry.load)
     if ":" in name:
-        return _imported(name)
+        return _from_outside(name, lambda: _imported(name))
     raise UnknownName("strategy", name, (*strategy_names(with_truth=True), *VARIANTS, *ALIASES))
 
 
@@ -183,43 +196,27 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
     return (*ours, *others)
 
 
-def _loaded(entry: EntryPoint) -> object:
-    try:
-        return entry.load()
-    except Exception as error:
-        raise BadValue("strategy", entry.name, f"a plug-in that can be imported: {_said(error)}") from error
-
-
-def _imported(name: str) -> Strategy:
+def _imported(name: str) -> object:
     module, _, attribute = name.partition(":")
-    try:
-        with redirect_stdout(sys.stderr):
-            factory = getattr(import_module(module), attribute)
-    except (Exception, SystemExit) as error:
-        raise BadValue("strategy", name, f"a module and class that can be imported: {_said(error)}") from error
-    return _made(name, factory)
+    return getattr(import_module(module), attribute)
 
 
-def _made(name: str, factory: object) -> Strategy:
+def _from_outside(name: str, load: Callable[[], object]) -> Strategy:
     """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
-    made = factory
     try:
         with redirect_stdout(sys.stderr):
+            factory = made = load()
             if isinstance(factory, type):
                 made = factory()
             elif callable(factory) and not _is_strategy(factory):
                 made = factory(None)
     except (Exception, SystemExit) as error:
-        raise BadValue("strategy", name, f"one that can be made without arguments: {_said(error)}") from error
+        raise StrategyNotLoaded(name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
     if not _is_strategy(made):
-        raise BadValue(f"strategy {name}", made, "something with name, relevant_types(task) and decide(view)")
+        raise StrategyNotLoaded(
+            name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
+        )
     return cast(Strategy, made if isinstance(made, Composed | Scout | Oracle) else Guarded(cast(Strategy, made)))
-
-
-def _said(error: BaseException) -> str:
-    """What an exception says, on one line; its kind where that tells more."""
-    said = " ".join(str(error).split())
-    return said if said and isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {said}"
 
 
 def _is_strategy(thing: object) -> bool:

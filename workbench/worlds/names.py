@@ -62,6 +62,11 @@ def is_container(type_name: str) -> bool:
     return word is not None and word.container
 
 
+def container_types() -> tuple[str, ...]:
+    """The types of furniture that the beliefs were taught, sorted."""
+    return tuple(sorted(name for name, word in vocabulary().items() if word.container))
+
+
 def can_carry(type_name: str) -> bool:
     """Whether a robot's arm can take a thing of this type; yes for a type that the table does not have."""
     word = _nearest_word(type_name)

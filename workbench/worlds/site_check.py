@@ -35,7 +35,7 @@ class SiteFinding:
 
 def check_site(site: Site) -> tuple[SiteFinding, ...]:
     """All findings of a survey, errors first."""
-    found = [*_reach(site), *_containers(site), *_map(site), *_robot_side(site), *_tags(site)]
+    found = [*_reach(site), *_rooms(site), *_containers(site), *_map(site), *_robot_side(site), *_tags(site)]
     return tuple(sorted(found, key=lambda finding: ORDER.index(finding.level)))
 
 
@@ -49,6 +49,17 @@ def _reach(site: Site) -> Iterator[SiteFinding]:
         yield _error(f"container {name}", "cannot be reached from the start", "Correct its pose, or give stand:")
 
 
+def _rooms(site: Site) -> Iterator[SiteFinding]:
+    for room in site.plan.rooms:
+        if room.kind == "Unknown":
+            yield SiteFinding(
+                level="warning",
+                where=f"room {room.id}",
+                what="its kind is Unknown, so the belief knows nothing of it",
+                fix="Say what it is: Kitchen, LivingRoom, Bedroom, Bathroom, or in words of your own",
+            )
+
+
 def _containers(site: Site) -> Iterator[SiteFinding]:
     for container in site.plan.containers:
         where = f"container {container.id}"
@@ -58,7 +69,7 @@ def _containers(site: Site) -> Iterator[SiteFinding]:
                 level="warning",
                 where=where,
                 what=f"type {container.type} {kind}, so the belief knows it by its name only",
-                fix="Use the nearest type of lios houses info, for instance Sofa for a couch",
+                fix="Use the nearest container type, for instance Sofa for a couch",
             )
         if not _inside(site, container.pose, container):
             yield SiteFinding(

@@ -35,6 +35,7 @@ def test_site_check(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert run(["site", "check", "paper_home", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert (answer["containers"], answer["reachable"], answer["errors"]) == (9, 9, 0)
+    assert {"Fridge", "Sofa"} <= set(answer["container_types"])
     assert run(["site", "check", "paper_hom"]) == 2
     assert "paper_home" in capsys.readouterr().err
     (tmp_path / "site.yaml").write_text(
@@ -43,7 +44,9 @@ def test_site_check(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         "travel: {locations: [start], metres: [[0]]}\n"
     )
     assert run(["site", "check", str(tmp_path)]) == 1
-    assert "containers" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "containers" in said
+    assert said.startswith("x: 1 room, 0 containers, 0 tags; ")
 
 
 def test_spot_run_and_what_can_be_done_with_its_log(

@@ -37,7 +37,7 @@ def generate(
     from secrets import randbelow
 
     from workbench.errors import BadValue, OutputExists
-    from workbench.terminal import emit_json, progress, say
+    from workbench.terminal import counted, emit_json, progress, say
     from workbench.worlds.generator import generate_houses, write_houses
     from workbench.worlds.house_files import is_many
 
@@ -54,7 +54,7 @@ def generate(
     if json:
         emit_json({"file": str(output), "houses": written, "seed": chosen, "rooms": rooms, "stocked": stocked})
     else:
-        say(f"{written} houses in {output}, seed {chosen}. Next: lios houses info {output}:0")
+        say(f"{counted(written, 'house')} in {output}, seed {chosen}. Next: lios houses info {output}:0")
 
 
 def info(

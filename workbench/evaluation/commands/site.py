@@ -26,7 +26,8 @@ def check(
     from dataclasses import asdict
 
     from workbench.errors import Failed
-    from workbench.terminal import emit_json, emit_table, emit_text, say
+    from workbench.terminal import counted, emit_json, emit_table, emit_text, say
+    from workbench.worlds.names import container_types
     from workbench.worlds.site import load_site
     from workbench.worlds.site_check import check_site
 
@@ -45,17 +46,21 @@ def check(
                 "travel": place.travel_source,
                 "errors": errors,
                 "findings": [asdict(finding) for finding in findings],
+                "container_types": list(container_types()),
             }
         )
     else:
         metres = place.travel.metres
         emit_text(
-            f"{place.name}: {len(place.plan.rooms)} rooms, {len(place.plan.containers)} containers, "
-            f"{len(place.tags)} tags; {len(place.travel.locations) - 1} containers reachable, "
+            f"{place.name}: {counted(len(place.plan.rooms), 'room')}, "
+            f"{counted(len(place.plan.containers), 'container')}, {counted(len(place.tags), 'tag')}; "
+            f"{counted(len(place.travel.locations) - 1, 'container')} reachable, "
             f"at most {metres.max() if metres.size else 0:.1f} m apart ({place.travel_source})"
         )
         if findings:
             emit_table([asdict(finding) for finding in findings], columns=("level", "where", "what", "fix"))
+            if any("container type" in finding.fix for finding in findings):
+                say(f"Container types: {', '.join(container_types())}.")
         else:
             say("Nothing is missing.")
     if errors:

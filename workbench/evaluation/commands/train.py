@@ -22,7 +22,9 @@ def train(
     estimator: Annotated[
         str, typer.Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
     ] = "best",
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The weights file to write.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The weights file to write; default: ESTIMATOR.safetensors.")
+    ] = None,
     encoder: Annotated[
         str, typer.Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
     ] = "all-MiniLM-L6-v2",
