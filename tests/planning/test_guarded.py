@@ -20,7 +20,7 @@ def _found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _recorded(name: str, folder: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict[str, object]:
-    words = ["record", *(more or ("--find", "mug")), "-s", f"misbehaving:{name}", "--estimator", "counts"]
+    words = ["record", *(more or ("--find", "mug")), "-s", f"unruly:{name}", "--estimator", "counts"]
     code = run([*words, "-o", str(folder / "run.mcap"), "--json"])
     said = capsys.readouterr()
     answer = json.loads(said.out)
@@ -70,7 +70,7 @@ def test_what_it_prints_is_not_in_the_answer(tmp_path: Path, capsys: pytest.Capt
 
 @pytest.mark.parametrize("name", ["CannotBeMade", "WantsMore"])
 def test_one_that_cannot_be_made_is_bad_input(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code = run(["record", "--find", "mug", "-s", f"misbehaving:{name}", "-o", str(tmp_path / "run.mcap")])
+    code = run(["record", "--find", "mug", "-s", f"unruly:{name}", "-o", str(tmp_path / "run.mcap")])
     assert code == 2
     assert "cannot be loaded" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
