@@ -20,8 +20,6 @@ from workbench.worlds.names import readable_name
 
 SEARCH_TRIALS, SEARCH_TABLE = "trials.csv", "search.json"
 SEARCH_COLUMNS = ("house", "item_type", "policy", "cost", "searches")
-UNDECIDED = "undetermined"
-"""How a replay ends that its log does not decide. What it had spent by then is not what it costs."""
 NO_LOG = -1
 """Index of a trial that was not recorded."""
 
@@ -108,7 +106,7 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
                 seed=row.seed or 0,
                 source=row.source,
                 outcome=row.status or "cut off",
-                cost=row.cost if row.status != UNDECIDED else None,
+                cost=row.cost,
                 searches=row.searches,
             )
         )

@@ -18,12 +18,15 @@ from replayers.log_paths import shown
 from workbench.cache import cache_folder
 from workbench.errors import LiosError
 
-LIST_VERSION = 1
+LIST_VERSION = 2
 STAT_WORKERS = 8
+UNDECIDED = "undetermined"
+"""How a replay ends that its log does not decide. What it had spent by then is not what it costs."""
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
-    """One log. problem says why it could not be read; cost and status are missing where it has no outcome."""
+    """One log. problem says why it could not be read; status is missing where it has no outcome, cost there too, and
+    where a replay is undecided."""
 
     file: str
     place: str = ""
@@ -95,7 +98,7 @@ def row_of(path: Path) -> Row:
         estimator=info.estimator if info else "",
         seed=info.seed if info else None,
         status=outcome.get("status", ""),
-        cost=_number(outcome.get("cost")),
+        cost=None if outcome.get("status") == UNDECIDED else _number(outcome.get("cost")),
         searches=_whole(outcome.get("searches")),
         duration_s=round(found.duration_s, 3),
         messages=found.index.messages,

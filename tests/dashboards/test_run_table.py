@@ -149,7 +149,7 @@ def test_what_an_undecided_replay_had_spent_is_not_its_cost(tmp_path: Path, monk
     from replayers import listing
 
     done = listing.Row(file="a.mcap", strategy="lios", status="done", cost=10.0)
-    open_ended = listing.Row(file="b.mcap", strategy="greedy", status="undetermined", cost=1.6, source="replay")
+    open_ended = listing.Row(file="b.mcap", strategy="greedy", status="undetermined", source="replay")
     monkeypatch.setattr(listing, "rows_of", lambda *_, **__: [done, open_ended])
     rows, _ = log_rows([tmp_path / "a.mcap", tmp_path / "b.mcap"], folder=None)
     assert [row.cost for row in rows] == [10.0, None]

@@ -258,3 +258,16 @@ def test_info_tells_of_logs_that_are_whole_and_of_those_that_are_not(
     assert cli.run(["info", str(folder / "killed.mcap")]) == 0
     assert "not closed" in capsys.readouterr().out
     assert cli.run(["info", str(folder / "broken.mcap")]) == 2
+
+
+def test_what_an_undecided_replay_had_spent_is_not_listed_as_its_cost(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = Path(__file__).resolve().parents[2] / "logs"
+    words = ["replay", str(logs / "find-conditioned-lios.mcap"), "-s", "opt-greedy,conditioned-lios"]
+    assert cli.run([*words, "-o", str(tmp_path)]) == 0
+    capsys.readouterr()
+    assert cli.run(["list", str(tmp_path), "--json"]) == 0
+    listed = {row["strategy"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
+    assert (listed["opt-greedy"]["status"], listed["opt-greedy"]["cost"]) == ("undetermined", None)
+    assert listed["conditioned-lios"]["cost"] == pytest.approx(30.95, abs=0.01)
