@@ -8,11 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from workbench.errors import Failed, FileMissing, InputError, OutputExists, WrongKind
-
-try:
-    import fcntl
-except ImportError:  # not on Windows
-    fcntl = None
+from workbench.file_lock import locked
 
 
 class CannotCreate(Failed):
@@ -108,12 +104,6 @@ def reserve(stream: BinaryIO, path: Path) -> None:
     Raises:
         BeingWritten: another one was first.
     """
-    if fcntl is None:
-        return
-    try:
-        fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not locked(stream):
         stream.close()
-        raise BeingWritten(path) from None
-    except OSError:
-        pass  # a network disk without locks
+        raise BeingWritten(path)

@@ -22,8 +22,9 @@ from types import MappingProxyType
 from typing import Any, Self, final
 
 from workbench.errors import UnknownName
+from workbench.planning.guarded import raised, what_is_wrong
 from workbench.planning.plans import Plan, PlanStatus
-from workbench.planning.strategies import ENTRY_POINTS, StrategyNotLoaded, canonical_name, strategy_names
+from workbench.planning.strategies import ENTRY_POINTS, StrategyNotLoaded, canonical_name, is_strategy, strategy_names
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.worlds.house import ItemType
@@ -136,9 +137,9 @@ class Sandboxed:
 
     def decide(self, view: View) -> Decision:
         kind, answer = self._ask("decide", view, self._timeout_s)
-        if kind == "ok" and isinstance(answer, Decision):
+        why = str(answer) if kind != "ok" else what_is_wrong(answer)
+        if not why:
             return answer
-        why = str(answer) if kind != "ok" else f"it returned {type(answer).__name__} instead of a Decision"
         return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=why, solver=self._name))
 
     def close(self) -> None:
@@ -242,7 +243,7 @@ def _tried(ask: Callable[[], object]) -> tuple[str, object]:
     except AskedForTruth as error:
         return "cheated", str(error)
     except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
-        return "raised", f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+        return "raised", raised(error)
 
 
 def load_foreign(spec: str) -> Strategy:
@@ -258,9 +259,9 @@ def load_foreign(spec: str) -> Strategy:
     else:
         module, _, attribute = spec.partition(":")
         made = getattr(import_module(module), attribute)
-    if isinstance(made, type) or not _complete(made):
+    if isinstance(made, type) or not is_strategy(made):
         made = _make(made)
-    if not _complete(made):
+    if not is_strategy(made):
         raise TypeError(
             f"{spec} is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
         )
@@ -274,9 +275,3 @@ def _make(factory: Any) -> Any:
     except (TypeError, AttributeError, ValueError, KeyError):
         made = factory(HiddenTruth())
         return made
-
-
-def _complete(thing: Any) -> bool:
-    return isinstance(getattr(thing, "name", None), str) and all(
-        callable(getattr(thing, method, None)) for method in ("relevant_types", "decide")
-    )

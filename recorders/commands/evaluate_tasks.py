@@ -180,12 +180,11 @@ def _show_cells(chosen: list[tuple[str, str]], planned: Plan, *, json: bool) -> 
 
 
 def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dict[str, Any]:
-    from workbench.evaluation.splits import part_taken
     from workbench.evaluation.task_table import pairs, table
 
     return {
         "houses": request.houses,
-        "split": f"train, {request.folds} folds" if request.folds else part_taken(request.houses, request.split),
+        "split": request.met,
         "also": list(request.also),
         "assets": request.assets or None,
         "seed": request.seed,

@@ -72,6 +72,11 @@ class Dies(Behaves):
         os._exit(3)
 
 
+class CostsNoNumber(Behaves):
+    def decide(self, view: View) -> Decision:
+        return Decision(plan=Plan(status=PlanStatus.SOLVED, steps=(), cost=float("nan")))
+
+
 class AnswersNonsense(Behaves):
     def decide(self, view: View) -> Any:
         return "go left"

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
 from workbench.beliefs.estimators import estimator
-from workbench.beliefs.training import TRAINERS, train
+from workbench.beliefs.training import TRAINERS
 from workbench.evaluation.belief_quality import Judged, judge
 from workbench.evaluation.belief_report import BeliefReport, BeliefRequest, belief_seconds, report_of
-from workbench.evaluation.fold_weights import Folds, Watched, deal, require_trainable
+from workbench.evaluation.fold_weights import Folds, Watched, deal, require_trainable, trained
 from workbench.worlds.shipped import shipped_houses
 
 
@@ -27,18 +24,15 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
     require_trainable(names)
     dealt = deal(request.houses or shipped_houses(), folds, assets=request.assets, seed=request.seed)
-    judged: dict[str, dict[int, list[Judged]]] = {name: {} for name in names}
+    judged: dict[str, list[Judged]] = {name: [] for name in names}
     seconds: dict[str, float] = {}
-    with TemporaryDirectory() as temporary:
-        for name, fold in watched([(name, fold) for name in names for fold in range(folds.count)]):
-            weights = train(name, dealt.lesson(fold), Path(temporary) / f"{name}-{fold}.safetensors")
-            trained, tested = estimator(name, weights=weights.path), dealt.fold(fold)
-            judged[name][fold] = judge(trained, tested, seen_share=request.seen_share, seed=request.seed + fold)
-            seconds[name] = belief_seconds(trained, tested)
-    flat = {
-        name: [query for fold in range(folds.count) for query in by_fold[fold]] for name, by_fold in judged.items()
-    }
+    with trained(names, dealt, None, watched=watched) as believers:
+        for name in names:
+            for fold, weights in enumerate(believers.weights[name]):
+                chosen, tested = estimator(weights), dealt.fold(fold)
+                judged[name] += judge(chosen, tested, seen_share=request.seen_share, seed=request.seed + fold)
+                seconds[name] = belief_seconds(chosen, tested)
     identities = {name: f"{name}, {folds.count} folds" for name in names}
-    report = report_of(request, flat, identities, seconds, houses=len(dealt.own.houses))
-    report.answer.update({"split": f"train, {folds.count} folds", "also": [str(p) for p in folds.also]})
+    report = report_of(request, judged, identities, seconds, houses=len(dealt.own.houses))
+    report.answer.update({"split": folds.split, "also": [str(p) for p in folds.also]})
     return report

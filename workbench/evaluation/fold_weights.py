@@ -50,6 +50,11 @@ class Folds:
         if self.count < 2:
             raise BadValue("--folds", self.count, "at least 2")
 
+    @property
+    def split(self) -> str:
+        """Which houses are met, in words."""
+        return f"train, {self.count} folds"
+
 
 def folds_asked(count: int | None, also: Sequence[Path] | None) -> Folds | None:
     """What --folds and --also ask for; None without folds.

@@ -93,7 +93,7 @@ class SearchRequest:
     @property
     def split(self) -> str:
         """Which houses are met, in words."""
-        return part_taken(self.file, self.part) if self.folds is None else f"train, {self.folds.count} folds"
+        return part_taken(self.file, self.part) if self.folds is None else self.folds.split
 
     @cached_property
     def dealt(self) -> Dealt | None:

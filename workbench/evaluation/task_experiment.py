@@ -15,7 +15,7 @@ from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Unsupported
 from workbench.evaluation.cell_filter import CellFilter, cell_filter
 from workbench.evaluation.fold_weights import Believers, Dealt, Folds, deal, require_trainable
-from workbench.evaluation.splits import split_indices
+from workbench.evaluation.splits import part_taken, split_indices
 from workbench.evaluation.task_rows import TaskRow
 from workbench.evaluation.task_trials import Tap, TrialKey, supported_houses, trial_keys
 from workbench.evaluation.task_workers import Unit
@@ -49,11 +49,21 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     folds: int = 0
     also: tuple[str, ...] = ()
 
+    @property
+    def dealt_as(self) -> Folds | None:
+        """How the houses are dealt; None without folds."""
+        return Folds(count=self.folds, also=tuple(Path(path) for path in self.also)) if self.folds else None
+
+    @property
+    def met(self) -> str:
+        """Which houses are met, in words."""
+        return self.dealt_as.split if self.dealt_as else part_taken(self.houses, self.split)
+
     def dealt(self) -> Dealt | None:
         """The houses in folds; None without folds. Raises InputError as deal does."""
-        if not self.folds:
+        folds = self.dealt_as
+        if folds is None:
             return None
-        folds = Folds(count=self.folds, also=tuple(Path(path) for path in self.also))
         assets = Path(self.assets) if self.assets else None
         return deal(Path(self.houses), folds, assets=assets, seed=self.seed)
 
@@ -90,7 +100,7 @@ class NoHouse(Unsupported):
 
     def __init__(self, request: TaskRequest) -> None:
         super().__init__(
-            f"no house of {request.houses} ({request.split}) supports {', '.join(request.scenarios)}. "
+            f"no house of {request.houses} ({request.met}) supports {', '.join(request.scenarios)}. "
             "Give other houses, another --split or other --scenarios."
         )
 
@@ -137,7 +147,8 @@ def plan_trials(request: TaskRequest, dealt: Dealt | None = None) -> Plan:
     if dealt is None:
         indices = split_indices(path, request.split, houses=count)
     else:
-        indices = tuple(k for k in range(count) if house_name(path, k) in dealt.fold_of())
+        judged = dealt.fold_of()
+        indices = tuple(k for k in range(count) if house_name(path, k) in judged)
     if not indices:
         raise BadValue("houses", f"{path} ({request.split})", "a file with houses in that split")
     keys: list[TrialKey] = []

@@ -15,11 +15,7 @@ import msgspec
 from workbench.errors import InputError, MalformedFile
 from workbench.evaluation.task_experiment import TaskRequest
 from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
-
-try:
-    import fcntl
-except ImportError:  # not every system has it
-    fcntl = None
+from workbench.file_lock import locked
 
 LOCK_FILE = ".lock"
 
@@ -98,14 +94,9 @@ class TrialStore:
 def _reserved(folder: Path) -> BinaryIO:
     """Keeps other evaluations away until it is closed, where the system and the disk can."""
     lock = (folder / LOCK_FILE).open("ab")
-    if fcntl is not None:
-        try:
-            fcntl.flock(lock.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            lock.close()
-            raise BeingEvaluated(folder) from None
-        except OSError:
-            pass  # a network disk without locks
+    if not locked(lock):
+        lock.close()
+        raise BeingEvaluated(folder)
     return lock
 
 

@@ -10,9 +10,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from workbench.planning.errand_codes import FloatArray
 
 MOST_MENDED = 200
 """Errands beyond which, and moves after which, the order is left as it is."""

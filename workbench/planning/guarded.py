@@ -16,15 +16,13 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from types import FrameType
-from typing import Any, TypeVar, cast, final
+from typing import Any, cast, final
 
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Alternative, Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.worlds.house import ItemType
-
-T = TypeVar("T")
 
 LONGEST_S = 86_400.0
 LOG = logging.getLogger("lios")
@@ -58,8 +56,9 @@ class Guarded:
         except _TooLate:
             self.why = f"it did not say within {task.budget_s:g} s which item types matter"
             return ()
-        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
-            self.why = _raised(error)
+        except (Exception, SystemExit) as error:
+            LOG.debug("a strategy raised", exc_info=error)
+            self.why = raised(error)
             return ()
         if not _are(types, str):
             self.why = f"its relevant_types are {_kind(types)}, not a tuple of item types"
@@ -75,8 +74,9 @@ class Guarded:
         except _TooLate:
             why = f"{self.name} made no decision within the planning budget"
             return _without_plan(PlanStatus.TIMED_OUT, why, self.name)
-        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
-            return _without_plan(PlanStatus.SOLVER_FAILED, _raised(error), self.name)
+        except (Exception, SystemExit) as error:
+            LOG.debug("a strategy raised", exc_info=error)
+            return _without_plan(PlanStatus.SOLVER_FAILED, raised(error), self.name)
         wrong = what_is_wrong(made)
         if wrong:
             return _without_plan(PlanStatus.SOLVER_FAILED, wrong, self.name)
@@ -86,7 +86,7 @@ class Guarded:
 def what_is_wrong(made: object) -> str:
     """Why an answer is no decision that can be walked and recorded; empty when it is one."""
     if not isinstance(made, Decision):
-        return f"it returned {_kind(made)} instead of a Decision"
+        return f"it returned {'nothing' if made is None else type(made).__name__} instead of a Decision"
     plan = made.plan
     if not _is(plan, Plan):
         return f"its plan is {_kind(plan)}, not a Plan"
@@ -134,8 +134,8 @@ def _kind(thing: object) -> str:
     return "nothing" if thing is None else f"of type {type(thing).__name__}"
 
 
-def _raised(error: BaseException) -> str:
-    LOG.debug("a strategy raised", exc_info=error)
+def raised(error: BaseException) -> str:
+    """What a stranger's code raised, on one line."""
     return f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
 
 

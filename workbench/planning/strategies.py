@@ -208,17 +208,18 @@ def _from_outside(name: str, load: Callable[[], object]) -> Strategy:
             factory = made = load()
             if isinstance(factory, type):
                 made = factory()
-            elif callable(factory) and not _is_strategy(factory):
+            elif callable(factory) and not is_strategy(factory):
                 made = factory(None)
     except (Exception, SystemExit) as error:
         raise StrategyNotLoaded(name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
-    if not _is_strategy(made):
+    if not is_strategy(made):
         raise StrategyNotLoaded(
             name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
         )
     return cast(Strategy, made if isinstance(made, Composed | Scout | Oracle) else Guarded(cast(Strategy, made)))
 
 
-def _is_strategy(thing: object) -> bool:
+def is_strategy(thing: object) -> bool:
+    """Whether a thing has what a strategy has: a name, relevant_types(task) and decide(view)."""
     named = isinstance(getattr(thing, "name", None), str)
     return named and all(callable(getattr(thing, method, None)) for method in ("relevant_types", "decide"))
