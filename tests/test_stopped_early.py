@@ -22,9 +22,9 @@ class Interrupted:
             raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("module", ["workbench.cli", "typer"])
+@pytest.mark.parametrize("module", ["workbench.cli", "click"])
 def test_stopped_during_its_imports(module: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    for name in ("workbench.cli", "typer"):
+    for name in ("workbench.cli", "click"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "meta_path", [Interrupted(module), *sys.meta_path])
     with pytest.raises(SystemExit) as stopped:

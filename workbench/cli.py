@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import inspect
 import logging
-import math
 import os
 import sys
 from contextlib import ExitStack
@@ -17,11 +16,11 @@ from pathlib import Path
 from typing import Any, TextIO
 
 import click
-import typer
 from click.shell_completion import get_completion_class
 
 from workbench import __version__
 from workbench.errors import LiosError, WrongKind
+from workbench.parameters import command_of
 from workbench.terminal import emit_text, say
 
 PANELS: dict[str, tuple[str, ...]] = {
@@ -139,44 +138,9 @@ def _load(name: str, entry: EntryPoint) -> click.Command:
             raise click.ClickException(f"this command cannot be loaded: {reason}")
 
         return click.Command(name, callback=unavailable, help="(cannot be loaded here)")
-    app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    app.command(name=name, help=_examples_unwrapped(inspect.getdoc(function) or ""))(function)
-    command = typer.main.get_command(app)
-    for param in command.params:
-        param.type = _of_plain_numbers(param)
-    return command
-
-
-class _Finite(click.types.FloatParamType):
-    """A number that is one: nan passes every comparison, and so every range."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        return _finite(super().convert(value, param, ctx), param, ctx)
-
-
-class _FiniteRange(click.FloatRange):
-    """The same within a range."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        return _finite(super().convert(value, param, ctx), param, ctx)
-
-
-def _finite(number: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
-    if not math.isfinite(number):
-        raise click.BadParameter(f"{number} is not a finite number.", ctx, param)
-    return number
-
-
-def _of_plain_numbers(param: click.Parameter) -> click.ParamType[Any]:
-    """The type of a parameter, of which neither nan nor inf is one, nor, for a seed, a number below 0."""
-    kind = param.type
-    if isinstance(kind, click.FloatRange):
-        return _FiniteRange(kind.min, kind.max, kind.min_open, kind.max_open, kind.clamp)
-    if isinstance(kind, click.types.FloatParamType):
-        return _Finite()
-    if param.name == "seed":
-        return click.IntRange(min=0)
-    return kind
+    if isinstance(function, click.Command):
+        return function
+    return command_of(name, function, help=_examples_unwrapped(inspect.getdoc(function) or ""))
 
 
 def _examples_unwrapped(text: str) -> str:

@@ -1,7 +1,7 @@
 """Which options do several commands share? Each has one name, one meaning and one sentence of help, told here.
 
 A command takes what it needs as an annotation: `houses: Houses = None`. It imports this at run time, not for types
-alone, since typer reads annotations when the command is built.
+alone, since annotations are read when the command is built.
 """
 
 from __future__ import annotations
@@ -9,29 +9,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from workbench.parameters import Option
 
 Houses = Annotated[
-    Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
+    Path | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
 ]
 Split = Annotated[
-    str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+    str, Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
 ]
-Assets = Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")]
+Assets = Annotated[Path | None, Option("--assets", help="Asset table (CSV) with exact sizes.")]
 AssetsOrBeside = Annotated[
     Path | None,
-    typer.Option("--assets", help="Asset table (CSV) with exact sizes; default: asset_sizes.csv beside the houses."),
+    Option("--assets", help="Asset table (CSV) with exact sizes; default: asset_sizes.csv beside the houses."),
 ]
 FoldCount = Annotated[
     int | None,
-    typer.Option("--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."),
+    Option("--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."),
 ]
 AlsoLearnt = Annotated[
     list[Path] | None,
-    typer.Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
+    Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
 ]
-Workers = Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")]
-RecordTrials = Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the output.")]
-Json = Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")]
+Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on this machine.")]
+RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
+DryRun = Annotated[bool, Option("--dry-run", help="Say what would be run, and stop.")]
+Force = Annotated[bool, Option("--force", help="Replace the output.")]
+Json = Annotated[bool, Option("--json", help="Answer as JSON on standard output.")]

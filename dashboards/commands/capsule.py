@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.options import Force, Json
+from workbench.parameters import Argument, Option
 
 
 def capsule(
-    logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The HTML file to write.")] = Path("run.html"),
+    logs: Annotated[list[Path], Argument(help="Logs of one task; the first is in focus.")],
+    output: Annotated[Path, Option("-o", "--output", help="The HTML file to write.")] = Path("run.html"),
     force: Force = False,
     as_json: Json = False,
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from replayers.batch import Outcome
@@ -15,14 +15,10 @@ HOUSE, ITEM = 9, "mug"
 
 
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and its replays.")] = Path(
-        "demo"
-    ),
-    no_view: Annotated[bool, typer.Option("--no-view", help="Do not open the dashboard at the end.")] = False,
-    port: Annotated[int, typer.Option("--port", help="The dashboard's port; 0 takes any free one.")] = 8080,
-    json: Annotated[
-        bool, typer.Option("--json", help="Answer as JSON on standard output; opens no dashboard.")
-    ] = False,
+    output: Annotated[Path, Option("--output", "-o", help="Folder for the log and its replays.")] = Path("demo"),
+    no_view: Annotated[bool, Option("--no-view", help="Do not open the dashboard at the end.")] = False,
+    port: Annotated[int, Option("--port", help="The dashboard's port; 0 takes any free one.")] = 8080,
+    json: Annotated[bool, Option("--json", help="Answer as JSON on standard output; opens no dashboard.")] = False,
 ) -> None:
     """Record a search, replay every strategy over it, compare, and open the dashboard.
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.options import Force, Json
+from workbench.parameters import Argument, Option
 
 
 def figures(
-    logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
+    logs: Annotated[list[Path], Argument(help="Logs of one task; the first is in focus.")],
+    output: Annotated[Path, Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
     format_: Annotated[
-        list[str] | None, typer.Option("--format", help="pdf, svg or png; again for more; default: pdf and png.")
+        list[str] | None, Option("--format", help="pdf, svg or png; again for more; default: pdf and png.")
     ] = None,
     force: Force = False,
     as_json: Json = False,

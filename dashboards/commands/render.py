@@ -5,25 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.options import Force, Json
+from workbench.parameters import Argument, Option
 
 
 def render(
-    logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The .png or .mp4 to write.")] = Path("frame.png"),
-    at: Annotated[float, typer.Option(help="Seconds after the start; for a film, where it begins.")] = 0.0,
-    video: Annotated[bool, typer.Option("--video", help="A film (MP4) instead of a picture.")] = False,
-    until: Annotated[float | None, typer.Option(help="Where a film ends, in seconds after the start.")] = None,
-    speed: Annotated[float, typer.Option(help="Seconds of the run in one second of the film.")] = 4.0,
-    fps: Annotated[int, typer.Option(help="Frames a second of a film.")] = 24,
-    width: Annotated[int, typer.Option(help="Width in pixels.")] = 1280,
-    height: Annotated[int, typer.Option(help="Height in pixels.")] = 720,
-    from_above: Annotated[bool, typer.Option("--from-above", help="Look straight down.")] = False,
-    follow_robot: Annotated[bool, typer.Option("--follow-robot", help="Look from behind the robot.")] = False,
-    walls: Annotated[str, typer.Option(help="cut, whole or none.")] = "cut",
-    caption: Annotated[bool, typer.Option("--caption/--no-caption", help="Say what is shown.")] = True,
+    logs: Annotated[list[Path], Argument(help="Logs of one task; the first is in focus.")],
+    output: Annotated[Path, Option("-o", "--output", help="The .png or .mp4 to write.")] = Path("frame.png"),
+    at: Annotated[float, Option(help="Seconds after the start; for a film, where it begins.")] = 0.0,
+    video: Annotated[bool, Option("--video", help="A film (MP4) instead of a picture.")] = False,
+    until: Annotated[float | None, Option(help="Where a film ends, in seconds after the start.")] = None,
+    speed: Annotated[float, Option(help="Seconds of the run in one second of the film.")] = 4.0,
+    fps: Annotated[int, Option(help="Frames a second of a film.")] = 24,
+    width: Annotated[int, Option(help="Width in pixels.")] = 1280,
+    height: Annotated[int, Option(help="Height in pixels.")] = 720,
+    from_above: Annotated[bool, Option("--from-above", help="Look straight down.")] = False,
+    follow_robot: Annotated[bool, Option("--follow-robot", help="Look from behind the robot.")] = False,
+    walls: Annotated[str, Option(help="cut, whole or none.")] = "cut",
+    caption: Annotated[bool, Option("--caption/--no-caption", help="Say what is shown.")] = True,
     force: Force = False,
     as_json: Json = False,
 ) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Argument
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(help="The output folder of lios evaluate tasks.")],
+    folder: Annotated[Path, Argument(help="The output folder of lios evaluate tasks.")],
     as_json: Json = False,
 ) -> None:
     """Make an HTML page and PNG and PDF figures of an evaluation of tasks.

@@ -5,15 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from workbench.parameters import Argument, Option
 
 
 def view(
-    logs: Annotated[list[Path], typer.Argument(help="Logs of one task to lay over each other, or a folder of logs.")],
-    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes any free one.")] = 8080,
-    host: Annotated[str, typer.Option(help="Address to listen on; only this machine by default.")] = "127.0.0.1",
-    at: Annotated[float, typer.Option(help="Seconds after the start to show first.")] = 0.0,
-    follow: Annotated[bool, typer.Option("--follow", help="Show a run while it is being recorded.")] = False,
+    logs: Annotated[list[Path], Argument(help="Logs of one task to lay over each other, or a folder of logs.")],
+    port: Annotated[int, Option(help="Port to listen on; 0 takes any free one.")] = 8080,
+    host: Annotated[str, Option(help="Address to listen on; only this machine by default.")] = "127.0.0.1",
+    at: Annotated[float, Option(help="Seconds after the start to show first.")] = 0.0,
+    follow: Annotated[bool, Option("--follow", help="Show a run while it is being recorded.")] = False,
 ) -> None:
     """Look at runs in 3D in a browser.
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import (
     AlsoLearnt,
     AssetsOrBeside,
@@ -18,6 +16,7 @@ from workbench.options import (
     Split,
     Workers,
 )
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.evaluation.search_report import SearchReport
@@ -26,31 +25,29 @@ if TYPE_CHECKING:
 def search(
     houses: Houses = None,
     policies: Annotated[
-        str, typer.Option("--policies", "-p", help="all, or names separated by commas; module:function is one's own.")
+        str, Option("--policies", "-p", help="all, or names separated by commas; module:function is one's own.")
     ] = "all",
     queries: Annotated[
-        str, typer.Option("--queries", help="all pairs of house and item type, or how many to draw.")
+        str, Option("--queries", help="all pairs of house and item type, or how many to draw.")
     ] = "all",
     part: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    estimator: Annotated[str, typer.Option("--estimator", help="What the policies believe.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="What the policies believe.")] = "best",
     paper_estimator: Annotated[
-        str, typer.Option("--paper-estimator", help="What the paper's policy, lios, believes.")
+        str, Option("--paper-estimator", help="What the paper's policy, lios, believes.")
     ] = "fcnn",
-    look: Annotated[
-        float, typer.Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")
-    ] = 0.0,
+    look: Annotated[float, Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")] = 0.0,
     workers: Workers = 1,
-    seed: Annotated[int, typer.Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="A folder for the table, the trials and the figures.")
+        Path | None, Option("--output", "-o", help="A folder for the table, the trials and the figures.")
     ] = None,
     record: RecordTrials = False,
-    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Draw figures into OUTPUT.")] = True,
+    figures: Annotated[bool, Option("--figures/--no-figures", help="Draw figures into OUTPUT.")] = True,
     dry_run: DryRun = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace files in the output folder.")] = False,
     json: Json = False,
 ) -> None:
     """Measure search policies: the paper's object-search experiment.

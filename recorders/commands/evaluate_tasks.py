@@ -8,8 +8,6 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
-
 from workbench.options import (
     AlsoLearnt,
     AssetsOrBeside,
@@ -21,6 +19,7 @@ from workbench.options import (
     Split,
     Workers,
 )
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.evaluation.cell_filter import CellFilter
@@ -33,35 +32,35 @@ if TYPE_CHECKING:
 def tasks(
     houses: Houses = None,
     scenarios: Annotated[
-        str, typer.Option("--scenarios", help="all (the paper's five), or names: deliver-N, any-of-N, FILE.yaml, ...")
+        str, Option("--scenarios", help="all (the paper's five), or names: deliver-N, any-of-N, FILE.yaml, ...")
     ] = "all",
     strategies: Annotated[
-        str, typer.Option("--strategies", "-s", help="all, paper, or names; module:Class and NAME@SOLVER too.")
+        str, Option("--strategies", "-s", help="all, paper, or names; module:Class and NAME@SOLVER too.")
     ] = "all",
     cells: Annotated[
         str,
-        typer.Option("-k", help='Only these cells, as pytest -k: "deliver and not greedy", "coffee or breakfast".'),
+        Option("-k", help='Only these cells, as pytest -k: "deliver and not greedy", "coffee or breakfast".'),
     ] = "",
-    trials: Annotated[int, typer.Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
+    trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
     workers: Workers = 1,
     scheduler: Annotated[
-        str, typer.Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
+        str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
     ] = "",
     split: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    estimator: Annotated[str, typer.Option("--estimator", help="What our strategies believe.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="What our strategies believe.")] = "best",
     paper_estimator: Annotated[
-        str, typer.Option("--paper-estimator", help="What the paper's five strategies believe.")
+        str, Option("--paper-estimator", help="What the paper's five strategies believe.")
     ] = "fcnn",
-    seed: Annotated[int, typer.Option("--seed", help="Of houses, tasks, starts and the bootstrap.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Of houses, tasks, starts and the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
     record: RecordTrials = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="A folder for the trials and the table; resumable.")
+        Path | None, Option("--output", "-o", help="A folder for the trials and the table; resumable.")
     ] = None,
     dry_run: DryRun = False,
-    force: Annotated[bool, typer.Option("--force", help="Begin again in a folder that holds trials.")] = False,
+    force: Annotated[bool, Option("--force", help="Begin again in a folder that holds trials.")] = False,
     json: Json = False,
 ) -> None:
     """Measure strategies on tasks: the paper's table of five scenarios.

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from workbench.options import AssetsOrBeside
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from recorders.trial import Trial
@@ -18,36 +17,32 @@ if TYPE_CHECKING:
 def record(
     house: Annotated[
         str,
-        typer.Option("--house", help="houses:9 (a shipped one), FILE:INDEX or a house's .json; default: houses:0."),
+        Option("--house", help="houses:9 (a shipped one), FILE:INDEX or a house's .json; default: houses:0."),
     ] = "",
-    find: Annotated[str, typer.Option("--find", help="Item type to find and bring back to the start.")] = "",
-    scenario: Annotated[
-        str, typer.Option("--scenario", help="A scenario by name: deliver-3, breakfast, coffee, ...")
-    ] = "",
-    task: Annotated[Path | None, typer.Option("--task", help="A task file (YAML).")] = None,
-    strategy: Annotated[
-        str, typer.Option("--strategy", "-s", help="Strategy or search policy.")
-    ] = "conditioned-lios",
+    find: Annotated[str, Option("--find", help="Item type to find and bring back to the start.")] = "",
+    scenario: Annotated[str, Option("--scenario", help="A scenario by name: deliver-3, breakfast, coffee, ...")] = "",
+    task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
+    strategy: Annotated[str, Option("--strategy", "-s", help="Strategy or search policy.")] = "conditioned-lios",
     estimator: Annotated[
-        str, typer.Option("--estimator", help="What believes: counts, fcnn, best, or a .safetensors of lios train.")
+        str, Option("--estimator", help="What believes: counts, fcnn, best, or a .safetensors of lios train.")
     ] = "best",
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the scenario and of what is known.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the scenario and of what is known.")] = 0,
     known: Annotated[
         float | None,
-        typer.Option(
+        Option(
             "--known", help="At most this share of containers is known at the start; default 0 for --find, 0.2 else."
         ),
     ] = None,
     assets: AssetsOrBeside = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
+    output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
-        float | None, typer.Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+        float | None, Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
     ] = None,
     split_s: Annotated[
-        float | None, typer.Option("--split-s", help="Go on in another file after so many seconds of the run.")
+        float | None, Option("--split-s", help="Go on in another file after so many seconds of the run.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace the output.")] = False,
+    json: Annotated[bool, Option("--json", help="Answer as JSON on standard output.")] = False,
 ) -> None:
     """Record one simulated run to an MCAP file.
 

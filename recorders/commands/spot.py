@@ -5,44 +5,41 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from workbench.options import Force, Json
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from recorders.spot.connection import Connection
     from recorders.spot.spot_run import RobotRun, RunReport
 
-Robot = Annotated[str, typer.Option("--robot", help="HOST or HOST:PORT of the robot.")]
-SiteOption = Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
+Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
+SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
 Certificate = Annotated[
     Path | None,
-    typer.Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
+    Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
 ]
 
 
 def simulate(
     site: SiteOption = "paper_home",
     configuration: Annotated[
-        str, typer.Option("--configuration", help="Where things lie and the robot starts (configurations.yaml).")
+        str, Option("--configuration", help="Where things lie and the robot starts (configurations.yaml).")
     ] = "A",
-    port: Annotated[
-        int, typer.Option("--port", min=0, max=65535, help="Port on loopback; 0 for a free one.")
-    ] = 50443,
-    speed_up: Annotated[float, typer.Option("--speed-up", help="The body lives this many times faster.")] = 1.0,
+    port: Annotated[int, Option("--port", min=0, max=65535, help="Port on loopback; 0 for a free one.")] = 50443,
+    speed_up: Annotated[float, Option("--speed-up", help="The body lives this many times faster.")] = 1.0,
     fault: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
             "dropped, estop, clock-skew. May be given again.",
         ),
     ] = None,
     certificate: Annotated[
-        Path, typer.Option("--certificate", help="Where to write the root certificate for clients.")
+        Path, Option("--certificate", help="Where to write the root certificate for clients.")
     ] = Path("spot-simulated.pem"),
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise.")] = 0,
-    for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
+    seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise.")] = 0,
+    for_s: Annotated[float | None, Option("--for", help="Stop after this many seconds.")] = None,
 ) -> None:
     """Simulate a Spot in a site: the official client connects to it as to the robot.
 
@@ -92,30 +89,24 @@ def simulate(
 def record(
     robot: Robot,
     site: Annotated[
-        str, typer.Option("--site", help="Survey file or shipped site; leave it out where there is none yet.")
+        str, Option("--site", help="Survey file or shipped site; leave it out where there is none yet.")
     ] = "",
-    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
-    images_hz: Annotated[
-        float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
-    ] = 2.0,
+    output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
+    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
     cameras: Annotated[
-        str, typer.Option("--cameras", help="Image sources, comma-separated.")
+        str, Option("--cameras", help="Image sources, comma-separated.")
     ] = "frontleft_fisheye_image,frontright_fisheye_image",
-    state_hz: Annotated[float, typer.Option("--state-hz", help="Robot states per second.")] = 10.0,
-    raw: Annotated[bool, typer.Option("--raw/--no-raw", help="Also bosdyn's messages as they came.")] = True,
-    task: Annotated[
-        Path | None, typer.Option("--task", help="The task that is tried (YAML), for later replays.")
-    ] = None,
-    for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
+    state_hz: Annotated[float, Option("--state-hz", help="Robot states per second.")] = 10.0,
+    raw: Annotated[bool, Option("--raw/--no-raw", help="Also bosdyn's messages as they came.")] = True,
+    task: Annotated[Path | None, Option("--task", help="The task that is tried (YAML), for later replays.")] = None,
+    for_s: Annotated[float | None, Option("--for", help="Stop after this many seconds.")] = None,
     split_mb: Annotated[
-        float | None, typer.Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+        float | None, Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
     ] = None,
-    split_s: Annotated[
-        float | None, typer.Option("--split-s", help="Go on in another file after so many seconds.")
-    ] = None,
+    split_s: Annotated[float | None, Option("--split-s", help="Go on in another file after so many seconds.")] = None,
     keep_last: Annotated[
         float | None,
-        typer.Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
+        Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
     ] = None,
     certificate: Certificate = None,
     force: Force = False,
@@ -177,27 +168,25 @@ def run(
     robot: Robot,
     site: SiteOption,
     task: Annotated[
-        Path | None, typer.Option("--task", help="What to do (YAML); default: deliver.yaml of the site.")
+        Path | None, Option("--task", help="What to do (YAML); default: deliver.yaml of the site.")
     ] = None,
-    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
-    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
-    speed: Annotated[float | None, typer.Option("--speed", help="Speed limit in m/s.")] = None,
-    look: Annotated[float, typer.Option("--look", help="Seconds that a look takes.")] = 6.0,
-    images_hz: Annotated[
-        float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
-    ] = 2.0,
-    take_lease: Annotated[bool, typer.Option("--take-lease", help="Take the lease from whoever has it.")] = False,
-    own_estop: Annotated[bool, typer.Option("--own-estop", help="Set up an e-stop endpoint of our own.")] = False,
+    strategy: Annotated[str, Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
+    estimator: Annotated[str, Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
+    speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
+    look: Annotated[float, Option("--look", help="Seconds that a look takes.")] = 6.0,
+    images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
+    take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from whoever has it.")] = False,
+    own_estop: Annotated[bool, Option("--own-estop", help="Set up an e-stop endpoint of our own.")] = False,
     map_folder: Annotated[
-        Path | None, typer.Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
+        Path | None, Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
     ] = None,
-    cameras: Annotated[str, typer.Option("--cameras", help="Image sources, comma-separated.")] = (
+    cameras: Annotated[str, Option("--cameras", help="Image sources, comma-separated.")] = (
         "frontleft_fisheye_image,frontright_fisheye_image"
     ),
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed handed to the strategy.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed handed to the strategy.")] = 0,
     force: Force = False,
     json: Json = False,
 ) -> None:

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
     from replayers.comparing import Pair
@@ -17,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def compare(
-    folder: Annotated[Path, typer.Argument(help="A folder of replays, made by lios replay -o DIR.")],
-    match: Annotated[str, typer.Option("-k", help="Only pairs whose names contain this text.")] = "",
+    folder: Annotated[Path, Argument(help="A folder of replays, made by lios replay -o DIR.")],
+    match: Annotated[str, Option("-k", help="Only pairs whose names contain this text.")] = "",
     frames: Annotated[
-        bool, typer.Option("--frames", help="Write replays.parquet and steps.parquet into the folder.")
+        bool, Option("--frames", help="Write replays.parquet and steps.parquet into the folder.")
     ] = False,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the intervals.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the intervals.")] = 0,
     json: Json = False,
 ) -> None:
     """Which strategy is better on these logs?

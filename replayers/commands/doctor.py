@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+import click
 
 from workbench.options import Json
+from workbench.parameters import Argument
 from workbench.terminal import emit_json, emit_text, progress, say
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def doctor(
-    logs: Annotated[list[Path], typer.Argument(help="Logs.")],
+    logs: Annotated[list[Path], Argument(help="Logs.")],
     as_json: Json = False,
 ) -> None:
     """Check a log: the file, and the run in it. Exits with 0 fine, 1 faulty, 2 no log, 3 something is missing.
@@ -37,7 +38,7 @@ def doctor(
     else:
         for one in examined:
             _tell(one)
-    raise typer.Exit(worst([one.verdict.exit_code for one in examined]))
+    raise click.exceptions.Exit(worst([one.verdict.exit_code for one in examined]))
 
 
 def worst(codes: list[int]) -> int:

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import DryRun, Force, Houses, Json, Split, Workers
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from replayers.replay_trials import Counterfactual, Plan, Skipped
@@ -18,29 +17,27 @@ def replay(
     houses: Houses = None,
     part: Split = "test",
     scenarios: Annotated[
-        str, typer.Option("--scenarios", help="Scenarios by comma, taken in turn.")
+        str, Option("--scenarios", help="Scenarios by comma, taken in turn.")
     ] = "find,deliver-3,any-of-three",
     strategies: Annotated[
-        str, typer.Option("--strategies", "-s", help="Each records a log and is replayed over the others' logs.")
+        str, Option("--strategies", "-s", help="Each records a log and is replayed over the others' logs.")
     ] = "all",
     count: Annotated[
-        int, typer.Option("--counterfactuals", "-n", min=1, help="At least so many; whole tasks are measured.")
+        int, Option("--counterfactuals", "-n", min=1, help="At least so many; whole tasks are measured.")
     ] = 2000,
-    estimator: Annotated[str, typer.Option("--estimator", help="What the runs believe.")] = "counts",
-    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
+    estimator: Annotated[str, Option("--estimator", help="What the runs believe.")] = "counts",
+    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
     budget: Annotated[
         int,
-        typer.Option(
+        Option(
             "--budget",
             min=1,
             help="Pieces of run, from one unopened container to the next, that the bounds of one replay may take.",
         ),
     ] = 400,
     workers: Workers = 1,
-    seed: Annotated[int, typer.Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="A CSV file with every counterfactual.")
-    ] = None,
+    seed: Annotated[int, Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,
+    output: Annotated[Path | None, Option("--output", "-o", help="A CSV file with every counterfactual.")] = None,
     force: Force = False,
     dry_run: DryRun = False,
     json: Json = False,

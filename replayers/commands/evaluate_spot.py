@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from replayers.spot_experiment import CrossRow, SpotRow
@@ -15,32 +14,28 @@ if TYPE_CHECKING:
 
 
 def spot(
-    site: Annotated[str, typer.Option("--site", help="Survey file or shipped site, with configurations.yaml.")] = (
+    site: Annotated[str, Option("--site", help="Survey file or shipped site, with configurations.yaml.")] = (
         "paper_home"
     ),
-    task: Annotated[Path | None, typer.Option("--task", help="Task file; default: deliver.yaml of the site.")] = None,
-    configurations: Annotated[str, typer.Option("--configurations", "-c", help="Which, comma-separated.")] = "all",
-    strategies: Annotated[str, typer.Option("--strategies", "-s", help="Which, comma-separated.")] = (
+    task: Annotated[Path | None, Option("--task", help="Task file; default: deliver.yaml of the site.")] = None,
+    configurations: Annotated[str, Option("--configurations", "-c", help="Which, comma-separated.")] = "all",
+    strategies: Annotated[str, Option("--strategies", "-s", help="Which, comma-separated.")] = (
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
     estimator: Annotated[
-        str, typer.Option("--estimator", help="What our strategies believe: counts, fcnn, best.")
+        str, Option("--estimator", help="What our strategies believe: counts, fcnn, best.")
     ] = "best",
     paper_estimator: Annotated[
-        str, typer.Option("--paper-estimator", help="What the paper's strategies believe.")
+        str, Option("--paper-estimator", help="What the paper's strategies believe.")
     ] = "fcnn",
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the logs; kept.")] = None,
-    cross: Annotated[
-        bool, typer.Option("--cross/--no-cross", help="Replay each log for the other strategies.")
-    ] = True,
+    output: Annotated[Path | None, Option("--output", "-o", help="Folder for the logs; kept.")] = None,
+    cross: Annotated[bool, Option("--cross/--no-cross", help="Replay each log for the other strategies.")] = True,
     images_hz: Annotated[
-        float, typer.Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
+        float, Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
     ] = 0.03,
-    raw: Annotated[
-        bool, typer.Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")
-    ] = True,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Replace logs.")] = False,
+    raw: Annotated[bool, Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")] = True,
+    seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
+    force: Annotated[bool, Option("--force", help="Replace logs.")] = False,
     json: Json = False,
 ) -> None:
     """Run the paper's real-world experiment on a simulated Spot: seconds, containers opened, cost.

@@ -5,24 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+import click
 
 from workbench.errors import BadValue
 from workbench.options import Json
+from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, progress, say
 
 
 def export(
-    where: Annotated[list[str], typer.Argument(help="Logs, folders or patterns.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The folder to make.")],
-    file_format: Annotated[str, typer.Option("--format", help="parquet or csv.")] = "parquet",
-    table: Annotated[
-        list[str] | None, typer.Option("--table", "-t", help="Only this table; may be repeated.")
-    ] = None,
+    where: Annotated[list[str], Argument(help="Logs, folders or patterns.")],
+    output: Annotated[Path, Option("-o", "--output", help="The folder to make.")],
+    file_format: Annotated[str, Option("--format", help="parquet or csv.")] = "parquet",
+    table: Annotated[list[str] | None, Option("--table", "-t", help="Only this table; may be repeated.")] = None,
     partition_by: Annotated[
-        str, typer.Option("--partition-by", help="place, scenario, strategy, source, run_id; commas between.")
+        str, Option("--partition-by", help="place, scenario, strategy, source, run_id; commas between.")
     ] = "",
-    force: Annotated[bool, typer.Option("--force", help="Replace tables that are there.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace tables that are there.")] = False,
     as_json: Json = False,
 ) -> None:
     """Write the tables of logs: runs, decisions, observations, beliefs, find_costs, plans, actions, poses.
@@ -59,4 +58,4 @@ def export(
     for problem in done.problems:
         say(f"left out: {problem.reason}")
     if done.problems:
-        raise typer.Exit(3)
+        raise click.exceptions.Exit(3)

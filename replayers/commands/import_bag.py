@@ -5,26 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from workbench.options import Force, Json
+from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
     from replayers.importers.importing import ImportPlan, ImportReport
 
 
 def import_bag(
-    bag: Annotated[Path, typer.Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.")],
-    site: Annotated[str, typer.Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("imported.mcap"),
+    bag: Annotated[Path, Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.")],
+    site: Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")],
+    output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("imported.mcap"),
     mapping: Annotated[
-        str, typer.Option("--mapping", "-m", help="Mapping file, or a preset: paper, spot_ros2, auto.")
+        str, Option("--mapping", "-m", help="Mapping file, or a preset: paper, spot_ros2, auto.")
     ] = "auto",
-    task: Annotated[Path | None, typer.Option("--task", help="What the robot was to do (YAML).")] = None,
+    task: Annotated[Path | None, Option("--task", help="What the robot was to do (YAML).")] = None,
     strategy: Annotated[
-        str, typer.Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
+        str, Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
     ] = "model-lios",
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
     force: Force = False,
     json: Json = False,
 ) -> None:

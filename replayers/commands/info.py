@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Argument
 from workbench.terminal import emit_json, emit_table, emit_text
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def info(
-    log: Annotated[Path, typer.Argument(help="A log.")],
+    log: Annotated[Path, Argument(help="A log.")],
     as_json: Json = False,
 ) -> None:
     """Show what is in a log: run, duration, channels, attachments.

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.errors import BadValue
 from workbench.options import Json
+from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
@@ -18,15 +17,13 @@ SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s"
 
 
 def list_logs(
-    where: Annotated[
-        list[str] | None, typer.Argument(help="Folders, patterns or logs; this folder by default.")
-    ] = None,
-    scenario: Annotated[str, typer.Option(help="Only runs of this scenario.")] = "",
-    strategy: Annotated[str, typer.Option(help="Only runs of this strategy.")] = "",
-    place: Annotated[str, typer.Option(help="Only runs whose house or site contains this text.")] = "",
-    status: Annotated[str, typer.Option(help="Only runs that ended so: done, no-plan, ...")] = "",
-    sort: Annotated[str, typer.Option(help=f"By one of: {', '.join(SORTS)}.")] = "file",
-    fresh: Annotated[bool, typer.Option("--fresh", help="Read every log again.")] = False,
+    where: Annotated[list[str] | None, Argument(help="Folders, patterns or logs; this folder by default.")] = None,
+    scenario: Annotated[str, Option(help="Only runs of this scenario.")] = "",
+    strategy: Annotated[str, Option(help="Only runs of this strategy.")] = "",
+    place: Annotated[str, Option(help="Only runs whose house or site contains this text.")] = "",
+    status: Annotated[str, Option(help="Only runs that ended so: done, no-plan, ...")] = "",
+    sort: Annotated[str, Option(help=f"By one of: {', '.join(SORTS)}.")] = "file",
+    fresh: Annotated[bool, Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,
 ) -> None:
     """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and remembered.

@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from replayers.commands.log_options import End, Exclude, Include, Log, Start, wanted_of, warn
+from workbench.parameters import Option
 from workbench.terminal import say
 
 if TYPE_CHECKING:
@@ -16,14 +15,14 @@ if TYPE_CHECKING:
 
 def cat(
     log: Log,
-    topics: Annotated[str, typer.Option("--topics", help="Topics, separated by commas.")] = "",
+    topics: Annotated[str, Option("--topics", help="Topics, separated by commas.")] = "",
     include: Include = None,
     exclude: Exclude = None,
     start: Start = "",
     end: End = "",
-    limit: Annotated[int, typer.Option(help="At most so many messages; 0 is all.", min=0)] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
-    whole: Annotated[bool, typer.Option("--whole", help="Show all bytes of binary messages, in base64.")] = False,
+    limit: Annotated[int, Option(help="At most so many messages; 0 is all.", min=0)] = 0,
+    as_json: Annotated[bool, Option("--json", help="One JSON object a line.")] = False,
+    whole: Annotated[bool, Option("--whole", help="Show all bytes of binary messages, in base64.")] = False,
 ) -> None:
     """Print messages, decoded as far as the log explains them.
 

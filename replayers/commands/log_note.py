@@ -5,18 +5,17 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-import typer
-
 from replayers.commands.log_options import Json, Log
+from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json
 
 
 def note(
     log: Log,
-    text: Annotated[str, typer.Argument(help="What to remember. Without it, the notes of the log are shown.")] = "",
-    at: Annotated[str, typer.Option("--at", help="Seconds from the start, RFC 3339, or nanoseconds.")] = "",
-    until: Annotated[str, typer.Option("--until", help="For a note about a stretch of time.")] = "",
-    author: Annotated[str, typer.Option("--author", help="Who says so.")] = "",
+    text: Annotated[str, Argument(help="What to remember. Without it, the notes of the log are shown.")] = "",
+    at: Annotated[str, Option("--at", help="Seconds from the start, RFC 3339, or nanoseconds.")] = "",
+    until: Annotated[str, Option("--until", help="For a note about a stretch of time.")] = "",
+    author: Annotated[str, Option("--author", help="Who says so.")] = "",
     as_json: Json = False,
 ) -> None:
     """Add a note to a log as a Foxglove event, without rewriting the rest.

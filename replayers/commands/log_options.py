@@ -7,9 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.errors import BadValue, NotFound
+from workbench.parameters import Argument, Option
 from workbench.terminal import progress, say
 
 if TYPE_CHECKING:
@@ -20,20 +19,20 @@ if TYPE_CHECKING:
     from replayers.scanning import Damage
 
 MANY_TOPICS = 60
-Log = Annotated[Path, typer.Argument(help="A log.")]
-Output = Annotated[Path, typer.Option("-o", "--output", help="The file to make.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the output.")]
-Json = Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")]
+Log = Annotated[Path, Argument(help="A log.")]
+Output = Annotated[Path, Option("-o", "--output", help="The file to make.")]
+Force = Annotated[bool, Option("--force", help="Replace the output.")]
+Json = Annotated[bool, Option("--json", help="Answer as JSON on standard output.")]
 Include = Annotated[
-    list[str] | None, typer.Option("-y", "--include-topic-regex", help="Only topics that match; may be repeated.")
+    list[str] | None, Option("-y", "--include-topic-regex", help="Only topics that match; may be repeated.")
 ]
 Exclude = Annotated[
-    list[str] | None, typer.Option("-n", "--exclude-topic-regex", help="No topics that match; may be repeated.")
+    list[str] | None, Option("-n", "--exclude-topic-regex", help="No topics that match; may be repeated.")
 ]
-Start = Annotated[str, typer.Option("-S", "--start", help="Seconds from the start, RFC 3339, or nanoseconds.")]
-End = Annotated[str, typer.Option("-E", "--end", help="The same; the end itself is not included.")]
-Packing = Annotated[str, typer.Option("--compression", help="zstd, lz4 or none.")]
-ChunkSize = Annotated[int, typer.Option("--chunk-size", help="Bytes of a chunk before it is packed.", min=1)]
+Start = Annotated[str, Option("-S", "--start", help="Seconds from the start, RFC 3339, or nanoseconds.")]
+End = Annotated[str, Option("-E", "--end", help="The same; the end itself is not included.")]
+Packing = Annotated[str, Option("--compression", help="zstd, lz4 or none.")]
+ChunkSize = Annotated[int, Option("--chunk-size", help="Bytes of a chunk before it is packed.", min=1)]
 
 
 class NoSuchTopic(NotFound):

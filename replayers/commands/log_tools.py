@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+import click
 
 from replayers.commands.log_cat import cat
 from replayers.commands.log_note import note
@@ -26,6 +26,7 @@ from replayers.commands.log_options import (
     warn,
 )
 from workbench.errors import BadValue, Unsupported
+from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ def filter_log(
     exclude: Exclude = None,
     start: Start = "",
     end: End = "",
-    attachments: Annotated[bool, typer.Option(help="Keep attachments.")] = True,
-    metadata: Annotated[bool, typer.Option(help="Keep metadata.")] = True,
+    attachments: Annotated[bool, Option(help="Keep attachments.")] = True,
+    metadata: Annotated[bool, Option(help="Keep metadata.")] = True,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = 1 << 20,
     force: Force = False,
@@ -63,13 +64,13 @@ def filter_log(
 
 
 def merge(
-    logs: Annotated[list[Path], typer.Argument(help="Logs, or the parts of one.")],
+    logs: Annotated[list[Path], Argument(help="Logs, or the parts of one.")],
     output: Output,
     runs: Annotated[
-        bool, typer.Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
+        bool, Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
     ] = False,
     allow_duplicates: Annotated[
-        bool, typer.Option("--allow-duplicates", help="Keep metadata and attachments of one name that differ.")
+        bool, Option("--allow-duplicates", help="Keep metadata and attachments of one name that differ.")
     ] = False,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = 1 << 20,
@@ -94,9 +95,9 @@ def merge(
 def split(
     log: Log,
     output: Output,
-    every: Annotated[float | None, typer.Option("--every", help="Seconds of log time a part.")] = None,
-    size: Annotated[int | None, typer.Option("--size", help="Bytes a part.")] = None,
-    by: Annotated[str | None, typer.Option("--by", help="run: a file for each run of merge --runs.")] = None,
+    every: Annotated[float | None, Option("--every", help="Seconds of log time a part.")] = None,
+    size: Annotated[int | None, Option("--size", help="Bytes a part.")] = None,
+    by: Annotated[str | None, Option("--by", help="run: a file for each run of merge --runs.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -191,4 +192,4 @@ def _tell(done: Rewritten, as_json: bool) -> None:
         warn(damage)
     if any(damage.costs_content for damage in done.loss.damages) or done.loss.messages:
         say("Something was lost; lios doctor tells more.")
-        raise typer.Exit(3)
+        raise click.exceptions.Exit(3)

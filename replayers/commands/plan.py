@@ -5,31 +5,32 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+import click
 
 from workbench.options import Json
+from workbench.parameters import Argument, Option
 from workbench.planning.plans import PlanStatus
 
 
 def plan(
-    log: Annotated[Path, typer.Argument(help="A log of a run.")],
-    at: Annotated[float | None, typer.Option("--at", help="Seconds after the start; default: the start.")] = None,
-    decision: Annotated[int | None, typer.Option("--decision", help="A decision by its number, from 1.")] = None,
-    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Who plans; default: who planned then.")] = "",
+    log: Annotated[Path, Argument(help="A log of a run.")],
+    at: Annotated[float | None, Option("--at", help="Seconds after the start; default: the start.")] = None,
+    decision: Annotated[int | None, Option("--decision", help="A decision by its number, from 1.")] = None,
+    strategy: Annotated[str, Option("--strategy", "-s", help="Who plans; default: who planned then.")] = "",
     solver: Annotated[
-        str, typer.Option("--solver", help="built-in, sas-lmcut, pddl-ff-astar2, up-ENGINE, 'command:LINE', ...")
+        str, Option("--solver", help="built-in, sas-lmcut, pddl-ff-astar2, up-ENGINE, 'command:LINE', ...")
     ] = "",
-    pddl: Annotated[bool, typer.Option("--pddl", help="Print domain and problem in PDDL.")] = False,
-    sas: Annotated[bool, typer.Option("--sas", help="Print the SAS+ task.")] = False,
+    pddl: Annotated[bool, Option("--pddl", help="Print domain and problem in PDDL.")] = False,
+    sas: Annotated[bool, Option("--sas", help="Print the SAS+ task.")] = False,
     everywhere: Annotated[
-        bool, typer.Option("--everywhere", help="Plan over all places instead of those that can matter.")
+        bool, Option("--everywhere", help="Plan over all places instead of those that can matter.")
     ] = False,
-    budget: Annotated[float, typer.Option("--budget", min=0.0, help="Seconds that the solver may take.")] = 120.0,
+    budget: Annotated[float, Option("--budget", min=0.0, help="Seconds that the solver may take.")] = 120.0,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="A folder for PDDL, SAS+ and plan.json."),
+        Option("--output", "-o", help="A folder for PDDL, SAS+ and plan.json."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace files in the output folder.")] = False,
     json: Json = False,
 ) -> None:
     """Plan again at a moment of a log, and show the plan, the PDDL and the SAS+.
@@ -68,7 +69,7 @@ def plan(
     else:
         _show(made)
     if made.plan.status in (PlanStatus.TIMED_OUT, PlanStatus.SOLVER_FAILED) and not (pddl or sas):
-        raise typer.Exit(1)
+        raise click.exceptions.Exit(1)
 
 
 def _write(made: Any, folder: Path, *, force: bool) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+import click
 
 from workbench.options import Force, Json
+from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, progress, say
 
 if TYPE_CHECKING:
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 
 
 def recover(
-    log: Annotated[Path, typer.Argument(help="A cut-off or damaged log.")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="By default LOG.recovered.mcap.")] = None,
+    log: Annotated[Path, Argument(help="A cut-off or damaged log.")],
+    output: Annotated[Path | None, Option("-o", "--output", help="By default LOG.recovered.mcap.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -41,7 +42,7 @@ def recover(
         say(f"The index spoke of {done.expected_messages:,} messages: {_lost(done):,} are lost.")
     elif not done.was_closed and not done.lossy:
         say("The recording was cut off; nothing that had been flushed is lost.")
-    raise typer.Exit(3 if done.lossy else 0)
+    raise click.exceptions.Exit(3 if done.lossy else 0)
 
 
 def _lost(done: Recovery) -> int | None:

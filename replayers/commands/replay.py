@@ -6,9 +6,8 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
 if TYPE_CHECKING:
@@ -21,60 +20,54 @@ TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE}
 
 
 def replay(
-    logs: Annotated[list[Path], typer.Argument(help="Logs, or folders of logs.")],
+    logs: Annotated[list[Path], Argument(help="Logs, or folders of logs.")],
     strategies: Annotated[
         str,
-        typer.Option("--strategies", "--strategy", "-s", help='Names by comma, "module:Class", or "all".'),
+        Option("--strategies", "--strategy", "-s", help='Names by comma, "module:Class", or "all".'),
     ] = "all",
     verify: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--verify",
             help="Run the recorded strategy again and compare every decision; --strategies says where yours is.",
         ),
     ] = False,
-    with_truth: Annotated[bool, typer.Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
+    with_truth: Annotated[bool, Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder that keeps replays (JSON and MCAP); resumes there.")
+        Path | None, Option("--output", "-o", help="Folder that keeps replays (JSON and MCAP); resumes there.")
     ] = None,
     estimator: Annotated[
         str,
-        typer.Option(
+        Option(
             "--estimator", help='"log": as in the log; "first": the log\'s first belief, held; or counts, fcnn, best.'
         ),
     ] = "log",
-    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
+    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
     budget: Annotated[
         int,
-        typer.Option(
+        Option(
             "--budget",
             min=1,
             help="Pieces of run, from one unopened container to the next, that the bounds of one strategy may take.",
         ),
     ] = 400,
-    unique: Annotated[
-        bool, typer.Option("--unique", help="Assume no instances beyond those that the log shows.")
-    ] = False,
+    unique: Annotated[bool, Option("--unique", help="Assume no instances beyond those that the log shows.")] = False,
     no_inventory: Annotated[
-        bool, typer.Option("--no-inventory", help="Do not assume that the task's available item types are all.")
+        bool, Option("--no-inventory", help="Do not assume that the task's available item types are all.")
     ] = False,
     timeout: Annotated[
-        float, typer.Option("--timeout", min=0.1, help="Seconds that your own planner may take for a decision.")
+        float, Option("--timeout", min=0.1, help="Seconds that your own planner may take for a decision.")
     ] = 10.0,
-    look_next: Annotated[
-        bool, typer.Option("--look-next", help="Which unopened container would settle most?")
-    ] = False,
+    look_next: Annotated[bool, Option("--look-next", help="Which unopened container would settle most?")] = False,
     write: Annotated[
         str,
-        typer.Option(
+        Option(
             "--write",
             help="With -o, also record the run in worlds that agree with the log: best, worst, drawn (by comma).",
         ),
     ] = "",
-    workers: Annotated[
-        int | None, typer.Option("--workers", "-j", min=1, help="Processes; default: one a core.")
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the drawn worlds.")] = 0,
+    workers: Annotated[int | None, Option("--workers", "-j", min=1, help="Processes; default: one a core.")] = None,
+    seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
     """What would other planners have cost on these logs?

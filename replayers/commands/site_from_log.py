@@ -5,18 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Argument, Option
 
 
 def from_log(
-    log: Annotated[Path, typer.Argument(help="A recording: lios spot record, or an imported bag.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for site.yaml, travel.csv and the map.")] = (
+    log: Annotated[Path, Argument(help="A recording: lios spot record, or an imported bag.")],
+    output: Annotated[Path, Option("--output", "-o", help="Folder for site.yaml, travel.csv and the map.")] = (
         Path("site")
     ),
-    name: Annotated[str, typer.Option("--name", help="Name of the site; default: the folder's.")] = "",
-    force: Annotated[bool, typer.Option("--force", help="Replace a site in the folder.")] = False,
+    name: Annotated[str, Option("--name", help="Name of the site; default: the folder's.")] = "",
+    force: Annotated[bool, Option("--force", help="Replace a site in the folder.")] = False,
     json: Json = False,
 ) -> None:
     """Draft the survey of a place from a recording: stops, waypoints, walked lengths, tags, map.

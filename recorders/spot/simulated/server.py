@@ -105,7 +105,7 @@ class SimulatedSpot:
         self.state.on_drop = self._drop_from_inside
         self.username, self.password = username, password
         self._identity = new_identity(AUTHORITIES)
-        self.certificate_pem = self._identity.certificate_pem
+        self.certificate_pem = self._identity.root_pem
         self._auth = Auth(self.state, username, password)
         self._time_sync = TimeSync(self.state)
         self._lock = threading.Lock()
@@ -177,7 +177,7 @@ class SimulatedSpot:
             ],
         )
         _register(server, self.state, self._auth, self._time_sync)
-        identity = [(self._identity.key_pem, self._identity.certificate_pem)]
+        identity = [(self._identity.key_pem, self._identity.chain_pem)]
         try:
             port = server.add_secure_port(f"{HOST}:{self.port}", grpc.ssl_server_credentials(identity))
         except RuntimeError as error:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ssl
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from recorders.spot.connection import Credentials, RobotAddress, find_credential
 from recorders.spot.derived import Derivation
 from recorders.spot.operator import KeyBoard, StopSwitch
 from recorders.spot.simulated.body import Body, Motors, Walk, WalkState, wrapped
-from recorders.spot.simulated.certificate import G, N, _times, new_identity
+from recorders.spot.simulated.certificate import Identity, new_identity
 from recorders.spot.simulated.clock import SteppedClock
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import FaultKind, read_faults
@@ -195,13 +197,33 @@ def test_an_item_without_a_tag_is_refused(home: Site) -> None:
         new_state(home, house, SteppedClock())
 
 
-def test_the_curve_is_p_256() -> None:
-    """N times the generator is the point at infinity, and every identity differs."""
-    assert _times(N, G) is None
-    assert _times(1, G) == G
+def test_every_identity_differs_and_holds_for_its_names_alone(tmp_path: Path) -> None:
     one, two = new_identity(["a.spot.robot"]), new_identity(["a.spot.robot"])
     assert one.key_pem != two.key_pem
-    assert one.certificate_pem.startswith(b"-----BEGIN CERTIFICATE-----")
+    assert _greeting(one, trusts=one, asks_for="a.spot.robot", folder=tmp_path) == "a.spot.robot"
+    for trusts, asks_for in ((two, "a.spot.robot"), (one, "b.spot.robot")):
+        with pytest.raises(ssl.SSLCertVerificationError):
+            _greeting(one, trusts=trusts, asks_for=asks_for, folder=tmp_path)
+
+
+def _greeting(shown: Identity, *, trusts: Identity, asks_for: str, folder: Path) -> str:
+    """For which name a client that trusts one root takes what a server shows; a TLS handshake in memory."""
+    (folder / "server.pem").write_bytes(shown.key_pem + shown.chain_pem)
+    server_side = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    server_side.load_cert_chain(folder / "server.pem")
+    client_side = ssl.create_default_context(cadata=trusts.root_pem.decode("ascii"))
+    up, down = ssl.MemoryBIO(), ssl.MemoryBIO()
+    client = client_side.wrap_bio(down, up, server_hostname=asks_for)
+    server = server_side.wrap_bio(up, down, server_side=True)
+    waiting: list[ssl.SSLObject] = [client, server]
+    while waiting:
+        side = waiting.pop(0)
+        try:
+            side.do_handshake()
+        except ssl.SSLWantReadError:
+            waiting.append(side)
+    (_, name), *_ = client.getpeercert()["subjectAltName"]
+    return name
 
 
 def test_local_grids_are_unpacked_or_refused() -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Houses, Json, Split
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.evaluation.belief_report import BeliefReport, BeliefRequest
@@ -16,24 +15,24 @@ if TYPE_CHECKING:
 def belief(
     houses: Houses = None,
     estimators: Annotated[
-        str, typer.Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
+        str, Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
     ] = "all",
     part: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
     seen: Annotated[
-        float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
+        float, Option("--seen", help="Share of the containers that were looked into before the question.")
     ] = 0.0,
     assets: AssetsOrBeside = None,
     figures: Annotated[
         Path | None,
-        typer.Option("--figures", help="A folder for reliability diagrams, a learning curve and heat maps."),
+        Option("--figures", help="A folder for reliability diagrams, a learning curve and heat maps."),
     ] = None,
     items: Annotated[
-        str, typer.Option("--items", help="Item types of the heat maps, separated by commas.")
+        str, Option("--items", help="Item types of the heat maps, separated by commas.")
     ] = "Mug,Egg,Pillow,RemoteControl,ToiletPaper,Book",
-    seed: Annotated[int, typer.Option("--seed", help="Of what was seen and of the bootstrap.")] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Replace files in the folder of figures.")] = False,
+    seed: Annotated[int, Option("--seed", help="Of what was seen and of the bootstrap.")] = 0,
+    force: Annotated[bool, Option("--force", help="Replace files in the folder of figures.")] = False,
     json: Json = False,
 ) -> None:
     """Measure beliefs: log loss, top-1, top-3, reciprocal rank and calibration.

@@ -5,23 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import Assets, Force, Json
+from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
     from workbench.worlds.house import House
 
 
 def generate(
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .jsonl.gz or .jsonl.")] = Path(
+    output: Annotated[Path, Option("--output", "-o", help="The file to write: .jsonl.gz or .jsonl.")] = Path(
         "houses.jsonl.gz"
     ),
-    count: Annotated[int, typer.Option("--count", "-n", help="How many houses.")] = 24,
-    rooms: Annotated[str, typer.Option("--rooms", help="How many rooms: 5, or from-to: 2-10.")] = "2-10",
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed; drawn and shown when not given.")] = None,
+    count: Annotated[int, Option("--count", "-n", help="How many houses.")] = 24,
+    rooms: Annotated[str, Option("--rooms", help="How many rooms: 5, or from-to: 2-10.")] = "2-10",
+    seed: Annotated[int | None, Option("--seed", help="Seed; drawn and shown when not given.")] = None,
     stocked: Annotated[
-        bool, typer.Option("--stocked", help="Kitchens get what the scenarios need: egg, toaster, kettle, ...")
+        bool, Option("--stocked", help="Kitchens get what the scenarios need: egg, toaster, kettle, ...")
     ] = False,
     force: Force = False,
     json: Json = False,
@@ -59,7 +58,7 @@ def generate(
 
 def info(
     house: Annotated[
-        str, typer.Argument(help="FILE:index or a house's .json; a whole FILE sums up its houses; default: shipped.")
+        str, Argument(help="FILE:index or a house's .json; a whole FILE sums up its houses; default: shipped.")
     ] = "",
     assets: Assets = None,
     json: Json = False,
@@ -94,19 +93,19 @@ def info(
 
 
 def stats(
-    files: Annotated[list[Path] | None, typer.Argument(help="Files of houses; default: the shipped ones.")] = None,
+    files: Annotated[list[Path] | None, Argument(help="Files of houses; default: the shipped ones.")] = None,
     split: Annotated[
-        str, typer.Option("--split", help="Of the shared ProcTHOR files: train, validation, test, all.")
+        str, Option("--split", help="Of the shared ProcTHOR files: train, validation, test, all.")
     ] = "all",
-    count: Annotated[int, typer.Option("--generated", "-n", help="Also generate so many houses.")] = 0,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the generated houses.")] = 0,
-    rooms: Annotated[str, typer.Option("--rooms", help="Rooms of the generated houses: 5, or from-to.")] = "2-10",
-    least: Annotated[int, typer.Option("--at-least", help="Leave out houses of fewer rooms.")] = 1,
+    count: Annotated[int, Option("--generated", "-n", help="Also generate so many houses.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the generated houses.")] = 0,
+    rooms: Annotated[str, Option("--rooms", help="Rooms of the generated houses: 5, or from-to.")] = "2-10",
+    least: Annotated[int, Option("--at-least", help="Leave out houses of fewer rooms.")] = 1,
     assets: Assets = None,
     measure: Annotated[
-        Path | None, typer.Option("--measure", help="Write the generator's figures, measured on the files' houses.")
+        Path | None, Option("--measure", help="Write the generator's figures, measured on the files' houses.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the output of --measure.")] = False,
+    force: Annotated[bool, Option("--force", help="Replace the output of --measure.")] = False,
     json: Json = False,
 ) -> None:
     """Set houses side by side: sizes, contents, and what a search costs in them.

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from workbench.options import Json
+from workbench.parameters import Argument
 
 
 def check(
-    site: Annotated[str, typer.Argument(help="Survey file (site.yaml) or a shipped site: paper_home.")],
+    site: Annotated[str, Argument(help="Survey file (site.yaml) or a shipped site: paper_home.")],
     json: Json = False,
 ) -> None:
     """Check the survey of a real place: reach, poses, map, waypoints, tags.

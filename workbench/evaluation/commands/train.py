@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from workbench.options import AssetsOrBeside, Force, Json
+from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.beliefs.training import Lesson, Watch
@@ -18,20 +17,20 @@ ENCODER = "encoder"
 
 
 def train(
-    houses: Annotated[list[Path], typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
+    houses: Annotated[list[Path], Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
     estimator: Annotated[
-        str, typer.Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
+        str, Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
     ] = "best",
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The weights file to write; default: ESTIMATOR.safetensors.")
+        Path | None, Option("--output", "-o", help="The weights file to write; default: ESTIMATOR.safetensors.")
     ] = None,
     encoder: Annotated[
-        str, typer.Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
+        str, Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
     ] = "all-MiniLM-L6-v2",
     assets: AssetsOrBeside = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed; drawn and shown when not given.")] = None,
+    seed: Annotated[int | None, Option("--seed", help="Seed; drawn and shown when not given.")] = None,
     hold_out: Annotated[
-        float, typer.Option("--hold-out", help="Share of the houses held out, for files that are not split.")
+        float, Option("--hold-out", help="Share of the houses held out, for files that are not split.")
     ] = 0.1,
     force: Force = False,
     json: Json = False,

@@ -1,0 +1,164 @@
+"""Command-line parameters as annotations of a function: `Option`, `Argument`, and the click command made of them.
+
+A command is a plain function, which tests and scripts call as any other. The type and the default of a parameter
+stand in its signature; its annotation says how the command line spells and explains it.
+
+    def looks(log: Annotated[Path, Argument(help="A log.")], most: Annotated[int, Option("--most", min=1)] = 10): ...
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import types
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+import click
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Option:
+    """An option of a command.
+
+    Args:
+        spellings: as they are typed: "-o", "--output"; "--figures/--no-figures" for a switch of two ways. Without
+            any it is the parameter's name, and a switch has both ways.
+        help: the sentence in the command's help.
+        min, max: the range of a number, ends included.
+    """
+
+    spellings: tuple[str, ...]
+    help: str
+    min: float | None
+    max: float | None
+
+    def __init__(self, *spellings: str, help: str = "", min: float | None = None, max: float | None = None) -> None:
+        for name, value in (("spellings", spellings), ("help", help), ("min", min), ("max", max)):
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Argument:
+    """An argument of a command: what stands on the line without a name before it.
+
+    Args:
+        help: the sentence in the command's help.
+    """
+
+    help: str = ""
+
+
+def command_of(name: str, function: Callable[..., Any], *, help: str) -> click.Command:
+    """The click command that calls a function with what the line gives for its parameters.
+
+    Parameters may be bool (options only), int, float, str and Path; each of them or None; and lists of the last four,
+    which may be given several times. Numbers are finite; a parameter called seed is not negative.
+
+    Raises:
+        TypeError: a parameter without Option or Argument, or of another type.
+    """
+    hints = get_type_hints(function, include_extras=True)
+    signature = inspect.signature(function)
+    params = [_parameter(given, hints.get(given.name)) for given in signature.parameters.values()]
+    defaults = {p.name: signature.parameters[p.name].default for p in params if p.multiple or p.nargs == -1 if p.name}
+
+    def call(**values: Any) -> Any:
+        # click gives a tuple for what may be given several times, an empty one where it was not given.
+        several = {name: list(values[name]) if values[name] else default for name, default in defaults.items()}
+        return function(**values | several)
+
+    return _Explained(name, callback=call, params=params, help=help)
+
+
+def _parameter(given: inspect.Parameter, hint: Any) -> click.Parameter:
+    metadata = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
+    how = next((each for each in metadata if isinstance(each, Option | Argument)), None)
+    if how is None:
+        raise TypeError(f"parameter {given.name!r} has no Option or Argument of workbench.parameters")
+    kind, several = _kind(get_args(hint)[0])
+    attributes: dict[str, Any] = {"required": given.default is inspect.Parameter.empty}
+    if not attributes["required"] and not several:
+        attributes["default"] = given.default
+    if isinstance(how, Argument):
+        attributes |= {"type": _type(given.name, kind, None, None), "nargs": -1 if several else 1}
+        note = "[required]" if attributes["required"] else f"[default: {given.default}]" if given.default else ""
+        return _ExplainedArgument([given.name], f"{how.help}  {note}".strip(), **attributes)
+    if kind is bool:
+        attributes["is_flag"] = True
+    else:
+        attributes |= {"type": _type(given.name, kind, how.min, how.max), "multiple": several}
+    plain = given.name.replace("_", "-")
+    spellings = how.spellings or (f"--{plain}/--no-{plain}" if kind is bool else f"--{plain}",)
+    return click.Option([given.name, *spellings], help=how.help, show_default=given.default != "", **attributes)
+
+
+def _kind(hint: Any) -> tuple[type, bool]:
+    """The type of one value, and whether there may be several."""
+    if get_origin(hint) in (Union, types.UnionType):
+        hint = next(part for part in get_args(hint) if part is not type(None))
+    return (get_args(hint)[0], True) if get_origin(hint) is list else (hint, False)
+
+
+def _type(name: str, kind: type, low: float | None, high: float | None) -> click.ParamType[Any]:
+    """The type of a parameter, of which neither nan nor inf is one, nor, for a seed, a number below 0."""
+    if kind is float:
+        return _Finite() if low is None and high is None else _FiniteRange(low, high)
+    if kind is int:
+        low = 0 if name == "seed" else low
+        return click.INT if low is None and high is None else click.IntRange(_whole(low), _whole(high))
+    if kind is str:
+        return click.STRING
+    if kind is Path:
+        return click.Path(path_type=Path)
+    raise TypeError(f"parameter {name!r}: no command line gives a {kind}")
+
+
+def _whole(end: float | None) -> int | None:
+    return None if end is None else int(end)
+
+
+class _Finite(click.types.FloatParamType):
+    """A number that is one: nan passes every comparison, and so every range."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return _finite(super().convert(value, param, ctx), param, ctx)
+
+
+class _FiniteRange(click.FloatRange):
+    """The same within a range."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return _finite(super().convert(value, param, ctx), param, ctx)
+
+
+def _finite(number: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    if not math.isfinite(number):
+        raise click.BadParameter(f"{number} is not a finite number.", ctx, param)
+    return number
+
+
+class _ExplainedArgument(click.Argument):
+    """An argument with a sentence of help, also where click has none for arguments (before 8.5)."""
+
+    def __init__(self, names: Sequence[str], sentence: str, **attributes: Any) -> None:
+        super().__init__(names, **attributes)
+        self.sentence = sentence
+
+    def explained(self, ctx: click.Context) -> tuple[str, str]:
+        return self.make_metavar(ctx), self.sentence
+
+
+class _Explained(click.Command):
+    """A command whose help tells its arguments before its options."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        params = self.get_params(ctx)
+        arguments = [param.explained(ctx) for param in params if isinstance(param, _ExplainedArgument)]
+        options = [param.get_help_record(ctx) for param in params if isinstance(param, click.Option)]
+        for title, rows in (("Arguments", arguments), ("Options", [row for row in options if row is not None])):
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
