@@ -10,7 +10,7 @@ WORKERS ?= 2
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(PIP) --editable '.[train,spot,bags,render]'
+	$(PIP) --editable '.[train,planners,spot,bags,render]'
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed
@@ -30,11 +30,11 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-test
 	bash .ci/chromium
-	$(BIN)/pytest -n $(WORKERS) --dist loadgroup -m "not slow"
+	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup -m "not slow"
 
 test-all: $(VENV)/.installed-all
 	bash .ci/chromium
-	$(BIN)/pytest -n $(WORKERS) --dist loadgroup
+	$(BIN)/pytest -W error -n $(WORKERS) --dist loadgroup
 
 typings/.written: $(VENV)/.installed-test .ci/spot_stubs.py
 	rm -rf typings

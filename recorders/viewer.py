@@ -219,7 +219,11 @@ def _floor(room: Room) -> TriangleListPrimitive:
 
 
 def triangulated(floor: Sequence[Point]) -> list[tuple[int, int, int]]:
-    """Triangles of a simple polygon, by cutting ears; indices into its corners."""
+    """Triangles of a simple polygon, by cutting ears; indices into its corners.
+
+    Not shapely's triangles: they come in another order, and the bytes of a log would change from one release of its
+    library (GEOS) to the next.
+    """
     left = list(range(len(floor)))
     if _turn_sum(floor) < 0:
         left.reverse()

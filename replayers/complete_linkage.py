@@ -4,6 +4,9 @@ A chain goes from each cluster to its nearest until two are nearest to each othe
 that gives the same merges as always taking the closest pair (Murtagh, "Complexities of hierarchic clustering
 algorithms", 1984; Muellner, "Modern hierarchical, agglomerative clustering algorithms", arXiv:1109.2378). Compiled
 with numba. The same algorithm with the same ties as scipy.cluster.hierarchy.linkage, to which a test holds it.
+
+Why not that function: its import takes 0.24 s of processor time beside numba and numpy (scipy 1.17; numba's own takes
+0.18 s), at the start of every replay.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false

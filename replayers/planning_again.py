@@ -18,7 +18,7 @@ from workbench.planning.problem import Problem
 from workbench.planning.sas import SasTask, sas_of
 from workbench.planning.scout import Scout
 from workbench.planning.solver import BuiltIn, Solver
-from workbench.planning.solvers import solver as solver_named
+from workbench.planning.solvers import solver_of_extra
 from workbench.planning.strategies import EVERYWHERE
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.widening import solve_widening
@@ -99,6 +99,7 @@ def plan_again(
         NoSuchDecision: the log has none there.
         RecordedBySomebodyElse: the run's own strategy is not known here, and no other is given.
         PlansOnItsOwn: a strategy that is not find cost + policy + solver.
+        MissingExtra: the extra of the solver is not installed.
     """
     if at is not None and decision is not None:
         raise BadValue("moment", f"--at {at:g} and --decision {decision}", "one of the two")
@@ -116,7 +117,7 @@ def plan_again(
         problem = problem_at(
             moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations
         )
-    chosen: Solver = solver_named(solver) if solver else base.solver
+    chosen: Solver = solver_of_extra(solver) if solver else base.solver
     solved: Solved
     if everywhere and isinstance(chosen, BuiltIn):
         widened = solve_widening(problem, core, budget_s=budget_s)

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems import breakfast_goal, deliver_goal, random_problem
 
-from workbench.errors import BadValue, UnknownName
+from workbench.cli import run
+from workbench.errors import BadValue, MissingExtra, UnknownName
 from workbench.planning.built_in import solve
 from workbench.planning.external import PddlCommand
 from workbench.planning.fast_downward import downward_home, read_plan
@@ -22,6 +23,7 @@ from workbench.planning.processes import Exit, run_program
 from workbench.planning.solvers import PlannerMissing, installed_solver, solver
 from workbench.planning.strategies import strategy
 
+LOG = Path(__file__).resolve().parents[2] / "logs" / "find-lios.mcap"
 CASES = [random_problem(deliver_goal("Mug", "Book"), ("Mug", "Book"), seed=seed) for seed in range(1, 6)]
 CASE = next(case for case in CASES if not holds(case.goal, initial_state(case), case))
 
@@ -136,3 +138,23 @@ def test_a_planner_that_is_not_installed_is_refused_by_name(name: str, said: str
         installed_solver(name)
     with pytest.raises(PlannerMissing, match=said):
         strategy(f"model-lios@{name}")
+
+
+@pytest.mark.parametrize("name", ["sas-blind", "pddl-ff-astar2"])
+def test_without_fast_downward_its_names_say_what_to_install(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("workbench.planning.fast_downward.find_spec", lambda _: None)
+    downward_home.cache_clear()
+    try:
+        for asked in (lambda: installed_solver(name), lambda: strategy(f"model-lios@{name}")):
+            with pytest.raises(MissingExtra, match=r"lios-workbench\[planners\]"):
+                asked()
+        assert run(["plan", str(LOG), "--solver", name]) == 2
+        made = solver(name).solve(CASE, budget_s=5).plan
+    finally:
+        downward_home.cache_clear()
+    assert made.status is PlanStatus.SOLVER_FAILED
+    assert "lios-workbench[planners]" in made.note
+    said = f"lios: solver {name} needs an optional part. Install it: pip install 'lios-workbench[planners]'.\n"
+    assert capsys.readouterr().err == said

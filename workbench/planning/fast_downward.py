@@ -2,6 +2,10 @@
 
 Searches by name: `blind` and `lmcut` are optimal; `ff-astar2` is the paper's (A* with the FF heuristic, both on
 cost plus one), not optimal; `anytime` returns the best plan found in its time.
+
+The planner is a program of its own (GPL-3.0-only) that the extra "planners" installs; it is run, never imported. The
+SAS+ route has a printer of its own (sas.py) and not Fast Downward's translator, which grounds PDDL anew at every
+decision in an interpreter of its own.
 """
 
 from __future__ import annotations
@@ -73,7 +77,7 @@ class FastDownward:
             return Solved(plan=settled)
         home = downward_home()
         if home is None:
-            note = "Fast Downward is not installed. Install it: pip install up-fast-downward"
+            note = "Fast Downward is not installed. Install it: pip install 'lios-workbench[planners]'"
             return Solved(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
         with tempfile.TemporaryDirectory(prefix="lios-plan-") as folder:
             plan = self._run(problem, Path(folder), home, min(budget_s, 86_400.0))

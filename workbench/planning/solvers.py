@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from types import MappingProxyType
 
 from workbench.errors import MissingExtra, UnknownName, Unsupported
 from workbench.planning.external import PddlCommand, UnifiedPlanning, engines_here
-from workbench.planning.fast_downward import FastDownward
+from workbench.planning.fast_downward import FastDownward, downward_home
 from workbench.planning.solver import BuiltIn, Solver
 
 SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
@@ -53,21 +54,33 @@ def solver(name: str) -> Solver:
     raise UnknownName("solver", name, (*SOLVERS, "up-ENGINE", "command:LINE"))
 
 
+def solver_of_extra(name: str) -> Solver:
+    """The solver of that name, whose extra is installed.
+
+    Raises:
+        MissingExtra: Fast Downward or unified-planning is not installed.
+        UnknownName, BadValue: as solver.
+    """
+    made = solver(name)
+    if isinstance(made, FastDownward) and downward_home() is None:
+        raise MissingExtra(f"solver {name}", "planners")
+    if isinstance(made, UnifiedPlanning) and find_spec("unified_planning") is None:
+        raise MissingExtra(f"solver {name}", "planners")
+    return made
+
+
 def installed_solver(name: str) -> Solver:
     """The solver of that name, for runs: one that is not installed is told at once, and not by a table of failures.
 
     Raises:
         PlannerMissing: a planner that is not installed here.
-        MissingExtra: unified-planning is not.
-        UnknownName, BadValue: as solver.
+        MissingExtra, UnknownName, BadValue: as solver_of_extra.
     """
-    made = solver(name)
+    made = solver_of_extra(name)
     if isinstance(made, PddlCommand) and made.program is None:
         raise PlannerMissing(name, "there is no such program. Install the planner, or give its path")
     if isinstance(made, UnifiedPlanning):
-        here = engines_here()
-        if here is None:
-            raise MissingExtra(f"solver {name}", "planners")
+        here = engines_here() or ()
         if made.engine not in here:
             raise PlannerMissing(name, f"unified-planning has no such engine here. It has {', '.join(here)}")
     return made

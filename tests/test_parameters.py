@@ -1,0 +1,104 @@
+"""Parameters as annotations: every type that a command may have, what is not given, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from workbench.cli import run
+from workbench.parameters import Argument, Option, command_of
+
+GIVEN: list[dict[str, Any]] = []
+
+
+def everything(
+    logs: Annotated[list[Path], Argument(help="Logs.")],
+    much: Annotated[float, Option("--much", "-m", min=0.0, max=2.0)] = 1.0,
+    at: Annotated[float | None, Option("--at")] = None,
+    seed: Annotated[int, Option("--seed")] = 0,
+    topics: Annotated[list[str] | None, Option("--topic", "-t")] = None,
+    figures: Annotated[bool, Option("--figures/--no-figures")] = True,
+    force: Annotated[bool, Option("--force")] = False,
+    raw: Annotated[bool, Option()] = True,
+) -> None:
+    GIVEN.append(dict(locals()))
+
+
+def given(*words: str) -> dict[str, Any]:
+    GIVEN.clear()
+    done = CliRunner().invoke(command_of("everything", everything, help="All."), words, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    (arguments,) = GIVEN
+    return arguments
+
+
+def test_what_is_not_given_is_what_the_function_has() -> None:
+    assert given("a.mcap", "b.mcap") == {
+        "logs": [Path("a.mcap"), Path("b.mcap")],
+        "much": 1.0,
+        "at": None,
+        "seed": 0,
+        "topics": None,
+        "figures": True,
+        "force": False,
+        "raw": True,
+    }
+
+
+def test_what_is_given_has_the_type_of_the_annotation() -> None:
+    words = "a -m 2 --at 1e3 --seed 7 -t x --topic y --no-figures --force --no-raw"
+    assert given(*words.split()) == {
+        "logs": [Path("a")],
+        "much": 2.0,
+        "at": 1000.0,
+        "seed": 7,
+        "topics": ["x", "y"],
+        "figures": False,
+        "force": True,
+        "raw": False,
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "Missing argument"),
+        (["a", "--much", "3"], "0.0<=x<=2.0"),
+        (["a", "--much", "nan"], "not a finite number"),
+        (["a", "--at", "inf"], "not a finite number"),
+        (["a", "--seed", "-1"], "x>=0"),
+        (["a", "--no-force"], "No such option"),
+    ],
+)
+def test_what_is_out_of_range_is_refused(words: list[str], said: str) -> None:
+    done = CliRunner().invoke(command_of("everything", everything, help="All."), words)
+    assert done.exit_code == 2
+    assert said in done.output
+
+
+def test_a_parameter_without_an_annotation_is_a_programmer_s_mistake() -> None:
+    def bare(log: Path) -> None: ...
+
+    def odd(log: Annotated[complex, Option("--log")] = 0j) -> None: ...
+
+    for function, said in ((bare, "no Option or Argument"), (odd, "no command line gives")):
+        with pytest.raises(TypeError, match=said):
+            command_of("it", function, help="")
+
+
+def test_a_plug_in_may_be_click_s(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beside functions with annotations: whoever knows click writes click."""
+
+    class Entry:
+        name = "mine"
+
+        def load(self) -> click.Command:
+            return click.Command("mine", callback=lambda: click.echo("mine was called"))
+
+    monkeypatch.setattr("workbench.cli.entry_points", lambda group: [Entry()])
+    assert run(["mine"]) == 0
+    assert capsys.readouterr().out == "mine was called\n"
