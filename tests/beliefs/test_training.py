@@ -232,7 +232,7 @@ class Stopped(Exception):
 def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) -> None:
     few = tmp_path / "houses.jsonl"
     with gzip.open(shipped_houses(), "rt") as lines:
-        few.write_text("".join(line for line, _ in zip(lines, range(4), strict=False)))
+        few.write_text("".join(line for line, _ in zip(lines, range(3), strict=False)))
     made = [tmp_path / f"{k}.safetensors" for k in range(2)]
     for path in made:
         assert run(["train", "--houses", str(few), "-e", name, "--seed", "7", "-o", str(path), "--json"]) == 0

@@ -11,6 +11,7 @@ from dashboards import task_report
 from workbench.cli import run
 from workbench.evaluation.task_rows import read_rows
 
+pytestmark = pytest.mark.xdist_group("report")
 COUNTS = ["--estimator", "counts", "--paper-estimator", "counts"]
 WORDS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "2", *COUNTS]
 
@@ -22,8 +23,15 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_an_example_is_drawn_of_a_recorded_trial(recorded: Path) -> None:
-    _, figures = task_report.write_report(recorded)
+@pytest.fixture(scope="module")
+def written(recorded: Path) -> tuple[str, list[Path]]:
+    """The page's text and the figures."""
+    page, figures = task_report.write_report(recorded)
+    return page.read_text(), figures
+
+
+def test_an_example_is_drawn_of_a_recorded_trial(written: tuple[str, list[Path]]) -> None:
+    _, figures = written
     assert [path.name for path in figures if path.name.startswith("example")] == ["example_any-of-three.png"]
 
 
@@ -38,9 +46,8 @@ def test_logs_of_another_evaluation_in_the_folder_are_no_example(
     assert not [path for path in figures if path.name.startswith("example")]
 
 
-def test_a_row_that_stands_twice_counts_once(recorded: Path) -> None:
-    page, _ = task_report.write_report(recorded)
-    once = page.read_text()
+def test_a_row_that_stands_twice_counts_once(recorded: Path, written: tuple[str, list[Path]]) -> None:
+    once, _ = written
     trials = recorded / "trials.jsonl"
     rows, text = read_rows(trials), trials.read_bytes()
     try:
@@ -65,8 +72,7 @@ def test_an_evaluation_without_a_trial_is_one_line(recorded: Path, capsys: pytes
     assert "holds no trial" in said
 
 
-def test_the_costs_stand_on_a_page_without_scrolling_sideways(recorded: Path) -> None:
-    page, _ = task_report.write_report(recorded)
-    text = page.read_text()
+def test_the_costs_stand_on_a_page_without_scrolling_sideways(written: tuple[str, list[Path]]) -> None:
+    text, _ = written
     assert "white-space: nowrap" in text
     assert "<table class=costs><tr><th rowspan=2>Strategy</th><th colspan=3>Any-of-Three</th>" in text

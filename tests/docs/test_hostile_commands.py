@@ -107,6 +107,10 @@ def test_a_solver_that_finds_nothing_is_no_success(solver: str, capsys: pytest.C
     said = capsys.readouterr().out
     assert said.startswith("solver-failed: ")
     assert "cost" not in said
+
+
+def test_a_solver_that_finds_nothing_has_no_cost_for_machines(capsys: pytest.CaptureFixture[str]) -> None:
+    solver = "command:false {domain} {problem} {plan}"
     assert cli.run(["plan", str(LOG), "--solver", solver, "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["cost"] is None
 

@@ -25,6 +25,9 @@ from replayers.scanning import NoMcap, open_log
 from replayers.summary import read_index
 from workbench.errors import BadValue, LiosError, OutputExists
 
+SPREAD = pytest.mark.parametrize("apart", [7, pytest.param(1, marks=pytest.mark.slow)])
+"""Every seventh byte, which meets all bits in turn; every byte with the slow tests."""
+
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> bytes:
@@ -96,8 +99,9 @@ def _of_chunk(path: Path, offset: int) -> list[object]:
         return [inner for _, inner in records_in(record.unpack()) if isinstance(inner, Raw)]
 
 
-def test_a_small_log_cut_at_every_byte_gives_all_that_was_flushed(small: bytes, tmp_path: Path):
-    for cut in range(len(small)):
+@SPREAD
+def test_a_small_log_cut_anywhere_gives_all_that_was_flushed(apart: int, small: bytes, tmp_path: Path):
+    for cut in range(0, len(small), apart):
         saved = _saved(small[:cut], tmp_path)
         assert saved == (None if cut < 8 else _flushed_before(small, cut, tmp_path)), cut
 
@@ -121,10 +125,13 @@ def test_a_run_cut_at_every_byte_takes_no_more_than_200_mb(run_log: bytes, tmp_p
     assert took_mb < 200
 
 
-def test_a_flipped_byte_anywhere_in_a_small_log_is_noticed_and_costs_one_chunk_at_most(small: bytes, tmp_path: Path):
+@SPREAD
+def test_a_flipped_byte_anywhere_in_a_small_log_is_noticed_and_costs_one_chunk_at_most(
+    apart: int, small: bytes, tmp_path: Path
+):
     whole = _saved(small, tmp_path)
     assert whole is not None
-    for at in range(len(small)):
+    for at in range(0, len(small), apart):
         data = bytearray(small)
         data[at] ^= 1 << (at % 8)
         saved = _saved(bytes(data), tmp_path)

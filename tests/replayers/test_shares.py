@@ -33,8 +33,8 @@ from replayers.ground import Settings
 from workbench.process_pool import can_inherit
 
 batch.FEW_OPEN = 0
-logs, output, workers = [Path(log) for log in sys.argv[3:]], Path(sys.argv[1]), int(sys.argv[2])
-names = ("scout-lios", "opt-greedy", "oracle", "misbehaving:Raises", "pes-greedy", "model-lios")
+logs, output, workers = [Path(log) for log in sys.argv[4:]], Path(sys.argv[1]), int(sys.argv[2])
+names = tuple(sys.argv[3].split(","))
 wanted = batch.Wanted(strategies=names, settings=Settings(worlds=50), output=output)
 assert can_inherit()
 made = list(batch.replay_all(logs, wanted, workers=workers))
@@ -79,26 +79,33 @@ def test_families_name_strategies_that_there_are() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
-def test_several_processes_say_what_one_says(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "names",
+    [
+        "opt-greedy,oracle,model-lios",
+        pytest.param("scout-lios,opt-greedy,oracle,misbehaving:Raises,pes-greedy,model-lios", marks=pytest.mark.slow),
+    ],
+)
+def test_several_processes_say_what_one_says(names: str, tmp_path: Path) -> None:
     logs = [str(simulated_log(tmp_path / "a.mcap")), str(tmp_path / "torn.mcap")]
     logs.append(str(simulated_log(tmp_path / "b.mcap", known=(FRIDGE,), run_id="123456789abc")))
     (tmp_path / "torn.mcap").write_bytes(b"no log")
-    one, three = (_outcomes(tmp_path / f"with {n}", n, logs) for n in (1, 4))
+    one, three = (_outcomes(tmp_path / f"with {n}", n, names, logs) for n in (1, 4))
     assert one == three
     kept = [sorted(p.name for p in (tmp_path / f"with {n}").rglob("*.json")) for n in (1, 4)]
     assert kept[0] == kept[1] != []
-    assert _outcomes(tmp_path / "with 4", 4, logs) == one  # resumed
+    assert _outcomes(tmp_path / "with 4", 4, names, logs) == one  # resumed
 
 
-def _outcomes(output: Path, workers: int, logs: list[str]) -> list[dict[str, object]]:
-    code = [sys.executable, "-c", IN_PROCESSES, str(output), str(workers), *logs]
+def _outcomes(output: Path, workers: int, names: str, logs: list[str]) -> list[dict[str, object]]:
+    code = [sys.executable, "-c", IN_PROCESSES, str(output), str(workers), names, *logs]
     here = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(code, capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": here})
     return json.loads(done.stdout)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are copies on Linux only")
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("how", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
 def test_what_is_stopped_stops_in_every_process(how: signal.Signals, tmp_path: Path) -> None:
     log, marks = simulated_log(tmp_path / "run.mcap"), tmp_path / "marks"
     marks.mkdir()

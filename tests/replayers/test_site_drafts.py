@@ -17,6 +17,8 @@ from workbench.worlds.site_check import check_site
 
 sys.path.insert(0, str(Path(__file__).parent / "importers"))
 
+pytestmark = pytest.mark.xdist_group("site drafts")
+
 
 @pytest.fixture(scope="module")
 def home() -> Site:

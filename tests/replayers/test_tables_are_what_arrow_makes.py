@@ -27,7 +27,7 @@ LOGS = Path(__file__).resolve().parents[2] / "logs"
 TYPES = {pa.string(): pd.StringDtype("pyarrow"), pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 VALUES = {
     WORD: st.none() | st.sampled_from(["a", "b", "c", ""]),
-    TEXT: st.none() | st.text(max_size=3),
+    TEXT: st.none() | st.text("ab \0é日\U0001f600", max_size=3),
     WORDS: st.lists(st.sampled_from(["a", "b"]), max_size=3),
     WHOLE: st.none() | st.integers(-(2**63), 2**63 - 1),
     NUMBER: st.none() | st.floats(allow_nan=False),

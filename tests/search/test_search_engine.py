@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import permutations
 
 import numpy as np
@@ -43,21 +44,27 @@ def belief(*rows: list[float]) -> Belief:
 
 
 def missing_after(p: list[float], searched: tuple[int, ...], model: BeliefModel) -> float:
-    """R(S), from its definition."""
+    """R(S), from its definition; a set has one, however many orders lead to it."""
+    return _missing_after(tuple(p), tuple(sorted(searched)), model)
+
+
+@lru_cache(maxsize=4096)
+def _missing_after(p: tuple[float, ...], searched: tuple[int, ...], model: BeliefModel) -> float:
     others = [p[i] for i in range(len(p)) if i not in searched]
     if model == "exclusive":
         return sum(others) / sum(p)
     if model == "marginal":
         z = chance_of_any(p)
         if z == 0.0:
-            return missing_after(p, searched, "exclusive")
-        return missing_after([x * z for x in p], searched, "exists")
+            return _missing_after(p, searched, "exclusive")
+        return _missing_after(tuple(x * z for x in p), searched, "exists")
     nowhere = float(np.prod([1 - x for x in p]))
     inside = float(np.prod([1 - p[i] for i in searched]))
     return inside if model == "independent" else (inside - nowhere) / (1 - nowhere)
 
 
-def chance_of_any(p: list[float]) -> float:
+@lru_cache(maxsize=4096)
+def chance_of_any(p: tuple[float, ...]) -> float:
     """The positive z of z = 1 - product of (1 - z p), by halving; 0 where there is none."""
     if sum(p) <= 1 + 1e-12:
         return 0.0

@@ -164,7 +164,7 @@ def test_a_closed_terminal_ends_a_run_well(tmp_path: Path) -> None:
     assert [note.text for note in notes_of(log)] == ["mark"]
 
 
-@pytest.mark.parametrize("key", [" ", "s"])
+@pytest.mark.parametrize("key", [" ", pytest.param("s", marks=pytest.mark.slow)])
 def test_the_stop_key_stops_a_run_at_the_terminal(key: str, tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     arguments = ["spot", "run", "-o", str(log), "--estimator", "counts", "--own-estop", "--images-hz", "0"]

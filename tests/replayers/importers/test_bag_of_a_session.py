@@ -26,6 +26,7 @@ from workbench.cli import run as lios
 from workbench.worlds.house import LocationId
 from workbench.worlds.site import load_site
 
+pytestmark = pytest.mark.xdist_group("bag of a session")
 NAME = "gouger"
 """The driver's spot_name: before every topic and every frame."""
 
