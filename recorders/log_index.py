@@ -69,13 +69,6 @@ class LogIndex:
         elif isinstance(record, Channel):
             self.channels[record.id] = record
 
-    def topic_counts(self) -> dict[str, int]:
-        """Messages per topic, sorted by topic; channels of one topic added up."""
-        totals: dict[str, int] = {}
-        for channel in self.channels.values():
-            totals[channel.topic] = totals.get(channel.topic, 0) + self.counts.get(channel.id, 0)
-        return dict(sorted(totals.items()))
-
     def to_bytes(self, start: int) -> bytes:
         """Summary, footer and closing magic of a file whose data end at offset `start`."""
         statistics = Statistics(

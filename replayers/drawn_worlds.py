@@ -2,8 +2,8 @@
 
 Open containers hold each relevant type independently with the belief's probability. A type of which the log shows
 no instance, but which is known to exist, is in at least one of them: drawn exactly, container by container, by the
-chance that it is in none of those still to come (the `exists` model of FINDINGS.md, as a sampler). One world is a
-table of answers, the same for every strategy: comparisons are paired.
+chance that it is in none of those still to come (the `exists` model of docs/concepts/belief-models.md, as a
+sampler). One world is a table of answers, the same for every strategy: comparisons are paired.
 """
 
 from __future__ import annotations

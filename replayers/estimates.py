@@ -1,7 +1,7 @@
-"""What would it have cost on average, and who would have won, over worlds drawn from the belief?
+"""What would it have cost on average, over worlds drawn from the belief?
 
-Everything here is sampled and says so: means with a Monte-Carlo interval, a predictive interval of the cost itself,
-the chance that one strategy beats another in the same world. Bounds stand elsewhere (bounds.py), and how often such
+Everything here is sampled and says so: means with a Monte-Carlo interval, a predictive interval of the cost itself.
+Bounds stand elsewhere (bounds.py), and how often such
 estimates come true is measured by calibration.py.
 """
 
@@ -100,8 +100,3 @@ def mass_within(costs: Floats, interval: tuple[float, float]) -> float:
     """The share of drawn costs in a closed interval."""
     low, high = interval
     return float(np.mean((costs >= low - SAME) & (costs <= high + SAME)))
-
-
-def beats(a: Floats, b: Floats, *, near: float = 1e-6) -> tuple[float, float]:
-    """In which share of the same drawn worlds a is cheaper than b, and in which they cost the same."""
-    return float(np.mean(a < b - near)), float(np.mean(np.abs(a - b) <= near))

@@ -82,10 +82,6 @@ class Evidence:
         """Item types of which the log shows an instance."""
         return frozenset(item.type for items in self.contents.values() for item in items)
 
-    def instances(self, item_type: ItemType) -> int:
-        """How many instances of a type the log shows."""
-        return sum(item.type == item_type for items in self.contents.values() for item in items)
-
 
 def evidence_of(run: Run) -> Evidence:
     """What a run's log makes certain.

@@ -15,7 +15,7 @@ from toy_logs import MUG, PENCIL, InOrder, toy_evidence, toy_run
 
 from replayers.calibration import pit_below, pit_distance, pit_histogram, pit_stretch, share_within
 from replayers.drawn_worlds import DrawnWorlds, draw_worlds
-from replayers.estimates import beats, estimate_of, mass_within, predictive_interval
+from replayers.estimates import estimate_of, mass_within, predictive_interval
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.replay import Settings, ground_of, replay_strategy
 from replayers.telling_look import rank_looks
@@ -144,11 +144,6 @@ def test_calibrated_lumps_give_an_even_transform_and_cover_what_they_aim_at() ->
     assert (pit_distance(too_low) or 0.0) > 0.3
     assert pit_histogram([]) == ()
     assert pit_distance([]) is None
-
-
-def test_chances_are_counted_in_the_same_worlds() -> None:
-    a, b = np.array([1.0, 2.0, 3.0, 4.0]), np.array([2.0, 2.0, 1.0, 5.0])
-    assert beats(a, b) == (0.5, 0.25)
 
 
 def test_the_most_telling_look_is_the_one_that_decides_who_wins(tmp_path: Path) -> None:

@@ -45,7 +45,8 @@ def test_travel_costs_that_differ_by_direction_come_back_too():
 
 def test_a_place_walks_the_same_ways_as_the_world_that_it_was_taken_from():
     navigation = navigate(toy_plan())
-    place = Place.of_world(SimulatedWorld(toy_house(), navigation))
+    world = SimulatedWorld(toy_house(), navigation)
+    place = Place.of(world.plan, world.paths, travel=world.travel)
     ways = place_from_json(place_to_json(place)).paths()
     for a in navigation.travel.locations:
         for b in navigation.travel.locations:

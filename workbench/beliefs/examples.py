@@ -2,7 +2,7 @@
 
 The paper labels every container of a house for every item type that the house holds: positive when the container
 holds an instance, negative otherwise (Sec. IV-D). Its features are names only, so most rows are the same row
-again: they collapse to distinct triples with how often each was seen and how often it held (FINDINGS.md: about a
+again: they collapse to distinct triples with how often each was seen and how often it held (about a
 thirteenth of the rows).
 """
 

@@ -8,7 +8,7 @@ from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, FloorPlan
 
 MOST_KNOWN_SHARE = 0.2
-"""At most this share of the containers is known at the start (DESIGN.md, the loop)."""
+"""At most this share of the containers is known at the start (docs/architecture.md)."""
 
 
 def known_at_start(

@@ -48,7 +48,7 @@ TO_PEEL = tuple(ItemType(name) for name in ("Apple", "Potato", "Tomato"))
 
 GRINDS_STAND = ("DiningTable", "CounterTop", "ShelvingUnit")
 BOTTLE_STANDS = ("Fridge", "DiningTable")
-"""Container types that receive what Coffee adds to a house (paper, Sec. V; DESIGN.md, Scenarios)."""
+"""Container types that receive what Coffee adds to a house (paper, Sec. V; docs/planning.md)."""
 
 COFFEE_ADDS = (Added(item_type=GRINDS, stands=GRINDS_STAND), Added(item_type=WATER_BOTTLE, stands=BOTTLE_STANDS))
 

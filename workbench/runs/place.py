@@ -22,7 +22,6 @@ from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, FloorPlan, LocationId
 from workbench.worlds.occupancy import OccupancyGrid
 from workbench.worlds.travel import Paths, TravelCosts
-from workbench.worlds.world import World
 
 __all__ = [
     "PLACE_ATTACHMENT",
@@ -81,11 +80,6 @@ class Place:
             standing=MappingProxyType(standing),
             occupancy=grid if isinstance(grid, OccupancyGrid) else None,
         )
-
-    @classmethod
-    def of_world(cls, world: World) -> Place:
-        """The place that a world is in."""
-        return cls.of(world.plan, world.paths, travel=world.travel)
 
     def paths(self) -> Paths:
         """The ways between locations, found again on the occupancy grid; straight lines where there is no grid."""

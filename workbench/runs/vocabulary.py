@@ -1,6 +1,6 @@
 """What stands in a log? One frozen class a topic, written and checked by msgspec, with its JSON Schema.
 
-Wire names follow DESIGN.md section 5; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
+Wire names are told in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
 brings a reader for the old one.
 """
 

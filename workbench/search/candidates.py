@@ -3,7 +3,7 @@
 Two rankings:
 
 - `probable`, the paper's: the two containers of least d(q, a) + d(a, q_to), then the most probable ones;
-- `worth`, ours: by p / (1 + d(q, a) + d(a, q_to) / 2), probability against the walk (FINDINGS.md).
+- `worth`, ours: by p / (1 + d(q, a) + d(a, q_to) / 2), probability against the walk (docs/search.md).
 
 For a table over many origins and targets the distances are means over them, so that an item type has one
 candidate set; for one query they are that query's own.

@@ -1,4 +1,4 @@
-"""Look where the object is most likely, however far that is: a baseline that loses to Greedy (FINDINGS.md)."""
+"""Look where the object is most likely, however far that is: a baseline that loses to Greedy (docs/search.md)."""
 
 from __future__ import annotations
 

@@ -35,14 +35,6 @@ class SearchPolicy(Protocol):
         ...
 
 
-class FirstStopPolicy(SearchPolicy, Protocol):
-    """A policy that can say where it looks first without working out the rest."""
-
-    def first(self, query: SearchQuery) -> ContainerId | None:
-        """The container of the first stop of `order`; None when nothing is left to search."""
-        ...
-
-
 def first_stop(policy: SearchPolicy, query: SearchQuery) -> ContainerId | None:
     """Where a policy looks first; None when nothing is left to search."""
     first = getattr(policy, "first", None)
