@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 WORKERS ?= 2
+ESLINT := 10.15.0
 
 .PHONY: demo test test-all lint bench docs clean
 
@@ -46,6 +47,7 @@ lint: typings/.written
 	$(BIN)/ruff check .
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	PATH="$(CURDIR)/$(BIN):$$PATH" npx --yes eslint@$(ESLINT) --max-warnings 0 dashboards
 
 bench: $(VENV)/.installed-test
 	$(BIN)/pytest tests/benchmarks --benchmark-enable --benchmark-only --benchmark-columns=min,median,max,rounds

@@ -45,7 +45,10 @@ TABS = (
 MOST_NAMED = 6
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
-PARTS = ("panels/panels.js", "capsule_page/renderer.js", "capsule_page/player.js", "capsule_page/film.js")
+PARTS = (
+    "panels/panels.js",
+    *(f"capsule_page/{name}.js" for name in ("renderer", "clock", "ribbon", "labels", "painting", "player", "film")),
+)
 SHEETS = ("panels/panels.css", "capsule_page/page.css")
 
 

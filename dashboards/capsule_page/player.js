@@ -7,23 +7,8 @@
   for (const run of runs) run.imputedSet = new Set(run.imputed);
   const state = { at: 0, playing: false, speed: 1, loop: false, clock: "time", follow: false, walls: "cut", item: 0, tab: data.tabs[0][0] };
 
-  // --- the clock ------------------------------------------------------------------------------------------------
-  const upper = (list, value) => { let [a, b] = [0, list.length]; while (a < b) { const m = (a + b) >> 1; if (list[m] <= value) a = m + 1; else b = m; } return a; };
-  const interpolate = (x, xs, ys) => {
-    const i = upper(xs, x);
-    if (i === 0) return ys[0];
-    if (i >= xs.length) return ys[ys.length - 1];
-    const span = xs[i] - xs[i - 1];
-    return ys[i - 1] + (span > 0 ? (x - xs[i - 1]) / span : 0) * (ys[i] - ys[i - 1]);
-  };
-  const secondOf = (run, at) => {
-    if (state.clock === "time") return Math.min(at, run.duration);
-    if (state.clock === "distance") return at >= run.wayM[run.wayM.length - 1] ? run.duration : interpolate(at, run.wayM, run.wayS);
-    const n = Math.floor(at + 1e-9);
-    return n < 1 ? 0 : n > run.decisions.length ? run.duration : run.decisions[n - 1];
-  };
-  const readingOf = (run, s) => state.clock === "time" ? s : state.clock === "distance" ? interpolate(s, run.wayS, run.wayM) : upper(run.decisions, s + 1e-9);
-  const endOf = () => Math.max(1e-9, ...runs.map((r) => state.clock === "time" ? r.duration : state.clock === "distance" ? r.wayM[r.wayM.length - 1] : r.decisions.length + 1));
+  const upper = liosUpper, interpolate = liosInterpolate;
+  const { secondOf, readingOf, endOf } = liosClock(runs, state);
 
   // --- the stage ------------------------------------------------------------------------------------------------
   const canvas = $("view");
@@ -34,7 +19,8 @@
   if (!renderer) { $("sorry").hidden = false; canvas.hidden = true; }
   const opaque = (rgb, alpha = 255) => { const out = new Uint8Array(rgb.length / 3 * 4); for (let i = 0; i < rgb.length / 3; i++) { out.set(rgb.slice(3 * i, 3 * i + 3), 4 * i); out[4 * i + 3] = alpha; } return out; };
   const drawn = [], walls = { cut: [], whole: [] };
-  let shapes = {}, actors = [], furniture = [], bars = null, marks = {};
+  const shapes = {}, actors = [], furniture = [];
+  let bars = null, marks = {};
   const empty = { centre: [], size: [], yaw: [], colour: [] };
   const add = (shape, parts, blend = false) => { const made = renderer.batch(shape, parts); made.blend = blend; drawn.push(made); return made; };
   if (renderer) {
@@ -57,39 +43,11 @@
       });
     });
   }
-  const ribbon = (points, z, wide, colour, dash = null) => {
-    const out = { centre: [], size: [], yaw: [], colour: [] };
-    const put = (a, b) => {
-      const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
-      if (length < 1e-4) return;
-      out.centre.push((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, z);
-      out.size.push(length + (dash ? 0 : wide * 0.8), wide, 0.012);
-      out.yaw.push(Math.atan2(b[1] - a[1], b[0] - a[0]));
-      out.colour.push(...colour, 255);
-    };
-    // As dashes() of marks.py: a dash stands by the line that it lies on, so that there and back fall together.
-    for (let i = 1; i < points.length; i++) {
-      const [a, b] = [points[i - 1], points[i]];
-      const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
-      if (!dash || length < 1e-4) { put(a, b); continue; }
-      let u = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-      if (u[0] < -1e-6 || (Math.abs(u[0]) <= 1e-6 && u[1] < 0)) u = [-u[0], -u[1]];
-      const dot = (p) => p[0] * u[0] + p[1] * u[1], from = dot(a), period = dash[0] + dash[1];
-      const low = Math.min(from, dot(b)), high = Math.max(from, dot(b));
-      const at = (s) => [a[0] + (s - from) * u[0], a[1] + (s - from) * u[1]];
-      const first = Math.floor(low / period), turns = Math.min(Math.floor(high / period) - first, 20000);
-      for (let k = first; k <= first + turns; k++) {
-        const s = Math.max(low, k * period), e = Math.min(high, k * period + dash[0]);
-        if (e > s) put(at(s), at(e));
-      }
-    }
-    return out;
-  };
   const labels = [];
   const label = (text, kind, at) => { const div = document.createElement("div"); div.className = kind; div.textContent = text; $("labels").append(div); const made = { div, at, visible: true, kind }; labels.push(made); return made; };
   data.house.rooms.forEach((room) => label(room.name, "room", [...room.at, 0.05]));
   const orderLabels = Array.from({ length: data.labelled }, () => label("", "order", [0, 0, 0]));
-  const robotLabels = runs.map((run, i) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.color = `rgb(${run.colour})`; return made; });
+  const robotLabels = runs.map((run) => { const made = label(run.name, "robot", [0, 0, 0]); made.div.style.color = `rgb(${run.colour})`; return made; });
 
   // --- showing one moment ---------------------------------------------------------------------------------------
   let shownFrame = -1;
@@ -153,7 +111,7 @@
       for (const part of [actor.body, actor.legs]) part.set({ centre: [robot.x, robot.y, 0], yaw: [robot.yaw] });
       const trail = { centre: [], size: [], yaw: [], colour: [] };
       let stretch = [[run.wayX[0], run.wayY[0]]], assumed = false;
-      const close = () => { const made = ribbon(stretch, actor.z, actor.wide, run.colour, assumed ? [0.16, 0.14] : null); for (const key in trail) trail[key].push(...made[key]); };
+      const close = () => { const made = liosRibbon(stretch, actor.z, actor.wide, run.colour, assumed ? [0.16, 0.14] : null); for (const key in trail) trail[key].push(...made[key]); };
       for (let j = 1; j <= robot.i + 1; j++) {
         const point = j <= robot.i ? [run.wayX[j], run.wayY[j]] : [robot.x, robot.y], kind = run.imputedSet.has(Math.min(j, run.wayX.length - 1));
         if (kind !== assumed) { close(); stretch = [stretch[stretch.length - 1]]; assumed = kind; }
@@ -161,13 +119,14 @@
       }
       close();
       actor.trail.set(trail);
-      let left = walked - frame.walked, ahead = run.ways[frame.ahead], rest = [[robot.x, robot.y]];
+      const ahead = run.ways[frame.ahead], rest = [[robot.x, robot.y]];
+      let left = walked - frame.walked;
       for (let j = 1; j < ahead.length; j++) {
         const leg = Math.hypot(ahead[j][0] - ahead[j - 1][0], ahead[j][1] - ahead[j - 1][1]);
         if (left >= leg - 1e-6) { left -= leg; continue; }
         rest.push(ahead[j]); left = 0;
       }
-      actor.ahead.set(ribbon(rest, actor.z + 0.004, actor.wide * 0.7, run.colour, [0.22, 0.16]));
+      actor.ahead.set(liosRibbon(rest, actor.z + 0.004, actor.wide * 0.7, run.colour, [0.22, 0.16]));
     });
     for (const key of ["cut", "whole"]) walls[key].forEach((made) => { made.visible = state.walls === key; });
     $("slider").max = endOf(); $("slider").value = state.at;
@@ -181,28 +140,8 @@
     if (!renderer) return;
     const m = camera.matrix();
     renderer.draw(m, drawn);
-    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
-    const placed = [];
-    for (const made of [...robotLabels, ...orderLabels, ...labels.filter((l) => l.kind === "room")]) {
-      const [x, y, z] = made.at, depth = m[3] * x + m[7] * y + m[11] * z + m[15], room = made.kind === "room";
-      let on = made.visible && depth > 0.1 && (!room || state.roomNames !== false);
-      if (on && made.measured !== made.div.textContent) { made.div.style.display = ""; made.measured = made.div.textContent; made.wide = made.div.offsetWidth; }
-      const left = ((m[0] * x + m[4] * y + m[8] * z + m[12]) / depth * 0.5 + 0.5) * w - made.wide / 2, high = 18;
-      let top = (0.5 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / depth * 0.5) * h - (room ? high / 2 : high);
-      // Labels do not cover one another: a mark is pushed up (down, at the edge), the name of a room gives way.
-      if (top < 0 && top > -high) top = 0;
-      for (let round = 0, way = -1; on && round < 16; round++) {
-        const other = placed.find((p) => left < p[0] + p[2] + 2 && p[0] < left + made.wide + 2 && top < p[1] + high && p[1] < top + high);
-        if (!other) break;
-        if (room) { on = false; break; }
-        if (way < 0 && other[1] - high - 1 < 0) way = 1; // no room left above
-        top = other[1] + way * (high + 1);
-      }
-      made.div.style.display = on ? "" : "none";
-      if (!on) continue;
-      placed.push([left, top, made.wide]);
-      made.div.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
-    }
+    const shown = [...robotLabels, ...orderLabels, ...labels.filter((l) => l.kind === "room")];
+    liosPlaceLabels(canvas, m, shown, state.roomNames !== false);
   };
 
   // --- controls -------------------------------------------------------------------------------------------------
@@ -304,41 +243,19 @@
   requestAnimationFrame(tick);
 
   // --- for pictures and tests -------------------------------------------------------------------------------------
-  const paint = (context, w, h, caption) => {
-    const sky = context.createLinearGradient(0, 0, 0, h);
-    sky.addColorStop(0, "#eef3f8"); sky.addColorStop(1, "#fbfbfa");
-    context.fillStyle = sky;
-    context.fillRect(0, 0, w, h);
-    context.drawImage(canvas, 0, 0, w, h);
-    const scale = w / Math.max(1, canvas.clientWidth), box = $("stage").getBoundingClientRect();
-    context.textBaseline = "middle";
-    for (const made of labels) {
-      if (made.div.style.display === "none") continue;
-      const place = made.div.getBoundingClientRect(), plain = made.kind === "room";
-      const [x, y, wide, high] = [place.left - box.left, place.top - box.top, place.width, place.height].map((v) => v * scale);
-      if (!plain) { context.fillStyle = "rgba(255,255,255,0.85)"; context.beginPath(); context.roundRect(x, y, wide, high, 4); context.fill(); }
-      const number = made.div.firstElementChild ? made.div.firstElementChild.textContent + ". " : "";
-      const words = number + (number ? made.div.lastChild.textContent : made.div.textContent);
-      context.font = `${made.kind === "robot" ? 650 : 400} ${12 * scale}px system-ui, sans-serif`;
-      context.fillStyle = made.kind === "robot" ? made.div.style.color : plain ? "#4a4f57" : "#23262b";
-      context.textAlign = "center";
-      context.fillText(words, x + wide / 2, y + high / 2);
-    }
-    if (!caption) return;
-    const seconds = runs.map((run) => secondOf(run, state.at)), doing = [...($("p-now").querySelector("p")?.childNodes || [])].map((n) => n.textContent.trim()).filter(Boolean).join(": ");
-    const lines = [[data.plainTitle, 600], [`${seconds[0].toFixed(1)} s   ${doing}`, 400]];
-    runs.forEach((run, i) => lines.push([`${run.name}: cost ${number(interpolate(seconds[i], run.costS, run.cost))}`, 600, `rgb(${run.colour})`]));
-    const step = 19 * scale;
-    context.textAlign = "left";
-    lines.forEach(([words, weight, colour], i) => {
-      context.font = `${weight} ${13.5 * scale}px system-ui, sans-serif`;
-      const y = h - step * (lines.length - i) - 2 * scale;
-      context.fillStyle = "rgba(255,255,255,0.8)";
-      context.fillRect(10 * scale, y - step / 2, context.measureText(words).width + 12 * scale, step);
-      context.fillStyle = colour || "#23262b";
-      context.fillText(words, 16 * scale, y);
-    });
+  const captionLines = () => {
+    const seconds = runs.map((run) => secondOf(run, state.at));
+    const told = [...($("p-now").querySelector("p")?.childNodes || [])];
+    const doing = told.map((node) => node.textContent.trim()).filter(Boolean).join(": ");
+    const costOf = (run, i) => number(interpolate(seconds[i], run.costS, run.cost));
+    return [
+      [data.plainTitle, 600],
+      [`${seconds[0].toFixed(1)} s   ${doing}`, 400],
+      ...runs.map((run, i) => [`${run.name}: cost ${costOf(run, i)}`, 600, `rgb(${run.colour})`]),
+    ];
   };
+  const paint = (context, w, h, caption) =>
+    liosPaint(context, w, h, { canvas, stage: $("stage"), labels, caption: caption ? captionLines() : null });
   let captioned = null;
   window.lios = {
     paint,
