@@ -2,6 +2,9 @@
 
 The page carries the house as batches, each run as arrays, and the panels as they were at every moment at which
 they changed, each text once; gzip makes that small. It loads nothing and sends nothing (its security policy says so).
+
+Its renderer is 200 lines of our own: a library for 3D, which would have to stand in every page, is several times as
+large as the page of a run.
 """
 
 from __future__ import annotations

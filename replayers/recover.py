@@ -2,6 +2,8 @@
 
 Two passes: the first gathers what any part of the file declares, because a lost chunk may have held the only
 declaration before its messages; the second copies. Memory holds one record at a time, whatever the file claims.
+
+Why not mcap's own reader: it ends at the first record that is damaged.
 """
 
 from __future__ import annotations
