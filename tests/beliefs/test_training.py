@@ -228,7 +228,7 @@ class Stopped(Exception):
     """Raised by a test to end a training."""
 
 
-@pytest.mark.parametrize("name", ["counts", "fcnn", "best"])
+@pytest.mark.parametrize("name", ["counts", pytest.param("fcnn", marks=pytest.mark.slow), "best"])
 def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) -> None:
     few = tmp_path / "houses.jsonl"
     with gzip.open(shipped_houses(), "rt") as lines:
