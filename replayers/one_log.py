@@ -22,6 +22,7 @@ from replayers.sandbox import is_foreign
 from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.errors import FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import needs_truth, strategy
+from workbench.plugins import NameOrigin
 
 NEW_OBJECTS = 500_000
 """Before the collector comes again."""
@@ -33,6 +34,7 @@ class Wanted:
 
     Attributes:
         strategies: by name; "all" has been spelt out.
+        origin: who gives these names.
         output: the folder that keeps replays; None keeps nothing.
         write_logs: also record each replay as MCAP in the folder.
         worlds: of replay.WORLDS, those in which the run is recorded besides.
@@ -43,6 +45,11 @@ class Wanted:
     output: Path | None = None
     write_logs: bool = False
     worlds: tuple[str, ...] = ()
+    origin: NameOrigin = NameOrigin.LOG
+
+    def is_foreign(self, name: str) -> bool:
+        """Whether one of the strategies is a planner from outside."""
+        return is_foreign(name, origin=self.origin)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +89,7 @@ class OneLog:
             reason = "it knows the whole house: give --with-truth"
             return LogFailed(log=self._log, strategy=name, reason=reason)
         path = self._path(name)
-        return _kept(path, self._key(name), self._wanted) if path and not is_foreign(name) else None
+        return _kept(path, self._key(name), self._wanted) if path and not self._wanted.is_foreign(name) else None
 
     def made(self, name: str) -> Outcome:
         """A strategy replayed over this log, and kept where that is wanted."""
@@ -109,8 +116,8 @@ class OneLog:
     def load(self, name: str) -> None:
         """Runs a strategy over the log alone, for what that loads: processes that are copies have it then."""
         with suppress(LiosError):  # it will be told where the strategy is replayed
-            if isinstance(self.ground, Ground) and not is_foreign(name):
-                over_log_alone(self.ground, strategy(name))
+            if isinstance(self.ground, Ground) and not self._wanted.is_foreign(name):
+                over_log_alone(self.ground, strategy(name, origin=self._wanted.origin))
 
     def _key(self, name: str) -> str:
         return key_of(self.run.sha256, name, self._wanted.settings)
@@ -160,13 +167,13 @@ def what_is_loaded_stays() -> Generator[None]:
 
 def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted) -> Outcome:
     try:
-        made = replay_on(ground, name, worlds=wanted.worlds)
+        made = replay_on(ground, name, origin=wanted.origin, worlds=wanted.worlds)
     except LiosError as error:
         return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
     record = stored(ground, made, key=key)
     if path is not None:
         if wanted.write_logs:
-            _write_logs(path, ground, made, same=not is_foreign(name) and _is_of(path, key))
+            _write_logs(path, ground, made, same=not wanted.is_foreign(name) and _is_of(path, key))
         write_replay(path, record)
     return record
 

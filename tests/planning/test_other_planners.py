@@ -21,6 +21,7 @@ from workbench.planning.problem import holds, initial_state
 from workbench.planning.processes import Exit, run_program
 from workbench.planning.solvers import PlannerMissing, installed_solver, solver
 from workbench.planning.strategies import strategy
+from workbench.plugins import NameOrigin
 
 CASES = [random_problem(deliver_goal("Mug", "Book"), ("Mug", "Book"), seed=seed) for seed in range(1, 6)]
 CASE = next(case for case in CASES if not holds(case.goal, initial_state(case), case))
@@ -133,6 +134,6 @@ def test_children_die_with_the_planner(tmp_path: Path) -> None:
 def test_a_planner_that_is_not_installed_is_refused_by_name(name: str, said: str) -> None:
     """At once, and not by a table of failed runs."""
     with pytest.raises(PlannerMissing, match=said):
-        installed_solver(name)
+        installed_solver(name, origin=NameOrigin.USER)
     with pytest.raises(PlannerMissing, match=said):
-        strategy(f"model-lios@{name}")
+        strategy(f"model-lios@{name}", origin=NameOrigin.USER)
