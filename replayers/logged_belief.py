@@ -133,16 +133,19 @@ LEARNS = (
 )
 
 
-def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log") -> Believer:
+def estimator_for(
+    evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log", origin: NameOrigin = NameOrigin.LOG
+) -> Believer:
     """Who believes in a replay.
 
     Args:
         name: "log" takes the log's first belief where it never changed, and the estimator that the log names where
-            it did; "first" holds the log's first belief fixed; another name is an estimator that a user names.
+            it did; "first" holds the log's first belief fixed; another name is an estimator.
+        origin: who gives another name. The estimator that the log names is the log's in any case.
 
     Raises:
         NoBelief: nothing suffices.
-        UnknownName: no such estimator.
+        UnknownName, NotFromLog: no such estimator, or one that only a user may name.
     """
     from workbench.beliefs.estimators import estimator
 
@@ -153,7 +156,7 @@ def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name:
             raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
         return Believer(estimator=first, steady=True)
     if name != "log":
-        found = estimator(name, origin=NameOrigin.USER)
+        found = estimator(name, origin=origin)
         note = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}"
         return Believer(estimator=found, steady=name in NAMES_ALONE, note=note)
     kind = recorded.partition("@")[0]

@@ -108,6 +108,7 @@ def replay(
     names = tuple(name for name in named if name not in not_there)
     settings = Settings(
         estimator=estimator,
+        estimator_origin=NameOrigin.USER,
         worlds=worlds,
         budget=Budget(stretches=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique),

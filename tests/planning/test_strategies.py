@@ -129,7 +129,7 @@ def test_oracle_needs_a_house() -> None:
 
 
 def test_a_module_and_class_serve_as_a_name() -> None:
-    assert strategy(f"{__name__}:Own").name == "own"
+    assert strategy(f"{__name__}:Own", origin=NameOrigin.USER).name == "own"
 
 
 class Own:
