@@ -99,7 +99,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "log.cat": ("log cat {log}",),
     "log.filter": ("log filter {log} -o {out}/filtered.mcap",),
     "log.merge": ("log merge {log} {log} -o {out}/merged.mcap",),
-    "log.split": ("log split {log} -o {out}/part.mcap --duration 5",),
+    "log.split": ("log split {log} -o {out}/part.mcap --every 5",),
     "log.compact": ("log compact {log} -o {out}/compact.mcap",),
     "log.convert": ("log convert {log} -o {out}/lines.jsonl",),
     "log.note": ("log note {log} noted",),
