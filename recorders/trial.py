@@ -24,6 +24,7 @@ from workbench.planning.scenarios import make_task, prepare_house
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
+from workbench.plugins import NameOrigin
 from workbench.runs.place import Place, place_to_json, task_to_json
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.search.costs import SIMULATION, ActionCosts
@@ -39,7 +40,7 @@ class Trial:
     Attributes:
         house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
-        strategy, estimator: names from their tables; a strategy may be given itself.
+        strategy, estimator: names that a user gives; a strategy may be given itself.
     """
 
     house: House
@@ -183,14 +184,14 @@ def _prepare(trial: Trial) -> _Ready:
         navigation=navigation,
         world=SimulatedWorld(trial.house, navigation, known=trial.known),
         strategy=_strategy(trial),
-        estimator=estimator_named(trial.estimator),
+        estimator=estimator_named(trial.estimator, origin=NameOrigin.USER),
         place=Place.of(trial.house.plan, navigation),
     )
 
 
 def _strategy(trial: Trial) -> Strategy:
     if isinstance(trial.strategy, str):
-        return strategy_named(trial.strategy, house=trial.house)
+        return strategy_named(trial.strategy, origin=NameOrigin.USER, house=trial.house)
     return trial.strategy
 
 

@@ -23,6 +23,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.errors import Unsupported
 from workbench.planning.actions import relevant_types
 from workbench.planning.added import with_added
+from workbench.plugins import NameOrigin
 from workbench.runs.place import place_to_json
 from workbench.runs.vocabulary import GroundTruth, Outcome
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
@@ -43,6 +44,7 @@ class Settings:
 
     Attributes:
         estimator: "log", "first", or an estimator's name (logged_belief.py).
+        estimator_origin: who gives that name; no answer depends on it, so it is in no replay's key.
         worlds: how many worlds the estimate draws; 0 leaves it out.
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
@@ -52,6 +54,7 @@ class Settings:
     """
 
     estimator: str = "log"
+    estimator_origin: NameOrigin = field(default=NameOrigin.LOG, repr=False)
     worlds: int = 200
     budget: Budget = field(default_factory=Budget)
     assumptions: Assumptions = field(default_factory=Assumptions)
@@ -110,7 +113,7 @@ def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground
     if settings.with_truth and run.truth is None:
         raise TruthNotRecorded(run.path)
     types = relevant_types(evidence.task.goal)
-    believer = estimator_for(evidence, types, name=settings.estimator)
+    believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
     estimator = believer.estimator
     robot = evidence.info.source not in ("simulation", "replay")
     durations = fitted_durations(run.actions) if robot else SIMULATED

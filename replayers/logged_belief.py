@@ -1,4 +1,4 @@
-"""What did the robot believe? The log's own first belief, as an estimator for whoever replays it.
+"""The estimator of a replay: the log's own first belief, the estimator that the log names, or one that a user names.
 
 A counterfactual asks what another planner would have done with the same belief. Where the log's beliefs never
 changed about a pair (the estimators that go by names alone), its first one is all there is to know; otherwise the
@@ -16,6 +16,7 @@ import numpy as np
 from replayers.evidence import Evidence
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.errors import LiosError, Unsupported
+from workbench.plugins import NameOrigin, quoted
 from workbench.runs.vocabulary import BeliefUpdate
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
@@ -37,7 +38,7 @@ class NoBelief(Unsupported):
 
     def __init__(self, log: str, estimator: str, reason: str) -> None:
         super().__init__(
-            f"{log}: its beliefs do not cover this task and its estimator {estimator!r} cannot be had here "
+            f"{log}: its beliefs do not cover this task and its estimator {quoted(estimator)} cannot be had here "
             f"({reason}). Name another with --estimator."
         )
 
@@ -132,16 +133,19 @@ LEARNS = (
 )
 
 
-def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log") -> Believer:
+def estimator_for(
+    evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log", origin: NameOrigin = NameOrigin.LOG
+) -> Believer:
     """Who believes in a replay.
 
     Args:
         name: "log" takes the log's first belief where it never changed, and the estimator that the log names where
-            it did; "first" holds the log's first belief fixed; another name is one of the estimators' table.
+            it did; "first" holds the log's first belief fixed; another name is an estimator.
+        origin: who gives another name. The estimator that the log names is the log's in any case.
 
     Raises:
         NoBelief: nothing suffices.
-        UnknownName: no such estimator.
+        UnknownName, NotFromLog: no such estimator, or one that only a user may name.
     """
     from workbench.beliefs.estimators import estimator
 
@@ -152,14 +156,14 @@ def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name:
             raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
         return Believer(estimator=first, steady=True)
     if name != "log":
-        found = estimator(name)
+        found = estimator(name, origin=origin)
         note = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}"
         return Believer(estimator=found, steady=name in NAMES_ALONE, note=note)
     kind = recorded.partition("@")[0]
     if evidence.steady and whole and kind not in LEARNING:
         return Believer(estimator=first, steady=True)
     try:
-        found = estimator(kind)
+        found = estimator(kind, origin=NameOrigin.LOG)
     except LiosError as error:
         if whole:
             return Believer(estimator=first, steady=True, note=HELD)

@@ -1,7 +1,8 @@
-"""What do strategies make of one log, with what was kept of it before? Read once, prepared when first needed.
+"""Replays of strategies over one log, with those kept from before; the log is prepared when first needed.
 
-What is kept already under the same key (log, strategy, settings, version) is read and not made again; a planner from
-outside always runs again, since its code may have changed. A log that cannot be replayed is a row that says so.
+What is kept already under the same key (log, strategy, settings, version) is read and not made again. A planner or an
+estimator from outside always runs again, since its code may have changed. A log that cannot be replayed is a row that
+says so.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from replayers.replay import WORLDS, Replay, over_log_alone, replay_on
 from replayers.run import Run, read
 from replayers.sandbox import is_foreign
 from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
+from workbench.beliefs.estimators import ESTIMATORS
 from workbench.errors import FileMissing, LiosError, MalformedFile
 from workbench.planning.strategies import needs_truth, strategy
+from workbench.plugins import ESTIMATOR, NameOrigin, installed_names
 
 NEW_OBJECTS = 500_000
 """Before the collector comes again."""
@@ -33,6 +36,7 @@ class Wanted:
 
     Attributes:
         strategies: by name; "all" has been spelt out.
+        origin: who gives these names.
         output: the folder that keeps replays; None keeps nothing.
         write_logs: also record each replay as MCAP in the folder.
         worlds: of replay.WORLDS, those in which the run is recorded besides.
@@ -43,6 +47,11 @@ class Wanted:
     output: Path | None = None
     write_logs: bool = False
     worlds: tuple[str, ...] = ()
+    origin: NameOrigin = NameOrigin.LOG
+
+    def is_foreign(self, name: str) -> bool:
+        """Whether one of the strategies is a planner from outside."""
+        return is_foreign(name, origin=self.origin)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,14 +91,16 @@ class OneLog:
             reason = "it knows the whole house: give --with-truth"
             return LogFailed(log=self._log, strategy=name, reason=reason)
         path = self._path(name)
-        return _kept(path, self._key(name), self._wanted) if path and not is_foreign(name) else None
+        return _kept(path, self._key(name), self._wanted) if path and not self._may_have_changed(name) else None
 
     def made(self, name: str) -> Outcome:
         """A strategy replayed over this log, and kept where that is wanted."""
         ground = self.ground
         if not isinstance(ground, Ground):
             return LogFailed(log=self._log, strategy=name, reason=str(ground))
-        return _one(ground, name, self._key(name), self._path(name), self._wanted)
+        path, key = self._path(name), self._key(name)
+        same = path is not None and not self._may_have_changed(name) and _is_of(path, key)
+        return _one(ground, name, key, path, self._wanted, same=same)
 
     @property
     def ground(self) -> Ground | LiosError:
@@ -109,8 +120,17 @@ class OneLog:
     def load(self, name: str) -> None:
         """Runs a strategy over the log alone, for what that loads: processes that are copies have it then."""
         with suppress(LiosError):  # it will be told where the strategy is replayed
-            if isinstance(self.ground, Ground) and not is_foreign(name):
-                over_log_alone(self.ground, strategy(name))
+            if isinstance(self.ground, Ground) and not self._wanted.is_foreign(name):
+                over_log_alone(self.ground, strategy(name, origin=self._wanted.origin))
+
+    def _may_have_changed(self, name: str) -> bool:
+        """Whether the strategy or the estimator is code or a file from outside, which no key tells apart."""
+        believer = self._wanted.settings.estimator
+        if believer == "log":
+            changes = self.run.info.estimator.partition("@")[0] in installed_names(ESTIMATOR)
+        else:
+            changes = believer != "first" and believer not in ESTIMATORS
+        return changes or self._wanted.is_foreign(name)
 
     def _key(self, name: str) -> str:
         return key_of(self.run.sha256, name, self._wanted.settings)
@@ -158,15 +178,15 @@ def what_is_loaded_stays() -> Generator[None]:
         gc.unfreeze()
 
 
-def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted) -> Outcome:
+def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted, *, same: bool) -> Outcome:
     try:
-        made = replay_on(ground, name, worlds=wanted.worlds)
+        made = replay_on(ground, name, origin=wanted.origin, worlds=wanted.worlds)
     except LiosError as error:
         return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
     record = stored(ground, made, key=key)
     if path is not None:
         if wanted.write_logs:
-            _write_logs(path, ground, made, same=not is_foreign(name) and _is_of(path, key))
+            _write_logs(path, ground, made, same=same)
         write_replay(path, record)
     return record
 

@@ -1,4 +1,4 @@
-"""What would be planned at a moment of a log? The typed problem, its PDDL and SAS+, and a solver's plan."""
+"""A plan made again at a moment of a log: the typed problem, its PDDL and SAS+, and a solver's plan."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from workbench.planning.solvers import solver_of_extra
 from workbench.planning.strategies import EVERYWHERE
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.widening import solve_widening
+from workbench.plugins import NameOrigin
 
 
 class PlansOnItsOwn(Unsupported):
@@ -83,6 +84,7 @@ def plan_again(
     decision: int | None = None,
     strategy: str = "",
     solver: str = "",
+    origin: NameOrigin = NameOrigin.LOG,
     everywhere: bool = False,
     budget_s: float = 120.0,
 ) -> PlannedAgain:
@@ -92,12 +94,14 @@ def plan_again(
         at: seconds after the start; decision: by number; neither means the first.
         strategy: the run's own if not given.
         solver: the strategy's own if not given.
+        origin: who gives strategy and solver. The name in the log is the log's in any case.
         everywhere: over all reachable places; so plans a strategy @everywhere in any case.
 
     Raises:
         BadValue: both a time and a decision.
         NoSuchDecision: the log has none there.
-        RecordedBySomebodyElse: the run's own strategy is not known here, and no other is given.
+        RecordedBySomebodyElse: the run's own strategy is neither built in nor installed, and no other is given.
+        UnknownName, NotFromLog: no such strategy or solver, or one that only a user may give.
         PlansOnItsOwn: a strategy that is not find cost + policy + solver.
         MissingExtra: the extra of the solver is not installed.
     """
@@ -105,9 +109,10 @@ def plan_again(
         raise BadValue("moment", f"--at {at:g} and --decision {decision}", "one of the two")
     number = decision if decision is not None else decision_at(run, at or 0.0)
     moment = moment_of(run, number)
-    name = strategy or known_here(run)
+    name = strategy or known_here(run, other_solver=bool(solver))
     base = _base(
         name.partition("@")[0] if solver and not name.endswith(f"@{EVERYWHERE}") else name,
+        origin if strategy else NameOrigin.LOG,
         cooking=prepares(moment.view.task.goal),
     )
     problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
@@ -117,7 +122,7 @@ def plan_again(
         problem = problem_at(
             moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations
         )
-    chosen: Solver = solver_of_extra(solver) if solver else base.solver
+    chosen: Solver = solver_of_extra(solver, origin=origin) if solver else base.solver
     solved: Solved
     if everywhere and isinstance(chosen, BuiltIn):
         widened = solve_widening(problem, core, budget_s=budget_s)
@@ -136,10 +141,10 @@ def plan_again(
     )
 
 
-def _base(name: str, *, cooking: bool) -> Composed:
+def _base(name: str, origin: NameOrigin, *, cooking: bool) -> Composed:
     if name.partition("@")[0] == "oracle":
         raise PlansOnItsOwn(name)
-    made = strategy_named(name)
+    made = strategy_named(name, origin=origin)
     if isinstance(made, Scout):
         made = made.cooking if cooking else made.base
     if not isinstance(made, Composed):

@@ -30,6 +30,7 @@ from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
+from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, Item
 from workbench.worlds.knowledge import Knowledge
 
@@ -108,27 +109,33 @@ class Replay:
         return self.bounds.lower if self.bounds.exact else None
 
 
-def replay(run: Run, strategy_name: str, settings: Settings | None = None) -> Replay:
+def replay(
+    run: Run, strategy_name: str, settings: Settings | None = None, *, origin: NameOrigin = NameOrigin.LOG
+) -> Replay:
     """Replays one strategy over one run. For many over one log, prepare it once: ground_of, replay_on."""
-    return replay_on(ground_of(run, settings or Settings()), strategy_name)
+    return replay_on(ground_of(run, settings or Settings()), strategy_name, origin=origin)
 
 
-def replay_on(ground: Ground, strategy_name: str, *, worlds: Sequence[str] = ()) -> Replay:
+def replay_on(
+    ground: Ground, strategy_name: str, *, origin: NameOrigin = NameOrigin.LOG, worlds: Sequence[str] = ()
+) -> Replay:
     """Replays one strategy over a prepared log.
 
     Args:
+        origin: who gives the name; "module:Class" and solvers by command line are for users alone.
         worlds: of WORLDS, those in which the run is told from start to end.
 
     Raises:
         UnknownName: no such strategy.
+        NotFromLog: a name that only a user may give.
         Unsupported: the oracle without the truth.
     """
     if needs_truth(strategy_name):
-        return _in_truth_only(ground, strategy_name)
-    if is_foreign(strategy_name):
-        with Sandboxed(strategy_name, timeout_s=ground.settings.timeout_s) as planner:
+        return _in_truth_only(ground, strategy_name, origin)
+    if is_foreign(strategy_name, origin=origin):
+        with Sandboxed(strategy_name, origin=origin, timeout_s=ground.settings.timeout_s) as planner:
             return replay_strategy(ground, planner, worlds=worlds)
-    return replay_strategy(ground, strategy(strategy_name), worlds=worlds)
+    return replay_strategy(ground, strategy(strategy_name, origin=origin), worlds=worlds)
 
 
 def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
@@ -243,13 +250,13 @@ def _ended(events: tuple[Event, ...]) -> Ended:
     return ended
 
 
-def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
+def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Replay:
     """A strategy that must see the truth: only where the log holds it and it may be used."""
     if ground.truth is None:
         raise Unsupported(
             f"{strategy_name} knows the whole house; a log can only tell with its recorded truth. Give --with-truth."
         )
-    events = in_truth(ground, strategy(strategy_name, house=ground.truth))
+    events = in_truth(ground, strategy(strategy_name, origin=origin, house=ground.truth))
     ended = _ended(events)
     return Replay(
         strategy=resolved_name(strategy_name),

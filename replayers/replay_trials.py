@@ -21,6 +21,7 @@ from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.splits import split_indices
 from workbench.execution.loop import outcome_of
 from workbench.planning.scenarios import make_task, prepare_house
+from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
 from workbench.worlds.house import House
 from workbench.worlds.procthor import load_house, load_houses
@@ -193,7 +194,7 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
             for other in plan.strategies:
                 if other == trial.strategy:
                     continue
-                made = replay_on(ground, other)
+                made = replay_on(ground, other, origin=NameOrigin.USER)
                 if made.bounds is None:
                     yield Skipped(place=place, reason=f"{other} over a log of {trial.strategy}: {made.reason}")
                     continue

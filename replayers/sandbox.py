@@ -1,4 +1,4 @@
-"""How is a stranger's planner run so that it cannot break, stall, or see what it must not? In its own process.
+"""A planner from outside in a process of its own, where it cannot break or stall a replay, or see the truth.
 
 It receives views over a pipe and answers decisions. What it raises, a decision that takes too long, an answer that
 is no decision, and asking for the truth are turned into a decision without a plan, which ends the run as
@@ -13,20 +13,19 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from importlib import import_module
 from importlib.machinery import PathFinder
-from importlib.metadata import entry_points
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from types import MappingProxyType
 from typing import Any, Self, final
 
-from workbench.errors import UnknownName
+from workbench.errors import LiosError
 from workbench.planning.guarded import raised, what_is_wrong
 from workbench.planning.plans import Plan, PlanStatus
-from workbench.planning.strategies import ENTRY_POINTS, StrategyNotLoaded, canonical_name, is_strategy, strategy_names
+from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_strategy, strategy_plugin
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin, Plugin
 from workbench.worlds.house import ItemType
 
 LOADING_S = 60.0
@@ -63,34 +62,40 @@ class HiddenTruth:
         return False
 
 
-def is_foreign(name: str) -> bool:
-    """Whether a name means a planner from outside: "module:Class" or an installed entry point; no NAME@SOLVER is."""
+def is_foreign(name: str, *, origin: NameOrigin) -> bool:
+    """Whether a name means a planner from outside: "module:Class" or an installed entry point; no NAME@SOLVER is.
+
+    Raises:
+        UnknownName: neither a built-in nor an installed one.
+        NotFromLog: "module:Class" that a log gives.
+    """
     if canonical_name(name.partition("@")[0]) is not None:
         return False
-    if ":" in name or any(entry.name == name for entry in entry_points(group=ENTRY_POINTS)):
-        return True
-    raise UnknownName("strategy", name, strategy_names(with_truth=True))
+    strategy_plugin(name, origin=origin)
+    return True
 
 
 def require_planner(name: str) -> None:
-    """Refuses a name under which no planner can be: unknown, or of a module that is not there. Runs none of its code.
+    """Refuses a user's name under which no planner can be: unknown, or of a module that is not there.
+
+    Runs none of its code.
 
     Raises:
         UnknownName: neither a built-in nor an installed one.
         StrategyNotLoaded: "module:Class" of a module that is neither in this folder nor installed.
     """
-    if is_foreign(name) and ":" in name:
+    if is_foreign(name, origin=NameOrigin.USER) and ":" in name:
         top = name.partition(":")[0].partition(".")[0]
         if PathFinder.find_spec(top, [os.getcwd(), *sys.path]) is None:
             raise StrategyNotLoaded(name, f"there is no module {top} here or installed")
 
 
 def why_not_loaded(name: str) -> str:
-    """Why no planner loads under a name from outside: a misspelt class, a module that raises; empty where one does.
+    """Why no planner loads under a user's name: a misspelt class, a module that raises; empty where one does.
 
     One that asks for the truth is there; what becomes of it is a replay's status.
     """
-    with Sandboxed(name) as planner:
+    with Sandboxed(name, origin=NameOrigin.USER) as planner:
         return "" if planner.asked_for_truth else planner.why_broken
 
 
@@ -100,14 +105,16 @@ class Sandboxed:
 
     Args:
         name: "module:Class", "module:factory" or the name of an entry point in the group lios.strategies.
+        origin: who gives the name; its process has the working folder on its import path only for a user's.
         timeout_s: the longest that one decision may take.
 
     Attributes:
         asked_for_truth: it could not be made without the house.
     """
 
-    def __init__(self, name: str, *, timeout_s: float = 10.0) -> None:
+    def __init__(self, name: str, *, origin: NameOrigin, timeout_s: float = 10.0) -> None:
         self._spec = name
+        self._origin = origin
         self._timeout_s = timeout_s
         self._process: Any = None
         self._pipe: Connection | None = None
@@ -160,7 +167,7 @@ class Sandboxed:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, far = context.Pipe()
-        self._process = context.Process(target=_serve, args=(far, self._spec, os.getcwd()), daemon=True)
+        self._process = context.Process(target=_serve, args=(far, self._spec, self._origin, os.getcwd()), daemon=True)
         self._process.start()
         far.close()
         kind, answer = self._await(LOADING_S)
@@ -202,7 +209,7 @@ class Sandboxed:
         return "gone", why
 
 
-def _serve(pipe: Connection, spec: str, folder: str) -> None:
+def _serve(pipe: Connection, spec: str, origin: NameOrigin, folder: str) -> None:
     """The far side: loads the planner, then answers one request after the other.
 
     What the planner prints goes to standard error: standard output is the command's answer, which a machine may read.
@@ -210,11 +217,22 @@ def _serve(pipe: Connection, spec: str, folder: str) -> None:
     sys.stdout = sys.stderr
     with suppress(OSError):
         os.dup2(2, 1)
-    sys.path.insert(0, folder)
+    with suppress(OSError):
+        os.chdir(folder)
+    try:
+        found = strategy_plugin(spec, origin=origin)
+    except LiosError as error:
+        pipe.send(("raised", str(error)))
+        return
+    with found.import_path():
+        _answer(pipe, found)
+
+
+def _answer(pipe: Connection, found: Plugin) -> None:
     planner: list[Strategy] = []
 
     def load() -> str:
-        planner.append(load_foreign(spec))
+        planner.append(load_foreign(found))
         return planner[0].name
 
     pipe.send(_tried(load))
@@ -246,24 +264,19 @@ def _tried(ask: Callable[[], object]) -> tuple[str, object]:
         return "raised", raised(error)
 
 
-def load_foreign(spec: str) -> Strategy:
-    """A planner from "module:attribute" or an entry point: a class, a factory of a house, or a ready strategy.
+def load_foreign(found: Plugin) -> Strategy:
+    """The planner of a plug-in: a class, a factory of a house, or a ready strategy.
 
     Raises:
         AskedForTruth: it cannot be made without the house.
         TypeError: it is no strategy.
     """
-    entry = next((e for e in entry_points(group=ENTRY_POINTS) if e.name == spec), None)
-    if entry is not None:
-        made = entry.load()
-    else:
-        module, _, attribute = spec.partition(":")
-        made = getattr(import_module(module), attribute)
+    made: Any = found.load()
     if isinstance(made, type) or not is_strategy(made):
         made = _make(made)
     if not is_strategy(made):
         raise TypeError(
-            f"{spec} is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
+            f"{found.name} is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
         )
     return made
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from workbench.evaluation.task_experiment import PAPER_STRATEGIES
 from workbench.execution.events import Ended
 from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT
 from workbench.worlds.house import LocationId
 from workbench.worlds.site import Site
@@ -123,11 +124,11 @@ def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossR
             continue
         run = read(row.log)
         grounds = {
-            name: ground_of(run, Settings(worlds=worlds, estimator=name))
+            name: ground_of(run, Settings(worlds=worlds, estimator=name, estimator_origin=NameOrigin.USER))
             for name in sorted({o.estimator for o in others})
         }
         for other in others:
-            replayed = replay_on(grounds[other.estimator], other.strategy)
+            replayed = replay_on(grounds[other.estimator], other.strategy, origin=NameOrigin.USER)
             if replayed.bounds is None:
                 continue
             lower, upper = replayed.bounds.lower, replayed.bounds.upper

@@ -1,4 +1,4 @@
-"""Is this log what its strategy does? The recorded strategy runs again over its own log, decision by decision.
+"""Verification: the recorded strategy runs again over its own log and is compared decision by decision.
 
 For a simulated run every observation, belief, find cost, plan and action must come out the same. For a robot's log
 the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief.
@@ -29,6 +29,7 @@ from workbench.execution.events import Event
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import needs_truth, strategy
 from workbench.planning.strategy import Strategy
+from workbench.plugins import NameOrigin
 from workbench.runs.codec import to_wire
 from workbench.runs.vocabulary import (
     ActionFinished,
@@ -89,22 +90,24 @@ class Verification:
     notes: tuple[str, ...] = ()
 
 
-def verify(run: Run, *, strategy_name: str = "") -> Verification:
+def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin.LOG) -> Verification:
     """Runs the recorded strategy again and compares.
 
     Args:
         strategy_name: under which the recorded strategy is found here, where that is not the name in the log: logs
             of "module:Class" hold what the planner calls itself.
+        origin: who gives strategy_name. The name in the log is the log's in any case.
 
     Raises:
-        RecordedBySomebodyElse: the strategy is not known here.
-        UnknownName: no strategy of the name given.
+        RecordedBySomebodyElse: the strategy is neither built in nor installed here.
+        UnknownName, NotFromLog: no strategy of the name given.
         Unsupported: the oracle, and the log was read without its truth.
     """
     evidence = evidence_of(run)
     name = strategy_name or known_here(run)
+    origin = origin if strategy_name else NameOrigin.LOG
     if needs_truth(name):
-        return _compared(run, _with_truth(run, name), ())
+        return _compared(run, _with_truth(run, name, origin), ())
     estimator, note = _believer(run, evidence)
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
@@ -114,17 +117,17 @@ def verify(run: Run, *, strategy_name: str = "") -> Verification:
             world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=no_time
         )
 
-    if is_foreign(name):
-        with Sandboxed(name) as planner:
+    if is_foreign(name, origin=origin):
+        with Sandboxed(name, origin=origin) as planner:
             return _compared(run, tuple(again(planner)), notes)
-    return _compared(run, again(strategy(name)), notes)
+    return _compared(run, again(strategy(name, origin=origin)), notes)
 
 
 def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
     """The estimator of the run, if it is here with the same weights; else its beliefs as they were logged."""
     recorded = run.info.estimator
     try:
-        found = estimator_named(recorded.partition("@")[0])
+        found = estimator_named(recorded.partition("@")[0], origin=NameOrigin.LOG)
     except LiosError:
         found = None
     if found is not None and found.name == recorded:
@@ -132,7 +135,7 @@ def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
     return RecordedBeliefs(evidence, run.beliefs), f"beliefs as logged: {recorded} is not here"
 
 
-def _with_truth(run: Run, name: str) -> Iterable[Event]:
+def _with_truth(run: Run, name: str, origin: NameOrigin) -> Iterable[Event]:
     from replayers.ground import Settings, ground_of
     from replayers.replay import in_truth
 
@@ -140,7 +143,7 @@ def _with_truth(run: Run, name: str) -> Iterable[Event]:
         raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
     ground = ground_of(run, Settings(worlds=0, with_truth=True))
     ground = replace(ground, estimator=_believer(run, ground.evidence)[0])
-    return in_truth(ground, strategy(name, house=ground.truth))
+    return in_truth(ground, strategy(name, origin=origin, house=ground.truth))
 
 
 def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Verification:

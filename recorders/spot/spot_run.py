@@ -27,6 +27,7 @@ from workbench.execution.loop import outcome_of, run_task
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import RunInfo
 from workbench.search.costs import ROBOT, ActionCosts
@@ -229,7 +230,8 @@ def who_decides(run: RobotRun) -> tuple[Strategy, Estimator]:
     Raises:
         UnknownName: no such strategy or estimator.
     """
-    return strategy_named(run.strategy, house=_house(run)), estimator_named(run.estimator)
+    made = strategy_named(run.strategy, origin=NameOrigin.USER, house=_house(run))
+    return made, estimator_named(run.estimator, origin=NameOrigin.USER)
 
 
 def _house(run: RobotRun) -> House | None:

@@ -93,11 +93,12 @@ def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str,
     from replayers.sandbox import is_foreign
     from workbench.errors import BadValue
     from workbench.planning.scenarios import family_of
+    from workbench.plugins import NameOrigin
 
     names = strategies_named(strategies, with_truth=False)
     wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
     for name in names:
-        is_foreign(name)  # refuses what is no strategy
+        is_foreign(name, origin=NameOrigin.USER)  # refuses what is no strategy
     for scenario in wanted:
         family_of(scenario)  # refuses what is no scenario
     if len(names) < 2:

@@ -47,6 +47,7 @@ def plan(
     """
     from replayers.planning_again import plan_again
     from replayers.run import read
+    from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, emit_text, patience
 
     with patience():
@@ -56,6 +57,7 @@ def plan(
             decision=decision,
             strategy=strategy,
             solver=solver,
+            origin=NameOrigin.USER,
             everywhere=everywhere,
             budget_s=budget,
         )

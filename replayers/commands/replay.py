@@ -92,6 +92,7 @@ def replay(
     from replayers.ground import Settings
     from replayers.relevance import Assumptions
     from workbench.errors import Failed
+    from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
 
     files = logs_among(logs)
@@ -100,6 +101,7 @@ def replay(
     names = tuple(name for name in named if name not in not_there)
     settings = Settings(
         estimator=estimator,
+        estimator_origin=NameOrigin.USER,
         worlds=worlds,
         budget=Budget(stretches=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique),
@@ -113,6 +115,7 @@ def replay(
         output=output,
         write_logs=output is not None,
         worlds=_worlds_named(write, output),
+        origin=NameOrigin.USER,
     )
     replays = replay_all(files, wanted, workers=workers)
     outcomes = list(progress(replays, title="replaying", total=len(files) * len(names)))
@@ -141,10 +144,12 @@ def _not_there(names: tuple[str, ...]) -> dict[str, str]:
     """Planners from outside that cannot be loaded, with the reasons; refuses where there is no other."""
     from replayers.sandbox import is_foreign, require_planner, why_not_loaded
     from workbench.planning.strategies import StrategyNotLoaded
+    from workbench.plugins import NameOrigin
 
     for name in names:
         require_planner(name)
-    found = {name: why for name in names if is_foreign(name) and (why := why_not_loaded(name))}
+    foreign = [name for name in names if is_foreign(name, origin=NameOrigin.USER)]
+    found = {name: why for name in foreign if (why := why_not_loaded(name))}
     if len(found) == len(names):
         name, why = next(iter(found.items()))
         raise StrategyNotLoaded(name, why)
@@ -360,11 +365,12 @@ def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
     from replayers.run import read
     from replayers.verify import verify
     from workbench.errors import Failed
+    from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, emit_text
 
     rows: list[dict[str, Any]] = []
     for log in logs_among(logs):
-        answer = verify(read(log, with_truth=True), strategy_name=strategy_name)
+        answer = verify(read(log, with_truth=True), strategy_name=strategy_name, origin=NameOrigin.USER)
         rows.append({"log": str(log), **msgspec.to_builtins(answer)})
         if not json:
             end = "" if answer.complete else " (the log is cut off; what it holds was compared)"

@@ -23,6 +23,7 @@ from workbench.errors import Malformed
 from workbench.execution.events import Ended
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin
 from workbench.runs.place import Place
 from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.search.costs import ROBOT
@@ -80,8 +81,8 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     """
     task = plan.task or session_task()
     roles = {topic: role for topic in bag.topics if (role := plan.mapping.role_of(topic)) is not None}
-    strategy = strategy_named(plan.strategy) if plan.strategy else None
-    estimator = estimator_named(plan.estimator) if plan.strategy else None
+    strategy = strategy_named(plan.strategy, origin=NameOrigin.USER) if plan.strategy else None
+    estimator = estimator_named(plan.estimator, origin=NameOrigin.USER) if plan.strategy else None
     mapping = _with_the_bags_frames(bag, plan, roles)
     with RunRecorder(
         output,

@@ -13,6 +13,7 @@ from safetensors.numpy import save
 from workbench.beliefs.estimators import estimator, shipped_weights
 from workbench.beliefs.weights import VERSION, Header, read_weights, write_weights
 from workbench.errors import BadValue, FileMissing, MalformedFile
+from workbench.plugins import NameOrigin
 
 HEADER = Header(
     estimator="counts",
@@ -138,7 +139,7 @@ def _raw(header: Header) -> bytes:
 
 
 def test_a_path_to_weights_is_an_estimator_too() -> None:
-    by_path = estimator(str(shipped_weights("counts")))
+    by_path = estimator(str(shipped_weights("counts")), origin=NameOrigin.USER)
     assert by_path.name == estimator("counts").name
     with pytest.raises(FileMissing):
-        estimator("no-such.safetensors")
+        estimator("no-such.safetensors", origin=NameOrigin.USER)

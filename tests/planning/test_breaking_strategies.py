@@ -15,6 +15,7 @@ from workbench.planning.plans import PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, strategy
 from workbench.planning.strategy import View
 from workbench.planning.tasks import find_task
+from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION
 from workbench.worlds.house import START, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
@@ -75,7 +76,7 @@ def view() -> View:
     ],
 )
 def test_what_breaks_is_a_failed_plan_that_says_why(planner: str, types: tuple[str, ...], why: str) -> None:
-    made = strategy(f"planners_that_break:{planner}")
+    made = strategy(f"planners_that_break:{planner}", origin=NameOrigin.USER)
     assert isinstance(made, Guarded)
     assert made.name == "raises"
     assert made.relevant_types(view().task) == types
@@ -89,9 +90,9 @@ def test_what_breaks_is_a_failed_plan_that_says_why(planner: str, types: tuple[s
 )
 def test_what_is_no_planner_is_refused_with_why(planner: str, why: str) -> None:
     with pytest.raises(StrategyNotLoaded, match=why):
-        strategy(f"planners_that_break:{planner}")
+        strategy(f"planners_that_break:{planner}", origin=NameOrigin.USER)
 
 
 def test_a_composition_of_ones_own_stays_one() -> None:
     """So that its problem can be printed as PDDL, as for the built-in ones."""
-    assert isinstance(strategy("planners_that_break:hopeful"), Composed)
+    assert isinstance(strategy("planners_that_break:hopeful", origin=NameOrigin.USER), Composed)

@@ -12,6 +12,7 @@ from replayers.run import read
 from workbench.cli import run
 from workbench.planning.composed import Composed
 from workbench.planning.strategies import StrategyNotLoaded, strategy
+from workbench.plugins import NameOrigin
 
 
 @pytest.fixture(autouse=True)
@@ -80,7 +81,7 @@ def test_a_module_that_raises_is_bad_input(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "broken_planner.py").write_text("def f(:\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(StrategyNotLoaded, match="SyntaxError"):
-        strategy("broken_planner:Planner")
+        strategy("broken_planner:Planner", origin=NameOrigin.USER)
 
 
 def test_ours_put_together_by_a_stranger_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,4 +89,4 @@ def test_ours_put_together_by_a_stranger_is_left_as_it_is(tmp_path: Path, monkey
         "from workbench.planning.strategies import strategy\ndef make(house):\n    return strategy('lios')\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
-    assert isinstance(strategy("own_parts:make"), Composed), "lios plan can show its PDDL"
+    assert isinstance(strategy("own_parts:make", origin=NameOrigin.USER), Composed), "lios plan can show its PDDL"

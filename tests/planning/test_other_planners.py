@@ -22,6 +22,7 @@ from workbench.planning.problem import holds, initial_state
 from workbench.planning.processes import Exit, run_program
 from workbench.planning.solvers import PlannerMissing, installed_solver, solver
 from workbench.planning.strategies import strategy
+from workbench.plugins import NameOrigin
 
 LOG = Path(__file__).resolve().parents[2] / "logs" / "find-lios.mcap"
 CASES = [random_problem(deliver_goal("Mug", "Book"), ("Mug", "Book"), seed=seed) for seed in range(1, 6)]
@@ -135,9 +136,9 @@ def test_children_die_with_the_planner(tmp_path: Path) -> None:
 def test_a_planner_that_is_not_installed_is_refused_by_name(name: str, said: str) -> None:
     """At once, and not by a table of failed runs."""
     with pytest.raises(PlannerMissing, match=said):
-        installed_solver(name)
+        installed_solver(name, origin=NameOrigin.USER)
     with pytest.raises(PlannerMissing, match=said):
-        strategy(f"model-lios@{name}")
+        strategy(f"model-lios@{name}", origin=NameOrigin.USER)
 
 
 @pytest.mark.parametrize("name", ["sas-blind", "pddl-ff-astar2"])
@@ -147,9 +148,10 @@ def test_without_fast_downward_its_names_say_what_to_install(
     monkeypatch.setattr("workbench.planning.fast_downward.find_spec", lambda _: None)
     downward_home.cache_clear()
     try:
-        for asked in (lambda: installed_solver(name), lambda: strategy(f"model-lios@{name}")):
+        for make in (installed_solver, strategy):
+            asked = name if make is installed_solver else f"model-lios@{name}"
             with pytest.raises(MissingExtra, match=r"lios-workbench\[planners\]"):
-                asked()
+                make(asked, origin=NameOrigin.USER)
         assert run(["plan", str(LOG), "--solver", name]) == 2
         made = solver(name).solve(CASE, budget_s=5).plan
     finally:

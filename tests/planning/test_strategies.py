@@ -20,6 +20,7 @@ from workbench.planning.strategies import (
 )
 from workbench.planning.strategy import View
 from workbench.planning.tasks import find_task
+from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION
 from workbench.worlds.house import START, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -128,7 +129,7 @@ def test_oracle_needs_a_house() -> None:
 
 
 def test_a_module_and_class_serve_as_a_name() -> None:
-    assert strategy(f"{__name__}:Own").name == "own"
+    assert strategy(f"{__name__}:Own", origin=NameOrigin.USER).name == "own"
 
 
 class Own:
@@ -164,4 +165,4 @@ def test_scout_looks_where_it_stands_when_that_tells_much() -> None:
 @pytest.mark.parametrize("name", ["toy:Missing", "no_such_module:Planner"])
 def test_what_cannot_be_imported_is_named_with_why(name: str) -> None:
     with pytest.raises(StrategyNotLoaded, match=r"cannot be loaded: .*(Missing|no_such_module)"):
-        strategy(name)
+        strategy(name, origin=NameOrigin.USER)

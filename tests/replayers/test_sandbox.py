@@ -12,11 +12,13 @@ from replayers.replay import Settings, ground_of, replay_on
 from replayers.sandbox import AskedForTruth, HiddenTruth, Sandboxed, is_foreign, load_foreign
 from workbench.errors import UnknownName
 from workbench.execution.events import RunStatus
+from workbench.planning.strategies import strategy_plugin
+from workbench.plugins import NameOrigin, NotFromLog
 
 
 def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
     ground = ground_of(toy_run(tmp_path), Settings(worlds=20))
-    made = replay_on(ground, "misbehaving:Behaves")
+    made = replay_on(ground, "misbehaving:Behaves", origin=NameOrigin.USER)
     assert made.strategy == "behaves"
     assert made.status is RunStatus.DONE
     assert made.cost == 11.0
@@ -42,7 +44,7 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
 )
 def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, reason: str) -> None:
     ground = ground_of(toy_run(tmp_path), Settings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 20.0))
-    made = replay_on(ground, planner)
+    made = replay_on(ground, planner, origin=NameOrigin.USER)
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
     assert (made.bounds, made.cost, made.exact) == (None, None, False)
@@ -57,7 +59,7 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
 ) -> None:
     """Over the log alone it stops at the bed, undetermined; beyond it no world gets a cost."""
     ground = ground_of(toy_run(tmp_path), Settings(worlds=20, timeout_s=0.5 if "Hangs" in planner else 20.0))
-    made = replay_on(ground, f"misbehaving:{planner}", worlds=("best", "worst", "drawn"))
+    made = replay_on(ground, f"misbehaving:{planner}", origin=NameOrigin.USER, worlds=("best", "worst", "drawn"))
     assert made.unseen == BED
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
@@ -67,7 +69,7 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
 
 
 def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -> None:
-    with Sandboxed("misbehaving:Dies") as planner:
+    with Sandboxed("misbehaving:Dies", origin=NameOrigin.USER) as planner:
         view = None
         for _ in range(5):
             assert planner.decide(view).plan.note.startswith("its process died")  # type: ignore[arg-type]
@@ -76,24 +78,27 @@ def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -
 
 def test_loading_tells_asking_for_the_truth_from_other_mistakes() -> None:
     with pytest.raises(AskedForTruth, match=r"house\.contents"):
-        load_foreign("misbehaving:peeking")
+        load_foreign(strategy_plugin("misbehaving:peeking", origin=NameOrigin.USER))
     assert not HiddenTruth()
     with pytest.raises(TypeError):
-        load_foreign("misbehaving:NOT_A_STRATEGY")
+        load_foreign(strategy_plugin("misbehaving:NOT_A_STRATEGY", origin=NameOrigin.USER))
 
 
 def test_which_names_come_from_outside() -> None:
-    assert is_foreign("some_module:Planner")
-    assert not is_foreign("ModelLIOS")
-    assert not is_foreign("model-lios@command:planner {domain} {problem} {plan}")
-    with pytest.raises(UnknownName, match="model-lios"):
-        is_foreign("model-lio")
+    assert is_foreign("some_module:Planner", origin=NameOrigin.USER)
+    with pytest.raises(NotFromLog, match="some_module:Planner"):
+        is_foreign("some_module:Planner", origin=NameOrigin.LOG)
+    for origin in NameOrigin:
+        assert not is_foreign("ModelLIOS", origin=origin)
+        assert not is_foreign("model-lios@command:planner {domain} {problem} {plan}", origin=origin)
+        with pytest.raises(UnknownName, match="model-lios"):
+            is_foreign("model-lio", origin=origin)
 
 
 def test_what_a_planner_prints_is_no_part_of_the_answer(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Standard output may be read by a machine (--json)."""
     ground = ground_of(toy_run(tmp_path), Settings(worlds=0))
-    assert replay_on(ground, "misbehaving:Prints").exact
+    assert replay_on(ground, "misbehaving:Prints", origin=NameOrigin.USER).exact
     told = capfd.readouterr()
     assert told.out == ""
     assert "what I think" in told.err

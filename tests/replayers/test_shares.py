@@ -30,12 +30,13 @@ from pathlib import Path
 import msgspec
 import replayers.batch as batch
 from replayers.ground import Settings
+from workbench.plugins import NameOrigin
 from workbench.process_pool import can_inherit
 
 batch.FEW_OPEN = 0
 logs, output, workers = [Path(log) for log in sys.argv[4:]], Path(sys.argv[1]), int(sys.argv[2])
 names = tuple(sys.argv[3].split(","))
-wanted = batch.Wanted(strategies=names, settings=Settings(worlds=50), output=output)
+wanted = batch.Wanted(strategies=names, settings=Settings(worlds=50), output=output, origin=NameOrigin.USER)
 assert can_inherit()
 made = list(batch.replay_all(logs, wanted, workers=workers))
 print(msgspec.json.encode(made).decode())
@@ -48,7 +49,7 @@ import replayers.one_log
 import replayers.batch as batch
 from replayers.ground import Settings
 
-def replay_on(ground, name, worlds):
+def replay_on(ground, name, origin, worlds):
     import os
     (Path(sys.argv[2]) / str(os.getpid())).touch()
     time.sleep(600)

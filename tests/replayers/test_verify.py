@@ -18,6 +18,7 @@ from replayers.verify import verify
 from workbench.errors import Unsupported
 from workbench.planning.strategies import strategy_names
 from workbench.planning.tasks import AllOf
+from workbench.plugins import NameOrigin
 
 TWO = task_of(AllOf(parts=(delivered("Mug", BED), delivered("Book", COUNTER))))
 
@@ -50,11 +51,11 @@ def test_a_log_of_ones_own_planner_is_verified_by_the_name_under_which_it_is_fou
     monkeypatch.chdir(home)
     run = read(simulated_log(tmp_path / "run.mcap", name="own_planner:RoomsFirst"))
     run = replace(run, info=msgspec.structs.replace(run.info, strategy="rooms-first"))
-    with pytest.raises(RecordedBySomebodyElse, match=r"rooms-first, is not known here. Name it with --strategy"):
+    with pytest.raises(RecordedBySomebodyElse, match=r"'rooms-first', is not known here: .* Name it with --strategy"):
         verify(run)
     with pytest.raises(RecordedBySomebodyElse):
         plan_again(run)
-    assert verify(run, strategy_name="own_planner:RoomsFirst").same
+    assert verify(run, strategy_name="own_planner:RoomsFirst", origin=NameOrigin.USER).same
     assert not verify(run, strategy_name="opt-greedy").same
 
 

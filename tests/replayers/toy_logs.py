@@ -24,6 +24,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding, Task, find_task, goal_types
+from workbench.plugins import NameOrigin
 from workbench.runs.vocabulary import ActionFinished, Observation, SeenItem, Stamp
 from workbench.search.costs import SIMULATION
 from workbench.search.find_costs import SearchStop
@@ -151,7 +152,9 @@ def simulated_log(
     """The toy house, a strategy and the shipped counts: recorded by the loop itself."""
     world, wanted = FakeWorld(known=known, clock_ns=T0), task or find_task(MUG, START)
     believer = estimator("counts")
-    events = run_task(world, strategy(name, house=toy_house()), believer, wanted, costs=SIMULATION, seed=7)
+    events = run_task(
+        world, strategy(name, origin=NameOrigin.USER, house=toy_house()), believer, wanted, costs=SIMULATION, seed=7
+    )
     info = toy_info(strategy=name, estimator=believer.name, run_id=run_id, scenario=wanted.scenario)
     record_run(
         path,

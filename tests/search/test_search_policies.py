@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house, toy_travel
 
+from workbench import plugins
 from workbench.beliefs.belief import Belief
 from workbench.errors import BadValue, UnknownName
-from workbench.search import policies
+from workbench.plugins import NameOrigin
 from workbench.search.candidates import TooManyCandidates
 from workbench.search.costs import SIMULATION, ActionCosts
 from workbench.search.engine import expected_search
@@ -231,25 +232,25 @@ class Backwards:
 
 
 def test_a_third_partys_policy_comes_in_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint(name="backwards", value="test_search_policies:Backwards", group=policies.ENTRY_POINTS)
-    monkeypatch.setattr(policies, "entry_points", lambda group: [entry] if group == policies.ENTRY_POINTS else [])
+    entry = EntryPoint(name="backwards", value="test_search_policies:Backwards", group="lios.policies")
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [entry] if group == "lios.policies" else [])
     assert policy_names()[-1] == "backwards"
     assert [s.container for s in policy("backwards").order(toy_query({}))] == list(reversed(ALL))
 
 
 def test_a_third_partys_policy_comes_in_by_module_and_name() -> None:
-    assert policy("test_search_policies:Backwards").name == "backwards"
+    assert policy("test_search_policies:Backwards", origin=NameOrigin.USER).name == "backwards"
 
 
 @pytest.mark.parametrize("name", ["no_such_module:x", "test_search_policies:NotThere"])
 def test_a_module_that_is_not_there_is_named(name: str) -> None:
     with pytest.raises(UnknownName, match=name.partition(":")[0]):
-        policy(name)
+        policy(name, origin=NameOrigin.USER)
 
 
 def test_something_that_is_no_policy_is_refused() -> None:
     with pytest.raises(BadValue, match="order"):
-        policy("test_search_policies:MUG")
+        policy("test_search_policies:MUG", origin=NameOrigin.USER)
 
 
 def test_policies_answer_to_the_papers_spelling() -> None:

@@ -16,6 +16,7 @@ from workbench.beliefs.weights import read_weights
 from workbench.errors import BadValue, Unsupported
 from workbench.evaluation.belief_quality import KINDS, Judged, against, glimpse, judge, missing_types, quality
 from workbench.evaluation.splits import part_taken, split_indices
+from workbench.plugins import NameOrigin
 from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House
 from workbench.worlds.procthor import load_houses
@@ -72,7 +73,7 @@ class BeliefRequest:
                 path = Path(name)
                 chosen[name] = estimator(read_weights(path).header.estimator, weights=path)
             else:
-                chosen[name] = estimator(name)
+                chosen[name] = estimator(name, origin=NameOrigin.USER)
         return chosen
 
 

@@ -7,6 +7,7 @@ from workbench.beliefs.training import TRAINERS
 from workbench.evaluation.belief_quality import Judged, judge
 from workbench.evaluation.belief_report import BeliefReport, BeliefRequest, belief_seconds, report_of
 from workbench.evaluation.fold_weights import Folds, Watched, deal, require_trainable, trained
+from workbench.plugins import NameOrigin
 from workbench.worlds.shipped import shipped_houses
 
 
@@ -29,7 +30,7 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     with trained(names, dealt, None, watched=watched) as believers:
         for name in names:
             for fold, weights in enumerate(believers.weights[name]):
-                chosen, tested = estimator(weights), dealt.fold(fold)
+                chosen, tested = estimator(weights, origin=NameOrigin.USER), dealt.fold(fold)
                 judged[name] += judge(chosen, tested, seen_share=request.seen_share, seed=request.seed + fold)
                 seconds[name] = belief_seconds(chosen, tested)
     identities = {name: f"{name}, {folds.count} folds" for name in names}

@@ -26,6 +26,7 @@ from workbench.evaluation.search_trials import (
     house_trials,
     queries,
 )
+from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
 from workbench.search.costs import SIMULATION, ActionCosts
 from workbench.search.policies import canonical_policy, policy, policy_names
@@ -147,7 +148,7 @@ def _queries_or_none(house: House) -> tuple[ItemType, ...]:
 
 
 def _checked(name: str) -> str:
-    policy(name)
+    policy(name, origin=NameOrigin.USER)
     return canonical_policy(name) or name
 
 
@@ -173,7 +174,7 @@ def _house(
 def _estimator(name: str) -> Estimator:
     from workbench.beliefs.estimators import estimator
 
-    return estimator(name)
+    return estimator(name, origin=NameOrigin.USER)
 
 
 def _one_thread() -> None:

@@ -27,6 +27,7 @@ from workbench.evaluation.search_experiment import (
 from workbench.evaluation.search_table import Costs, costs_of, pairs, rows, rows_by_kind
 from workbench.evaluation.search_trials import SearchTrial
 from workbench.evaluation.splits import is_shared, part_taken, split_indices, split_of
+from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
 from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House, ItemType
@@ -117,7 +118,7 @@ class SearchRequest:
             require_trainable(experiment.estimators())
             return experiment
         for name in (self.estimator, self.paper_estimator):
-            estimator(name)
+            estimator(name, origin=NameOrigin.USER)
         return experiment
 
     def chosen_houses(self) -> Iterator[House]:

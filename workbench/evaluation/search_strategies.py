@@ -12,6 +12,7 @@ from types import MappingProxyType
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected
 from workbench.planning.strategy import Strategy
+from workbench.plugins import NameOrigin
 from workbench.search.policies import policy
 
 NAMED: Mapping[str, str] = MappingProxyType(
@@ -34,7 +35,11 @@ def strategy_of(policy_name: str) -> str | None:
 
 def with_policy(policy_name: str) -> Strategy:
     """A strategy that searches by any policy that has a name."""
-    return Composed(name=policy_name, pricing=Expected(belief_model="marginal"), policy=policy(policy_name))
+    return Composed(
+        name=policy_name,
+        pricing=Expected(belief_model="marginal"),
+        policy=policy(policy_name, origin=NameOrigin.USER),
+    )
 
 
 def most_probable(_: object = None) -> Strategy:

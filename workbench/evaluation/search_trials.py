@@ -17,6 +17,7 @@ import numpy as np
 
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.planning.warm import warm_up
+from workbench.plugins import NameOrigin
 from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import ActionCosts
 from workbench.search.oracle import oracle_policy
@@ -184,7 +185,7 @@ def house_trials(
     beliefs: dict[str, Beliefs] = {}
     trials: list[SearchTrial] = []
     for name in policies:
-        searcher = oracle_policy(house) if name == ORACLE else policy(name)
+        searcher = oracle_policy(house) if name == ORACLE else policy(name, origin=NameOrigin.USER)
         asked = None
         if name not in ASKS_NO_BELIEF:
             estimator = estimators(name)

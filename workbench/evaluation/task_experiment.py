@@ -21,6 +21,7 @@ from workbench.evaluation.task_trials import Tap, TrialKey, supported_houses, tr
 from workbench.evaluation.task_workers import Unit
 from workbench.planning.scenarios import SCENARIOS, is_scenario_file, scenario_name
 from workbench.planning.strategies import STRATEGIES, canonical_name, resolved_name
+from workbench.plugins import NameOrigin
 from workbench.worlds.house_files import house_lines
 from workbench.worlds.procthor import house_name
 
@@ -77,7 +78,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
             require_trainable(self.estimators())
         else:
             for name in self.estimators():
-                estimator(name)
+                estimator(name, origin=NameOrigin.USER)
 
     def estimator_of(self, strategy: str) -> str:
         name = canonical_name(strategy.partition("@")[0])
@@ -131,7 +132,7 @@ def strategy_list(names: str) -> tuple[str, ...]:
             continue
         resolved = resolved_name(name)
         if resolved.partition("@")[0] != "oracle":
-            strategy_named(name)
+            strategy_named(name, origin=NameOrigin.USER)
         chosen.append(resolved)
     return tuple(dict.fromkeys((*chosen, "oracle")))
 

@@ -25,6 +25,7 @@ from workbench.planning.plans import PlanStatus
 from workbench.planning.scenarios import ScenarioUnsupported, make_task, prepare_house
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION, ActionCosts
 from workbench.worlds.house import ContainerId, House
 from workbench.worlds.navigation import Navigation, navigate
@@ -136,9 +137,9 @@ def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None
     """One trial by one strategy. An error of the strategy is a row with status "error", not the end of the rest."""
     planned: list[Planned] = []
     ended: Ended | None = None
-    believer = estimator_named(estimator)
+    believer = estimator_named(estimator, origin=NameOrigin.USER)
     try:
-        made = strategy_named(strategy, house=staged.house)
+        made = strategy_named(strategy, origin=NameOrigin.USER, house=staged.house)
         world = SimulatedWorld(staged.house, staged.navigation, known=staged.known)
         events = run_task(world, made, believer, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31)
         for event in tap(staged, strategy, believer, events) if tap else events:

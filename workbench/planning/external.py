@@ -13,7 +13,6 @@ import tempfile
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import final
 
@@ -24,6 +23,7 @@ from workbench.planning.pddl import PddlTask, pddl_of
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.planning.processes import MEMORY_BYTES, Answer, Exit, run_program
+from workbench.plugins import installed_module
 
 UNSOLVABLE_CODE = 11
 """What up_child.py returns for a proof that no plan exists."""
@@ -73,7 +73,7 @@ class UnifiedPlanning:
         return f"up-{self.engine}"
 
     def solve(self, problem: Problem, *, budget_s: float) -> Solved:
-        if find_spec("unified_planning") is None:
+        if installed_module("unified_planning") is None:
             note = "unified-planning is not installed. Install it: pip install 'lios-workbench[planners]'"
             return Solved(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
         words = (sys.executable, "-m", "workbench.planning.up_child", self.engine)
@@ -84,7 +84,7 @@ class UnifiedPlanning:
 @lru_cache(maxsize=1)
 def engines_here() -> tuple[str, ...] | None:
     """The engines of unified-planning that are installed and make plans, sorted; None without unified-planning."""
-    if find_spec("unified_planning") is None:
+    if installed_module("unified_planning") is None:
         return None
     factory = import_module("unified_planning.shortcuts").get_environment().factory
     return tuple(sorted(name for name in factory.engines if factory.engine(name).is_oneshot_planner()))

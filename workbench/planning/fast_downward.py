@@ -16,7 +16,6 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import Literal, final
@@ -28,6 +27,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import IllegalStep, Problem, apply, goal_is_out_of_reach, holds, initial_state
 from workbench.planning.processes import MEMORY_BYTES, Answer, Exit, run_program
 from workbench.planning.sas import COST_SCALE, sas_of
+from workbench.plugins import installed_module
 
 SEARCHES: Mapping[str, str] = MappingProxyType(
     {
@@ -134,7 +134,7 @@ def settled_without_search(problem: Problem, solver: str) -> Plan | None:
 @cache
 def downward_home() -> Path | None:
     """The folder of Fast Downward in the installed wheel, or None."""
-    spec = find_spec("up_fast_downward")
+    spec = installed_module("up_fast_downward")
     if spec is None or spec.origin is None:
         return None
     home = Path(spec.origin).parent / "downward"

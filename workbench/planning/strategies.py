@@ -1,32 +1,29 @@
-"""Which strategies are there? One table by name; a third party's come in through `lios.strategies`.
+"""The table of strategies by name, and a third party's by entry point or `module:Class`.
 
 The paper's five are find cost + search policy, by its definitions and its candidates; the oracle knows the house;
 conditioned-lios and scout-lios are ours. A strategy of your own is an entry point in the group "lios.strategies"
-whose value is a StrategyFactory, or "module:Class" given where a name is.
+whose value is a StrategyFactory, or "module:Class" where a user gives a name (workbench/plugins.py).
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import redirect_stdout
 from dataclasses import replace
-from importlib import import_module
-from importlib.metadata import entry_points
 from types import MappingProxyType
 from typing import TypeVar, cast
 
-from workbench.errors import BadValue, UnknownName, Unsupported
+from workbench.errors import BadValue, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch
 from workbench.planning.guarded import Guarded
 from workbench.planning.oracle import Oracle
 from workbench.planning.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
+from workbench.plugins import STRATEGY, NameOrigin, Plugin, PluginNotLoaded, import_path, installed_names, plugin
 from workbench.search.policies import policy
 from workbench.worlds.house import House
-
-ENTRY_POINTS = "lios.strategies"
 
 Plans = TypeVar("Plans", Composed, Oracle)
 
@@ -38,7 +35,7 @@ class OracleNeedsHouse(Unsupported):
         super().__init__("the oracle knows the house, and no house is given here. Choose another strategy.")
 
 
-class StrategyNotLoaded(Unsupported):
+class StrategyNotLoaded(PluginNotLoaded):
     """A plug-in or "module:Class" under which no strategy can be made.
 
     Args:
@@ -47,8 +44,7 @@ class StrategyNotLoaded(Unsupported):
     """
 
     def __init__(self, name: str, why: str) -> None:
-        facts = " ".join(why.split())
-        super().__init__(f"strategy {name!r} cannot be loaded: {facts}. Correct the name, or its module.")
+        super().__init__(STRATEGY, name, why)
 
 
 def _oracle(house: House | None) -> Strategy:
@@ -112,57 +108,64 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
 """How tables and figures spell them."""
 
 
-def strategy(name: str, *, house: House | None = None) -> Strategy:
-    """The strategy of that name, alias, paper's spelling, installed plug-in, or "module:Class".
+def strategy(name: str, *, origin: NameOrigin = NameOrigin.LOG, house: House | None = None) -> Strategy:
+    """The strategy of that name, alias, paper's spelling, installed plug-in, or "module:Class"; STRATEGY@SOLVER too.
 
     Args:
+        origin: who gives the name; "module:Class" and solvers by command line are for users alone.
         house: the truth, for the oracle alone; no other built-in looks at it.
 
     Raises:
         UnknownName: no such strategy or solver; lists the known ones.
+        NotFromLog: a name that only a user may give.
         StrategyNotLoaded: a plug-in or "module:Class" that cannot be imported or made.
         OracleNeedsHouse: the oracle without a house.
     """
     base, at, solver_name = name.partition("@")
     if at and canonical_name(base) is not None:
-        return _with_solver(strategy(base, house=house), solver_name)
+        return _with_solver(strategy(base, origin=origin, house=house), solver_name, origin)
     known = canonical_name(name)
     if known is not None:
         made = STRATEGIES.get(known) or VARIANTS[known]
-        return made(house if known in NEEDS_TRUTH else None)
-    for entry in entry_points(group=ENTRY_POINTS):
-        if entry.name == name:
-            return _from_outside(name, entry.load)
-    if ":" in name:
-        return _from_outside(name, lambda: _imported(name))
-    raise UnknownName("strategy", name, (*strategy_names(with_truth=True), *VARIANTS, *ALIASES))
+        with import_path(origin):
+            return made(house if known in NEEDS_TRUTH else None)
+    return _from_outside(strategy_plugin(name, origin=origin))
 
 
-def _with_solver(made: Strategy, solver_name: str) -> Strategy:
+def strategy_plugin(name: str, *, origin: NameOrigin) -> Plugin:
+    """The plug-in of a name that is in neither table. Runs none of its code.
+
+    Raises:
+        UnknownName, NotFromLog: as strategy.
+    """
+    return plugin(STRATEGY, name, origin=origin, known=(*STRATEGIES, *VARIANTS, *ALIASES))
+
+
+def _with_solver(made: Strategy, solver_name: str, origin: NameOrigin) -> Strategy:
     """The strategy with another solver: "model-lios@pddl-ff-astar2" plans as the paper does.
 
     Raises:
-        UnknownName: no such solver.
+        UnknownName, NotFromLog: no such solver, or none that a log may name.
         BadValue: a strategy that takes none.
     """
     name = f"{made.name}@{solver_name}"
     if isinstance(made, Composed):
-        return replace(_planning(made, solver_name), name=name)
+        return replace(_planning(made, solver_name, origin), name=name)
     if isinstance(made, Oracle):
-        return replace(_planning(made, solver_name), name=name)
+        return replace(_planning(made, solver_name, origin), name=name)
     if isinstance(made, Scout):
-        base, cooking = (_planning(part, solver_name) for part in (made.base, made.cooking))
+        base, cooking = (_planning(part, solver_name, origin) for part in (made.base, made.cooking))
         return replace(made, name=name, base=base, cooking=cooking)
     raise BadValue("strategy with a solver", name, "a built-in strategy")
 
 
-def _planning(part: Plans, solver_name: str) -> Plans:
+def _planning(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
     """The part that plans, with that solver or over all places."""
     from workbench.planning.solvers import installed_solver
 
     if solver_name == EVERYWHERE:
         return replace(part, everywhere=True)
-    return replace(part, solver=installed_solver(solver_name))
+    return replace(part, solver=installed_solver(solver_name, origin=origin))
 
 
 def canonical_name(name: str) -> str | None:
@@ -192,29 +195,23 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
         with_truth: whether those that need the house are among them.
     """
     ours = tuple(name for name in STRATEGIES if with_truth or name not in NEEDS_TRUTH)
-    others = sorted({entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(STRATEGIES))
-    return (*ours, *others)
+    return (*ours, *(name for name in installed_names(STRATEGY) if name not in STRATEGIES))
 
 
-def _imported(name: str) -> object:
-    module, _, attribute = name.partition(":")
-    return getattr(import_module(module), attribute)
-
-
-def _from_outside(name: str, load: Callable[[], object]) -> Strategy:
+def _from_outside(found: Plugin) -> Strategy:
     """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
     try:
-        with redirect_stdout(sys.stderr):
-            factory = made = load()
+        with redirect_stdout(sys.stderr), found.import_path():
+            factory = made = found.load()
             if isinstance(factory, type):
                 made = factory()
             elif callable(factory) and not is_strategy(factory):
                 made = factory(None)
     except (Exception, SystemExit) as error:
-        raise StrategyNotLoaded(name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
+        raise StrategyNotLoaded(found.name, f"{type(error).__name__}: {' '.join(str(error).split())}") from error
     if not is_strategy(made):
         raise StrategyNotLoaded(
-            name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
+            found.name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
         )
     return cast(Strategy, made if isinstance(made, Composed | Scout | Oracle) else Guarded(cast(Strategy, made)))
 

@@ -1,18 +1,17 @@
-"""Which search policies are there? One table by name; a third party's come in through `lios.policies`.
+"""The table of search policies by name, and a third party's by entry point or `module:function`.
 
 A policy of your own is an entry point in the group "lios.policies" whose value is a function without arguments
-that returns a SearchPolicy, or a "module:function" given where a name is.
+that returns a SearchPolicy, or a "module:function" where a user gives a name (workbench/plugins.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from importlib import import_module
-from importlib.metadata import entry_points
 from types import MappingProxyType
 from typing import cast
 
 from workbench.errors import BadValue, UnknownName
+from workbench.plugins import POLICY, NameOrigin, Plugin, installed_names, plugin
 from workbench.search.full_tour import FullTour
 from workbench.search.least_expected_cost import LeastExpectedCost
 from workbench.search.most_probable import MostProbable
@@ -36,24 +35,21 @@ POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
 )
 """Policies that see no truth. The oracle needs the house: oracle_policy(house)."""
 
-ENTRY_POINTS = "lios.policies"
 
-
-def policy(name: str) -> SearchPolicy:
+def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
     """The policy of that name, of an installed plug-in, or of "module:function".
+
+    Args:
+        origin: who gives the name; "module:function" is for users alone.
 
     Raises:
         UnknownName: no such policy; lists the known ones.
+        NotFromLog: a name that only a user may give.
     """
     wanted = canonical_policy(name)
     if wanted is not None:
         return POLICIES[wanted]()
-    for entry in entry_points(group=ENTRY_POINTS):
-        if entry.name == name:
-            return _made(name, entry.load())
-    if ":" in name:
-        return _imported(name)
-    raise UnknownName("search policy", name, policy_names())
+    return _from_outside(plugin(POLICY, name, origin=origin, known=POLICIES))
 
 
 def canonical_policy(name: str) -> str | None:
@@ -65,18 +61,18 @@ def canonical_policy(name: str) -> str | None:
 
 def policy_names() -> tuple[str, ...]:
     """Every policy that needs no truth: ours in the table's order, then installed ones, sorted."""
-    others = sorted({entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(POLICIES))
-    return (*POLICIES, *others)
+    return (*POLICIES, *(name for name in installed_names(POLICY) if name not in POLICIES))
 
 
-def _imported(name: str) -> SearchPolicy:
-    module, _, attribute = name.partition(":")
-    try:
-        factory = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        where = f"what can be imported ({error})"
-        raise UnknownName("search policy", name, policy_names(), where=where) from error
-    return _made(name, factory)
+def _from_outside(found: Plugin) -> SearchPolicy:
+    name = found.name
+    with found.import_path():
+        try:
+            factory = found.load()
+        except (ImportError, AttributeError, ValueError) as error:
+            where = f"what can be imported ({error})"
+            raise UnknownName("search policy", name, policy_names(), where=where) from error
+        return _made(name, factory)
 
 
 def _made(name: str, factory: object) -> SearchPolicy:
@@ -91,4 +87,4 @@ def _made(name: str, factory: object) -> SearchPolicy:
     return cast(SearchPolicy, made)
 
 
-__all__ = ["ENTRY_POINTS", "POLICIES", "PolicyFactory", "canonical_policy", "oracle_policy", "policy", "policy_names"]
+__all__ = ["POLICIES", "PolicyFactory", "canonical_policy", "oracle_policy", "policy", "policy_names"]

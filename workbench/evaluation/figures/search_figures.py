@@ -16,6 +16,7 @@ from workbench.evaluation.figures.worked_example import draw_worked_example
 from workbench.evaluation.search_report import SearchReport
 from workbench.evaluation.search_table import GREEDY, KINDS, Costs, rows
 from workbench.evaluation.search_trials import ORACLE, PAPER_POLICY, SearchTrial
+from workbench.plugins import NameOrigin
 from workbench.worlds.house import House
 from workbench.worlds.knowledge import knowledge_at_start
 from workbench.worlds.navigation import navigate
@@ -95,7 +96,8 @@ def _worked(folder: Path) -> Path:
 def _map(report: SearchReport, example: tuple[SearchTrial, SearchTrial], folder: Path) -> Path:
     house = _house(report, example[0].house)
     navigation = navigate(house.plan)
-    believed = estimator(report.experiment.estimator_for(example[1].policy, house.plan.name)).believe(
+    chosen = report.experiment.estimator_for(example[1].policy, house.plan.name)
+    believed = estimator(chosen, origin=NameOrigin.USER).believe(
         knowledge_at_start(house.plan, navigation.travel, {}), (example[0].item_type,)
     )
     figure, axes = new_figure(10.0, 5.0, columns=2)

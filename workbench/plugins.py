@@ -1,0 +1,243 @@
+"""The resolver of plug-in names: which code a strategy's, policy's, estimator's or solver's name may run.
+
+One rule holds for all four kinds. A built-in name is in its kind's own table and never comes here. Other names are
+entry points of installed packages, or, only where a user gives them, `module:Class` from the working folder or the
+installed packages. A log comes from strangers: a name that a log gives is built in or installed, or it is refused.
+While such a name is resolved, the working folder is not on the import path, since it may have come with the log.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator, Iterable
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from typing import final
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+import msgspec
+
+from workbench.errors import UnknownName, Unsupported
+
+
+class NameOrigin(StrEnum):
+    """Who gives a name; it decides what the name may run. A call that does not say means LOG, which may run least."""
+
+    USER = "user"
+    """Typed on the command line, or given by a caller who vouches for it: everything is allowed."""
+    LOG = "log"
+    """Read from a log or another file: built-in names and entry points of installed packages only."""
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PluginKind:
+    """A kind of plug-in.
+
+    Attributes:
+        noun: what messages call one.
+        group: the entry-point group of installed ones.
+        option: the command-line option by which a user names one.
+    """
+
+    noun: str
+    group: str
+    option: str
+
+
+STRATEGY = PluginKind(noun="strategy", group="lios.strategies", option="--strategy")
+POLICY = PluginKind(noun="search policy", group="lios.policies", option="--policies")
+ESTIMATOR = PluginKind(noun="estimator", group="lios.estimators", option="--estimator")
+SOLVER = PluginKind(noun="solver", group="lios.solvers", option="--solver")
+
+
+class NotFromLog(Unsupported):
+    """A name that only a user may give, and nobody said that a user did.
+
+    Args:
+        name: as the log has it.
+    """
+
+    def __init__(self, kind: PluginKind, name: str) -> None:
+        super().__init__(
+            f"{kind.noun} {quoted(name)} is neither built in nor installed, and a name that a log gives runs nothing "
+            f"else. If you trust it, give it yourself with {kind.option} (in Python: origin=NameOrigin.USER)."
+        )
+
+
+class PluginNotLoaded(Unsupported):
+    """A plug-in that cannot be imported or made, or is not of its kind.
+
+    Args:
+        name: as it was asked for.
+        why: what went wrong, without a full stop.
+    """
+
+    def __init__(self, kind: PluginKind, name: str, why: str) -> None:
+        facts = " ".join(why.split())
+        super().__init__(f"{kind.noun} {name!r} cannot be loaded: {facts}. Correct the name, or its module.")
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plugin:
+    """What a name outside the built-in tables stands for; resolved, and not yet imported.
+
+    Attributes:
+        entry: the entry point of an installed package; None for `module:Class`.
+    """
+
+    kind: PluginKind
+    name: str
+    origin: NameOrigin
+    entry: EntryPoint | None
+
+    @property
+    def module(self) -> str:
+        """The dotted name of the module that is imported."""
+        return self.entry.module if self.entry is not None else self.name.partition(":")[0]
+
+    def load(self) -> object:
+        """The object that the name stands for. Runs its module; raises whatever that raises."""
+        with self.import_path():
+            if self.entry is not None:
+                return self.entry.load()
+            return getattr(import_module(self.module), self.name.partition(":")[2])
+
+    def import_path(self) -> AbstractContextManager[None]:
+        """The import path on which its code is found and made: see import_path."""
+        return import_path(self.origin, installed_from=_editable_folder(self.entry))
+
+
+def plugin(kind: PluginKind, name: str, *, origin: NameOrigin, known: Iterable[str]) -> Plugin:
+    """The plug-in of a name that is not built in. Runs none of its code.
+
+    Args:
+        known: the built-in names, for the error.
+
+    Raises:
+        NotFromLog: `module:Class` or a command line that a log gives.
+        UnknownName: neither installed nor `module:Class`; lists what is known.
+    """
+    entry = next((entry for entry in _installed(kind) if entry.name == name), None)
+    if entry is None and ":" not in name:
+        raise UnknownName(kind.noun, name, (*known, *installed_names(kind)))
+    if entry is None and origin is not NameOrigin.USER:
+        raise NotFromLog(kind, name)
+    return Plugin(kind=kind, name=name, origin=origin, entry=entry)
+
+
+def installed_names(kind: PluginKind) -> tuple[str, ...]:
+    """The entry points of a kind's group, sorted by name."""
+    return tuple(sorted({entry.name for entry in _installed(kind)}))
+
+
+def installed_module(name: str) -> ModuleSpec | None:
+    """Where a top-level module is installed, as find_spec, but never in the working folder."""
+    with import_path(NameOrigin.LOG):
+        return find_spec(name)
+
+
+def quoted(name: str) -> str:
+    """A stranger's name as one short line: escaped, quoted, and cut after 80 characters."""
+    return repr(name if len(name) <= 80 else f"{name[:77]}...")
+
+
+@contextmanager
+def import_path(origin: NameOrigin, *, installed_from: Path | None = None) -> Generator[None]:
+    """The import path for names of an origin.
+
+    For a user's names the working folder comes first, and stays on the path, last, for what they import later. For a
+    log's names it is taken off, unless Python itself found this package, or the plug-in, installed from there.
+
+    Args:
+        installed_from: the folder from which the plug-in is installed in editable mode.
+    """
+    here = _working_folder()
+    if here is None:
+        yield
+    elif origin is NameOrigin.USER:
+        with _first_and_then_last(here):
+            yield
+    elif here in (Path(__file__).resolve().parents[1], installed_from):
+        yield
+    else:
+        with _without(here):
+            yield
+
+
+@contextmanager
+def _first_and_then_last(folder: Path) -> Generator[None]:
+    if any(_means(entry, folder) for entry in sys.path[:1]):
+        yield
+        return
+    before = [entry for entry in sys.path if _means(entry, folder)]
+    sys.path.insert(0, str(folder))
+    try:
+        yield
+    finally:
+        with suppress(ValueError):
+            sys.path.remove(str(folder))
+        if not before:
+            sys.path.append(str(folder))
+
+
+@contextmanager
+def _without(folder: Path) -> Generator[None]:
+    before = list(sys.path)
+    sys.path[:] = [entry for entry in before if not _means(entry, folder)]
+    rest = list(sys.path)
+    try:
+        yield
+    finally:
+        sys.path[:] = before + [entry for entry in sys.path if entry not in rest]
+
+
+def _installed(kind: PluginKind) -> tuple[EntryPoint, ...]:
+    """A package whose metadata merely lies in the working folder is not installed."""
+    with import_path(NameOrigin.LOG):
+        return tuple(entry_points(group=kind.group))
+
+
+def _editable_folder(entry: EntryPoint | None) -> Path | None:
+    """The folder from which an entry point's package is installed in editable mode (PEP 610), or None."""
+    stored = entry.dist.read_text("direct_url.json") if entry is not None and entry.dist is not None else None
+    if not stored:
+        return None
+    try:
+        origin = msgspec.json.decode(stored, type=_DirectUrl)
+        return Path(url2pathname(urlsplit(origin.url).path)).resolve() if origin.dir_info.editable else None
+    except (msgspec.MsgspecError, ValueError, OSError):
+        return None
+
+
+class _DirInfo(msgspec.Struct, frozen=True):
+    editable: bool = False
+
+
+class _DirectUrl(msgspec.Struct, frozen=True):
+    url: str
+    dir_info: _DirInfo = _DirInfo()
+
+
+def _working_folder() -> Path | None:
+    """Resolved; None where it was removed."""
+    try:
+        return Path.cwd().resolve()
+    except OSError:
+        return None
+
+
+def _means(entry: str, folder: Path) -> bool:
+    """Whether an entry of the import path is that folder; an empty one is the working folder."""
+    try:
+        return Path(entry or ".").resolve() == folder
+    except (OSError, RuntimeError, ValueError):
+        return False
