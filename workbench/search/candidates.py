@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from workbench.errors import BadValue, Unsupported
 from workbench.search.find_costs import BeliefModel
+from workbench.search.ties import ranked
 
 Ranking = Literal["probable", "worth"]
 
@@ -71,7 +72,7 @@ def choose(
     limit: int,
     ranking: Ranking,
 ) -> npt.NDArray[np.intp]:
-    """The candidates of each item type, in the plan's order; of equally ranked containers the earlier.
+    """The candidates of each item type, in the plan's order; of equally ranked containers (ties.py) the earlier.
 
     Args:
         probability: shape (item types, containers).
@@ -85,6 +86,15 @@ def choose(
         score = probability / (1.0 + from_m + to_m / 2.0)
     else:
         score = probability.copy()
-        near = np.argsort(from_m + to_m, kind="stable")[: min(NEAREST_KEPT, count)]
-        score[:, near] = 2.0
-    return np.sort(np.argsort(-score, axis=1, kind="stable")[:, :count], axis=1)
+        score[:, nearest(from_m, to_m, count=count)] = 2.0
+    return np.sort(ranked(score, count), axis=1)
+
+
+def nearest(
+    from_m: npt.NDArray[np.float64], to_m: npt.NDArray[np.float64], *, count: int
+) -> npt.NDArray[np.intp]:
+    """The containers that the paper's ranking keeps in any case; of equally near ones (ties.py) the earlier.
+
+    Every container on a shortest way from the origin to the target has the same sum, but for rounding.
+    """
+    return ranked(-(from_m + to_m)[None], min(NEAREST_KEPT, count), scale=float(from_m.max() + to_m.max()))[0]

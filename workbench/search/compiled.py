@@ -16,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -182,17 +184,21 @@ def _best_order(missing: Array, between_m: Array, from_m: Array, found: Array, s
                             best, chosen = cost, a
                 table[subset, i] = best
     order = np.empty(k, np.int64)
-    subset = 0
+    costs = np.empty(k)
+    subset, slack = 0, 0.0
     for stop in range(k):
-        r = missing[subset]
-        best, chosen = 0.0, -1
+        r, best, some = missing[subset], 0.0, False
         for a in range(k):
             if not subset >> a & 1:
                 after = subset | (1 << a)
                 leg = from_m[a] if stop == 0 else between_m[order[stop - 1], a]
-                cost = r * (leg + search) + (r - missing[after]) * found[a] + table[after, a]
-                if chosen < 0 or cost < best:
-                    best, chosen = cost, a
+                costs[a] = r * (leg + search) + (r - missing[after]) * found[a] + table[after, a]
+                best, some = (min(best, costs[a]) if some else costs[a]), True
+        if stop == 0:
+            slack = RELATIVE * max(SMALLEST_SCALE, abs(best))
+        chosen = 0
+        while subset >> chosen & 1 or costs[chosen] > best + slack:
+            chosen += 1
         order[stop] = chosen
         subset |= 1 << chosen
     return order

@@ -21,6 +21,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from workbench.search.ties import first_least
+
 Array = npt.NDArray[np.float64]
 
 
@@ -50,7 +52,7 @@ def cost_table(
 
 
 def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
-    """The minimiser's order of candidates from one origin to one target; ties go to the earlier candidate.
+    """The minimiser's order of candidates from one origin to one target; of equal ones (ties.py) the earlier.
 
     Args:
         missing: shape (2**k,).
@@ -59,11 +61,12 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
     """
     table = subset_costs(missing, between_m, found[:, None], search, np.zeros((len(found), 1)))
     order: list[int] = []
-    subset, row = 0, from_m
+    subset, row, whole = 0, from_m, 0.0
     while len(order) < len(between_m):
         left = [a for a in range(len(between_m)) if not subset >> a & 1]
         steps = _steps(missing, row[None], found[:, None], search, table, subset)[0, :, 0]
-        chosen = left[int(np.argmin(steps))]
+        whole = whole if order else float(steps.min())
+        chosen = left[first_least(steps, scale=whole)]
         order.append(chosen)
         subset, row = subset | 1 << chosen, between_m[chosen]
     return order
