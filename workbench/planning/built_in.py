@@ -19,6 +19,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
 from workbench.planning.recipes import MOST_RECIPES, Operation, Recipe, recipes_of
 from workbench.planning.strategy import Alternative
+from workbench.search.ties import by_cost, first_of_least, tolerance
 from workbench.worlds.house import LocationId
 
 SOLVER = "built-in"
@@ -156,10 +157,14 @@ class _Passes:
     def limit(self) -> float:
         return self.best[0] if self.best is not None else self.given
 
+    def cannot_gain(self, attempt: _Attempt) -> bool:
+        """Whether an attempt is known to cost no less than what is there; equal costs (ties.py) gain nothing."""
+        return attempt.bound is not None and attempt.bound >= self.limit - tolerance(self.limit)
+
     def straight(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound is not None and attempt.bound >= self.limit:
+            if self.cannot_gain(attempt):
                 break
             if self.is_late():
                 self.leaves_out(attempt)
@@ -169,7 +174,7 @@ class _Passes:
     def on_the_way(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound is not None and attempt.bound >= self.limit:
+            if self.cannot_gain(attempt):
                 break
             if left <= 0 or self.is_late():
                 self.leaves_out(attempt)
@@ -209,7 +214,7 @@ class _Passes:
     def one_by_one(self, attempt: _Attempt) -> None:
         """A plan of one errand after the other, if none is cheaper: there always is one, however many there are."""
         made = _one_by_one(self.problem, attempt)
-        if made is not None and made[0] < self.limit:
+        if made is not None and made[0] < self.limit - tolerance(self.limit):
             self.others.append(Alternative(title=attempt.recipe.title, cost=made[0], why_not="costs more"))
             self.best = (made[0], attempt, made[1])
 
@@ -272,7 +277,7 @@ def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, .
                     verb = "find" if first.action == "find" else "fetch"
                     title = f"{verb} {first.item_types[0]} first"
                     found[title] = min(cost, found.get(title, float("inf")))
-    ranked = sorted(found.items(), key=lambda pair: (pair[1], pair[0]))
+    ranked = by_cost(sorted(found.items()), lambda pair: pair[1])
     return tuple(Alternative(title=title, cost=cost) for title, cost in ranked)
 
 
@@ -296,7 +301,7 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
         if len(attempts) > 1:  # an only one need not be compared
             _least(problem, attempts[-1])
     if len(attempts) > 1:
-        attempts.sort(key=lambda attempt: _least(problem, attempt))
+        attempts = by_cost(attempts, lambda attempt: _least(problem, attempt))
     return attempts, complete
 
 
@@ -491,8 +496,11 @@ class _Walk:
         if slot not in self.chosen:
             where = {location: i for i, location in enumerate(d.locations)}
             i, j = where[self.robot], where[b]
-            options = [(_fetch_cost(d, t, where, self.attempt.arrays.d, i, j), t.id, t) for t in self.fitting(slot)]
-            cost, _, thing = min(options, key=lambda option: option[:2])
+            options = [
+                (_fetch_cost(d, t, where, self.attempt.arrays.d, i, j), t)
+                for t in sorted(self.fitting(slot), key=lambda t: t.id)
+            ]
+            cost, thing = first_of_least(options, lambda option: option[0])
             self.chosen[slot] = thing
             if thing.missing:
                 self.step("find", b, thing, cost)
@@ -564,7 +572,7 @@ def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]
     for other in others:
         if other.title != taken and (other.title not in cheapest or other.cost < cheapest[other.title].cost):
             cheapest[other.title] = other
-    return tuple(sorted(cheapest.values(), key=lambda other: (other.cost, other.title)))
+    return tuple(by_cost([cheapest[title] for title in sorted(cheapest)], lambda other: other.cost))
 
 
 def without_hypothetical(plan: Plan) -> Plan:

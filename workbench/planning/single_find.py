@@ -9,6 +9,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.tasks import Holding
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import FindCosts
+from workbench.search.ties import first_of_least, tolerance
 from workbench.worlds.house import Item, LocationId
 from workbench.worlds.knowledge import Knowledge
 
@@ -39,11 +40,12 @@ def plan_single_find(
         for location, item in knowledge.where(goal.item_type)
         if (length := _by_way_of(knowledge, here, location, to)) is not None
     ]
-    known = min(ways, default=None, key=lambda way: (way[0], way[1], way[2].id))
+    ways.sort(key=lambda way: (way[1], way[2].id))
+    known = first_of_least(ways, lambda way: way[0]) if ways else None
     find_cost = None
     if find_costs is not None and goal.item_type in find_costs.item_types and (known is None or find_known):
         find_cost = find_costs.of(goal.item_type, here, to)
-    if known is not None and (find_cost is None or known[0] <= find_cost):
+    if known is not None and (find_cost is None or known[0] <= find_cost + tolerance(find_cost)):
         _, place, item = known
         steps += _walk(knowledge, here, place)
         steps.append(_handle("pick", place, item, costs))

@@ -90,11 +90,9 @@ def choose(
     return np.sort(ranked(score, count), axis=1)
 
 
-def nearest(
-    from_m: npt.NDArray[np.float64], to_m: npt.NDArray[np.float64], *, count: int
-) -> npt.NDArray[np.intp]:
+def nearest(from_m: npt.NDArray[np.float64], to_m: npt.NDArray[np.float64], *, count: int) -> npt.NDArray[np.intp]:
     """The containers that the paper's ranking keeps in any case; of equally near ones (ties.py) the earlier.
 
     Every container on a shortest way from the origin to the target has the same sum, but for rounding.
     """
-    return ranked(-(from_m + to_m)[None], min(NEAREST_KEPT, count), scale=float(from_m.max() + to_m.max()))[0]
+    return ranked(-(from_m + to_m)[None], min(NEAREST_KEPT, count))[0]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from workbench.search.find_costs import SearchStop
 from workbench.search.orders import along
 from workbench.search.places import places

@@ -2,9 +2,9 @@
 
 Sums of the same numbers differ in their last bits with the order in which they were added, with the machine and with
 the program (numpy, numba). A decision between equal costs must not hang on that. So every choice is made in two
-steps: the least cost, then the first alternative that costs no more than that and the tolerance. "First" is the order
-in which the alternatives are given, which is a fixed one (the plan's order of containers, the order of ids). Comparing
-with the best so far instead would let a chain of near-ties drift away from the least.
+steps: the least cost, then the first alternative that costs no more than that and the tolerance. "First" is by the
+order in which the alternatives are given, which is a fixed one (the plan's order of containers, the order of ids).
+Comparing with the best so far instead would let a chain of near-ties drift away from the least.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ SMALLEST_SCALE = 1.0
 """Metres (or probability): below it the tolerance shrinks no further."""
 
 
-def tolerance(scale: float) -> float:
+def tolerance(scale: float, *, smallest: float = SMALLEST_SCALE) -> float:
     """What two costs of that size may differ by and still be equal."""
-    return RELATIVE * max(SMALLEST_SCALE, abs(scale)) if isfinite(scale) else RELATIVE
+    return RELATIVE * max(smallest, abs(scale)) if isfinite(scale) else RELATIVE
 
 
 def first_least(costs: Sequence[float] | Array, *, scale: float | None = None) -> int:
@@ -59,42 +59,37 @@ def by_cost(things: Iterable[T], cost: Callable[[T], float]) -> list[T]:
     listed = list(things)
     if len(listed) < 2:
         return listed
-    costs = np.array([[cost(thing) for thing in listed]])
-    return [listed[int(i)] for i in ranked(-costs, scale=_largest(costs))[0]]
+    costs = np.array([[cost(thing) for thing in listed]], dtype=np.float64)
+    return [listed[int(i)] for i in ranked(-costs)[0]]
 
 
-def ranked(scores: Array, count: int | None = None, *, scale: float | None = None) -> Indices:
+def ranked(scores: Array, count: int | None = None, *, smallest: float = SMALLEST_SCALE) -> Indices:
     """Indices of the greatest scores of each row, greatest first; of equal ones the earlier.
 
     Args:
         scores: shape (rows, n).
         count: how many of each row; None for all.
-        scale: the size of a score; None takes 1, as for probabilities.
+        smallest: the scale below which the tolerance shrinks no further; 0 where scores of any size differ.
 
     Returns:
         Shape (rows, min(count, n)).
     """
-    slack = tolerance(SMALLEST_SCALE if scale is None else scale)
     order = np.argsort(-scores, axis=1, kind="stable")
     in_order = np.take_along_axis(scores, order, axis=1)
+    slack = RELATIVE * np.maximum(smallest, np.abs(in_order[:, :-1]))
     with np.errstate(invalid="ignore"):  # infinite less infinite
         gap = in_order[:, :-1] - in_order[:, 1:]
     for row in np.flatnonzero(((gap > 0) & (gap <= slack)).any(axis=1)):
-        order[row] = _ranked_one_by_one(scores[row], slack)
+        order[row] = _ranked_one_by_one(scores[row], smallest)
     return order if count is None else order[:, :count]
 
 
-def _ranked_one_by_one(scores: Array, slack: float) -> Indices:
+def _ranked_one_by_one(scores: Array, smallest: float) -> Indices:
     """The same of one row that has near-ties: always the first of all that are equal to the greatest left."""
     left = np.ones(len(scores), dtype=np.bool_)
     order = np.empty(len(scores), dtype=np.intp)
     for place in range(len(scores)):
-        greatest = scores[left].max()
-        order[place] = int(np.argmax(left & (scores >= greatest - slack)))
+        greatest = float(scores[left].max())
+        order[place] = int(np.argmax(left & (scores >= greatest - tolerance(greatest, smallest=smallest))))
         left[order[place]] = False
     return order
-
-
-def _largest(costs: Array) -> float:
-    finite = np.abs(costs[np.isfinite(costs)])
-    return float(finite.max()) if len(finite) else 0.0
