@@ -61,7 +61,9 @@ class Noisy:
 
 @lru_cache
 def staged(scenario: str, house: int) -> Staged:
-    return stage(TrialKey(scenario=scenario, trial=0, houses=str(shipped_houses()), house_index=house, seed=3 + house))
+    return stage(
+        TrialKey(scenario=scenario, trial=0, houses=str(shipped_houses()), house_index=house, seed=3 + house)
+    )
 
 
 def run(trial: Staged, name: str, estimator: Estimator) -> list[Any]:

@@ -90,6 +90,38 @@ def choose(
     return np.sort(ranked(score, count), axis=1)
 
 
+def choose_per_find(
+    probability: npt.NDArray[np.float64],
+    from_m: npt.NDArray[np.float64],
+    to_m: npt.NDArray[np.float64],
+    *,
+    limit: int,
+    ranking: Ranking,
+) -> npt.NDArray[np.intp]:
+    """The same for every origin and target by themselves, as a find between the two is carried out.
+
+    Args:
+        probability: shape (item types, containers).
+        from_m, to_m: shapes (origins, containers) and (containers, targets).
+
+    Returns:
+        Shape (item types, origins, targets, min(limit, containers)).
+    """
+    items, n = probability.shape
+    count = min(check_limit(limit), n)
+    shape = (items, len(from_m), to_m.shape[1], count)
+    if ranking == "worth":
+        way = 1.0 + from_m[:, None, :] + to_m.T[None] / 2.0
+        scores = probability[:, None, None, :] / way[None]
+        return np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(shape)
+    near = np.sort(ranked(-(from_m[:, None, :] + to_m.T[None]).reshape(-1, n), min(NEAREST_KEPT, count)), axis=1)
+    kept, of_pair = np.unique(near, axis=0, return_inverse=True)  # few: the nearest are the same for many pairs
+    scores = np.repeat(probability[:, None], len(kept), axis=1)
+    scores[:, np.arange(len(kept))[:, None], kept] = 2.0
+    chosen = np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(items, len(kept), count)
+    return chosen[:, of_pair.reshape(-1)].reshape(shape)
+
+
 def nearest(from_m: npt.NDArray[np.float64], to_m: npt.NDArray[np.float64], *, count: int) -> npt.NDArray[np.intp]:
     """The containers that the paper's ranking keeps in any case; of equally near ones (ties.py) the earlier.
 

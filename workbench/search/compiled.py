@@ -70,6 +70,21 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
     return [int(a) for a in _best_order(missing, between_m, from_m, found, float(search))]
 
 
+def pair_costs(
+    missing: Array,
+    sets: Indices,
+    between_m: Array,
+    from_m: Array,
+    found: Array,
+    search: float,
+    start: Indices,
+    pairs: Indices,
+) -> Array:
+    """W(nothing, origin) of pairs of an origin and a target; arguments and answer as reference.pair_costs."""
+    layers = _layers(sets.shape[1])
+    return _pair_costs(missing, sets, between_m, from_m, found, float(search), start, pairs, *layers)
+
+
 @njit(cache=True, nogil=True)
 def _layers(k: int) -> tuple[Indices, Indices, Indices]:
     """Subsets by size: all subsets in that order, each one's place within its size, where each size starts."""
@@ -145,6 +160,48 @@ def _cost_table(
                 _least(best, missing[item, 0], from_m[item, o], left, k, onward)
                 for g in range(tile):
                     answer[item, o, first + g] = best[g]
+
+
+@njit(cache=True, nogil=True, fastmath=MATH)
+def _pair_costs(
+    missing: Array,
+    sets: Indices,
+    between_m: Array,
+    from_m: Array,
+    found: Array,
+    search: float,
+    start: Indices,
+    pairs: Indices,
+    order: Indices,
+    position: Indices,
+    layer_start: Indices,
+) -> Array:
+    answer = np.empty(len(pairs))
+    origins, k, targets = len(from_m), sets.shape[1], found.shape[1]
+    column = np.empty(targets, np.int64)
+    legs, ways = np.empty((1, k, k)), np.empty((1, origins, k))
+    for u in range(len(sets)):
+        column[:] = -1
+        width = 0
+        for pair in range(start[u], start[u + 1]):
+            if column[pairs[pair, 1]] < 0:
+                column[pairs[pair, 1]] = width
+                width += 1
+        ends = np.empty((1, k, width))
+        for i in range(k):
+            for j in range(k):
+                legs[0, i, j] = between_m[sets[u, i], sets[u, j]]
+            for o in range(origins):
+                ways[0, o, i] = from_m[o, sets[u, i]]
+            for g in range(targets):
+                if column[g] >= 0:
+                    ends[0, i, column[g]] = found[sets[u, i], g]
+        table = np.empty((1, origins, width))
+        here = missing[u : u + 1]
+        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, order, position, layer_start, table)
+        for pair in range(start[u], start[u + 1]):
+            answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
+    return answer
 
 
 @njit(cache=True, nogil=True, fastmath=MATH, inline="always")
