@@ -1,4 +1,4 @@
-"""Runs whose beliefs differ by roundings alone: the same actions, whatever the strategy, the goal and the estimator."""
+"""Runs whose beliefs differ by roundings alone: the same actions, whatever strategy, goal and estimator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Equal costs: the first in a fixed order is taken, in numpy as in the compiled programs, whatever the last bits say."""
+"""Equal costs: the first in a fixed order is taken, in numpy and compiled, whatever the last bits say."""
 
 from __future__ import annotations
 
