@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import SIMULATION
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import FindCosts
+from workbench.search.per_find import per_find_costs
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -144,3 +146,21 @@ def test_what_the_correction_costs(capsys: pytest.CaptureFixture[str]) -> None:
     spent = least_cpu_s(corrected, 20)
     with capsys.disabled():
         print(f"\ncorrected find costs: {1000 * spent:.2f} ms, {spent / plain:.1f} x Eq. 1 alone")
+
+
+def test_candidates_of_every_find_beside_one_set_an_item_type(capsys: pytest.CaptureFixture[str]) -> None:
+    """What the faithful table costs (search/per_find.py): over the places of a task, and over all of a house."""
+    h = house(39)
+    few = replace(h.belief, item_types=h.belief.item_types[:3], probability=h.belief.probability[:3])
+    for places in (6, 10, PLACES):
+        at = h.travel.locations[:places]
+        for model in ("independent", "exists"):
+            ask = {"origins": at, "targets": at, "costs": SIMULATION, "belief_model": model}
+            own = least_cpu_s(partial(per_find_costs, few, h.travel, **ask), 20)
+            shared = least_cpu_s(partial(expected_find_costs, few, h.travel, **ask), 20)
+            with capsys.disabled():
+                print(f"\n3 types, {places} places, {model}: {1e3 * own:.2f} ms per find, ", end="")
+                print(f"{1e3 * shared:.2f} ms by one set, {own / shared:.0f} times", end="")
+            assert shared < own, "one reason why one set is the default"
+            if HOLD_FIGURES and places <= 10:
+                assert own < 0.01

@@ -157,7 +157,7 @@ def test_without_numba_the_readable_program_serves(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.delattr("workbench.search.compiled", raising=False)
     monkeypatch.setitem(sys.modules, "workbench.search.compiled", None)
-    assert engine._program.__wrapped__() is reference
+    assert engine.program.__wrapped__() is reference
 
 
 THREE_ON_A_LINE = world([(0, 0), (1, 0), (3, 0), (6, 0)])

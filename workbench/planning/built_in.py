@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,11 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
 from workbench.planning.recipes import MOST_RECIPES, Operation, Recipe, recipes_of
 from workbench.planning.strategy import Alternative
+from workbench.search.ties import by_cost, first_of_least, tolerance
 from workbench.worlds.house import LocationId
+
+if TYPE_CHECKING:
+    from workbench.planning.find_routes import FindRoutes
 
 SOLVER = "built-in"
 MOST_NODES = 100_000
@@ -72,9 +77,10 @@ class _Attempt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Arrays:
-    """A recipe in numbers; see recipe_search.search for shapes."""
+    """A recipe in numbers; see recipe_search.search for shapes. Finds go by `routes`."""
 
     d: FloatArray
+    routes: FindRoutes
     fetch: FloatArray
     least: FloatArray
     potential: FloatArray
@@ -156,10 +162,14 @@ class _Passes:
     def limit(self) -> float:
         return self.best[0] if self.best is not None else self.given
 
+    def cannot_gain(self, attempt: _Attempt) -> bool:
+        """Whether an attempt is known to cost no less than what is there; equal costs (ties.py) gain nothing."""
+        return attempt.bound is not None and attempt.bound >= self.limit - tolerance(self.limit)
+
     def straight(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound is not None and attempt.bound >= self.limit:
+            if self.cannot_gain(attempt):
                 break
             if self.is_late():
                 self.leaves_out(attempt)
@@ -169,7 +179,7 @@ class _Passes:
     def on_the_way(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
-            if attempt.bound is not None and attempt.bound >= self.limit:
+            if self.cannot_gain(attempt):
                 break
             if left <= 0 or self.is_late():
                 self.leaves_out(attempt)
@@ -209,7 +219,7 @@ class _Passes:
     def one_by_one(self, attempt: _Attempt) -> None:
         """A plan of one errand after the other, if none is cheaper: there always is one, however many there are."""
         made = _one_by_one(self.problem, attempt)
-        if made is not None and made[0] < self.limit:
+        if made is not None and made[0] < self.limit - tolerance(self.limit):
             self.others.append(Alternative(title=attempt.recipe.title, cost=made[0], why_not="costs more"))
             self.best = (made[0], attempt, made[1])
 
@@ -272,7 +282,7 @@ def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, .
                     verb = "find" if first.action == "find" else "fetch"
                     title = f"{verb} {first.item_types[0]} first"
                     found[title] = min(cost, found.get(title, float("inf")))
-    ranked = sorted(found.items(), key=lambda pair: (pair[1], pair[0]))
+    ranked = by_cost(sorted(found.items()), lambda pair: pair[1])
     return tuple(Alternative(title=title, cost=cost) for title, cost in ranked)
 
 
@@ -280,13 +290,13 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
     """Every recipe and way to begin, by what it costs at least; ties in their own order. And whether that is all."""
     held = next((thing for thing in problem.things if thing.held), None)
     attempts: list[_Attempt] = []
-    recipes = recipes_of(problem)
+    recipes, routes = recipes_of(problem), _routes(problem)
     complete = len(recipes) < MOST_RECIPES
     for recipe in recipes:
         if attempts and is_late():
             complete = False
             break
-        arrays = _arrays(problem, recipe)
+        arrays = _arrays(problem, recipe, routes)
         if held is None:
             attempts.append(_Attempt(recipe, arrays, -1, False))
         else:
@@ -296,7 +306,7 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
         if len(attempts) > 1:  # an only one need not be compared
             _least(problem, attempts[-1])
     if len(attempts) > 1:
-        attempts.sort(key=lambda attempt: _least(problem, attempt))
+        attempts = by_cost(attempts, lambda attempt: _least(problem, attempt))
     return attempts, complete
 
 
@@ -328,7 +338,7 @@ def _search(
     )  # fmt: skip
 
 
-def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
+def _arrays(problem: Problem, recipe: Recipe, routes: FindRoutes) -> _Arrays:
     where = {location: i for i, location in enumerate(problem.locations)}
     rows = problem.travel.rows(problem.locations)
     d = problem.travel.metres[rows[:, None], rows]
@@ -336,9 +346,10 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
     centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
     potential = np.zeros((1 + len(centres), len(rows)))
     potential[1:] = d[:, centres].T
-    fetch, least, standing = _errands(problem, recipe, where, d, potential)
+    fetch, least, standing = _errands(problem, recipe, routes, where, d, potential)
     return _Arrays(
         d=d,
+        routes=routes,
         fetch=fetch,
         least=least,
         potential=potential,
@@ -353,14 +364,26 @@ def _arrays(problem: Problem, recipe: Recipe) -> _Arrays:
     )
 
 
+def _routes(problem: Problem) -> FindRoutes:
+    """How a missing thing of each type is got from each of the problem's locations to each."""
+    from workbench.planning.find_routes import find_routes
+
+    rows = problem.travel.rows(problem.locations)
+    return find_routes(_find_tables(problem), problem.travel.metres[rows[:, None], rows])
+
+
 def _errands(
-    problem: Problem, recipe: Recipe, where: dict[LocationId, int], d: FloatArray, potential: FloatArray
+    problem: Problem,
+    recipe: Recipe,
+    routes: FindRoutes,
+    where: dict[LocationId, int],
+    d: FloatArray,
+    potential: FloatArray,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """fetch, least and standing of recipe_search.search."""
     from workbench.planning.recipe_search import errands
 
     things = {thing.id: thing for thing in problem.things}
-    tables = _find_tables(problem)
     at = np.full((len(recipe.slots), max((len(slot.things) for slot in recipe.slots), default=0)), -1)
     find = np.full_like(at, -1)
     for s, slot in enumerate(recipe.slots):
@@ -370,7 +393,7 @@ def _errands(
                 at[s, j] = where[place]
             elif problem.find_costs is not None:
                 find[s, j] = problem.find_costs.item_types.index(things[name].type)
-    return errands(at, find, tables, d, potential, problem.costs.manipulation)
+    return errands(at, find, routes.metres, d, potential, problem.costs.manipulation)
 
 
 def _find_tables(problem: Problem) -> FloatArray:
@@ -433,14 +456,13 @@ def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
     return problem.robot_at if thing.held else thing.at
 
 
-def _fetch_cost(problem: Problem, thing: Thing, where: dict[LocationId, int], d: FloatArray, i: int, j: int) -> float:
-    """One entry of a thing's own table of errands."""
+def _fetch_cost(problem: Problem, thing: Thing, arrays: _Arrays, i: int, j: int) -> float:
+    """One entry of a thing's own table of errands, by the numbers of two locations."""
     at, costs = _place_of(problem, thing), problem.find_costs
     if at is None:
-        here, there = problem.locations[i], problem.locations[j]
-        return costs.of(thing.type, here, there) if costs is not None else float("inf")
-    k = where[at]
-    return float(d[i, k] + problem.costs.manipulation + d[k, j])
+        return float(arrays.routes.metres[costs.item_types.index(thing.type), i, j]) if costs else float("inf")
+    k = problem.locations.index(at)
+    return float(arrays.d[i, k] + problem.costs.manipulation + arrays.d[k, j])
 
 
 def _steps(problem: Problem, attempt: _Attempt, moves: IntArray) -> tuple[PlanStep, ...]:
@@ -489,18 +511,27 @@ class _Walk:
     def fetch(self, slot: int, b: LocationId) -> None:
         d = self.problem
         if slot not in self.chosen:
-            where = {location: i for i, location in enumerate(d.locations)}
-            i, j = where[self.robot], where[b]
-            options = [(_fetch_cost(d, t, where, self.attempt.arrays.d, i, j), t.id, t) for t in self.fitting(slot)]
-            cost, _, thing = min(options, key=lambda option: option[:2])
+            i, j = d.locations.index(self.robot), d.locations.index(b)
+            fitting = sorted(self.fitting(slot), key=lambda t: t.id)
+            thing = first_of_least(fitting, lambda t: _fetch_cost(d, t, self.attempt.arrays, i, j))
             self.chosen[slot] = thing
             if thing.missing:
-                self.step("find", b, thing, cost)
+                self.find(thing, i, j)
                 return
             self.at[slot] = self.problem.robot_at if thing.at is None else thing.at
         self.walk(self.at[slot])
         self.handle("pick", self.chosen[slot])
         self.walk(b)
+
+    def find(self, thing: Thing, i: int, j: int) -> None:
+        """The find, and the walks before and after it, between two locations by their numbers."""
+        locations, costs, routes = self.problem.locations, self.problem.find_costs, self.attempt.arrays.routes
+        assert costs is not None, "what is missing is offered with its find costs"
+        item = costs.item_types.index(thing.type)
+        begin, end = locations[routes.begin[item, i, j]], locations[routes.end[item, i, j]]
+        self.walk(begin)
+        self.step("find", end, thing, costs.of(thing.type, begin, end))
+        self.walk(locations[j])
 
     def prepare(self, number: int, b: LocationId) -> None:
         self.walk(b)
@@ -564,7 +595,7 @@ def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]
     for other in others:
         if other.title != taken and (other.title not in cheapest or other.cost < cheapest[other.title].cost):
             cheapest[other.title] = other
-    return tuple(sorted(cheapest.values(), key=lambda other: (other.cost, other.title)))
+    return tuple(by_cost([cheapest[title] for title in sorted(cheapest)], lambda other: other.cost))
 
 
 def without_hypothetical(plan: Plan) -> Plan:

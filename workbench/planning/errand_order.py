@@ -12,11 +12,11 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.planning.errand_codes import FloatArray
+from workbench.search.ties import first_least, tolerance
 
 MOST_MENDED = 200
 """Errands beyond which, and moves after which, the order is left as it is."""
 LONGEST_STRETCH = 3
-EPS = 1e-9
 
 
 def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
@@ -38,7 +38,7 @@ def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
 def _nearest_first(leg: FloatArray) -> tuple[int, ...]:
     left, order, row = list(range(leg.shape[1])), list[int](), 0
     while left:
-        nearest = min(left, key=lambda j: (float(leg[row, j]), j))
+        nearest = left[first_least(leg[row, left])]
         left.remove(nearest)
         order.append(nearest)
         row = 1 + nearest
@@ -51,8 +51,9 @@ def _cost(leg: FloatArray, order: tuple[int, ...]) -> float:
 
 
 def _mended(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
-    """The order with one stretch moved to where it saves most; None when nothing saves."""
-    best, least = None, _cost(leg, order) - EPS
+    """The order with one stretch moved to where it saves most, of equal moves the first; None when nothing saves."""
+    now = _cost(leg, order)
+    moves: list[tuple[float, tuple[int, ...]]] = []
     for length in range(1, LONGEST_STRETCH + 1):
         for i in range(len(order) - length + 1):
             stretch, rest = order[i : i + length], order[:i] + order[i + length :]
@@ -61,10 +62,12 @@ def _mended(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
             costs = base + leg[rows, stretch[0]]
             if len(rest) > 0:
                 costs[:-1] += leg[1 + stretch[-1], list(rest)] - leg[rows[:-1], list(rest)]
-            at = int(np.argmin(costs))
-            if costs[at] < least:
-                best, least = rest[:at] + stretch + rest[at:], float(costs[at])
-    return best
+            at = first_least(costs, scale=now)
+            moves.append((float(costs[at]), rest[:at] + stretch + rest[at:]))
+    if not moves:
+        return None
+    least, best = moves[first_least([cost for cost, _ in moves], scale=now)]
+    return best if least < now - tolerance(now) else None
 
 
 def _inside(leg: FloatArray, stretch: tuple[int, ...]) -> float:

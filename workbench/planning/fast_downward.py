@@ -28,6 +28,7 @@ from workbench.planning.problem import IllegalStep, Problem, apply, goal_is_out_
 from workbench.planning.processes import MEMORY_BYTES, Answer, Exit, run_program
 from workbench.planning.sas import COST_SCALE, sas_of
 from workbench.plugins import installed_module
+from workbench.search.ties import first_of_least
 
 SEARCHES: Mapping[str, str] = MappingProxyType(
     {
@@ -142,15 +143,18 @@ def downward_home() -> Path | None:
 
 
 def best_plan(folder: Path, steps: Mapping[str, PlanStep | None], problem: Problem) -> tuple[PlanStep, ...] | None:
-    """The cheapest legal plan among a folder's files plan, plan.1, plan.2, ...; None when there is none."""
-    found: list[tuple[float, str, tuple[PlanStep, ...]]] = []
+    """The cheapest legal plan among a folder's files plan, plan.1, plan.2, ...; None when there is none.
+
+    Of equal ones (ties.py) the first by the file's name.
+    """
+    found: list[tuple[PlanStep, ...]] = []
     for path in sorted(folder.glob("plan*")):
         if path.is_file() and path.stat().st_size <= MOST_PLAN_BYTES:
             text = path.read_text(encoding="utf-8", errors="replace")
             plan = read_plan(text, steps, problem)
             if plan is not None:
-                found.append((sum(step.cost for step in plan), path.name, plan))
-    return min(found, key=lambda entry: entry[:2])[2] if found else None
+                found.append(plan)
+    return first_of_least(found, lambda plan: sum(step.cost for step in plan)) if found else None
 
 
 def read_plan(text: str, steps: Mapping[str, PlanStep | None], problem: Problem) -> tuple[PlanStep, ...] | None:

@@ -17,6 +17,7 @@ from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import BeliefModel, FindCosts
+from workbench.search.per_find import per_find_costs
 from workbench.worlds.house import House, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -86,13 +87,19 @@ class Pessimistic:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Expected:
-    """Eq. 1 under a belief model."""
+    """Eq. 1 under a belief model.
+
+    Attributes:
+        per_find: every find has its own candidates, as the search that carries it out; else one set an item type.
+    """
 
     belief_model: BeliefModel = "independent"
     limit: int = PAPER_LIMIT
+    per_find: bool = False
 
     def price(self, question: FindQuestion) -> FindCosts:
-        return question.answered_by(partial(expected_find_costs, belief_model=self.belief_model, limit=self.limit))
+        formula = per_find_costs if self.per_find else expected_find_costs
+        return question.answered_by(partial(formula, belief_model=self.belief_model, limit=self.limit))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()

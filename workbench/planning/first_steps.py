@@ -16,6 +16,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.rollouts import FETCH, LOOK
 from workbench.planning.situations import Delivery
 from workbench.planning.strategy import Decision, View
+from workbench.search.ties import first_least, ranked, tolerance
 from workbench.worlds.house import ContainerId, Item, LocationId
 
 Array = npt.NDArray[np.float64]
@@ -70,12 +71,12 @@ def other_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -> tupl
     to_m = here.metres[here.containers[:, None], here.targets[list(delivery.open)]]
     onward = _next_place(own, delivery)
     detour = from_m + here.metres[here.containers, onward] - here.metres[here.robot, onward]
-    ranked = [
-        np.argsort(-(chance / (1.0 + from_m + to_m.T / 2.0)).max(axis=0), kind="stable"),
-        np.argsort(-everything / (1.0 + from_m), kind="stable"),
-        np.argsort(-everything / (NEAR_M + detour), kind="stable"),
+    worths = [
+        (chance / (1.0 + from_m + to_m.T / 2.0)).max(axis=0),
+        everything / (1.0 + from_m),
+        everything / (NEAR_M + detour),
     ]
-    mixed = dict.fromkeys(int(a) for best in zip(*ranked, strict=True) for a in best)
+    mixed = dict.fromkeys(int(a) for best in ranked(np.stack(worths), smallest=0.0).T for a in best)
     promising = [FirstStep(LOOK, a) for a in mixed if everything[a] > 0][:looks]
     return tuple(step for step in (*errands, *promising) if step != own)
 
@@ -94,7 +95,7 @@ def _best_instance(want: int, delivery: Delivery) -> int:
     here = delivery.situation
     standing = here.places[want, : here.known[want]]
     ways = here.metres[here.robot, standing] + here.metres[standing, here.targets[want]]
-    return int(standing[int(np.argmin(ways))])
+    return int(standing[first_least(ways)])
 
 
 def cheapest(steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, rng: np.random.Generator) -> FirstStep:
@@ -105,13 +106,15 @@ def cheapest(steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, r
     held = _drawn(delivery, worlds, rng)
     few = max(worlds // FIRST_SHARE, 1)
     costs = _costs(steps, delivery, held[:few])
-    behind = costs - costs[int(np.argmin(costs.mean(axis=1)))]
-    kept = np.flatnonzero(behind.mean(axis=1) <= CLEARLY * behind.std(axis=1) / np.sqrt(few))
+    means = costs.mean(axis=1)
+    behind = costs - costs[first_least(means)]
+    apart = CLEARLY * behind.std(axis=1) / np.sqrt(few)
+    kept = np.flatnonzero(behind.mean(axis=1) <= apart + tolerance(float(means.min())))
     if len(kept) > 1 and few < worlds:
         left = tuple(steps[i] for i in kept)
         costs = np.concatenate([costs[kept], _costs(left, delivery, held[few:])], axis=1)
-        return left[int(np.argmin(costs.mean(axis=1)))]
-    return steps[int(np.argmin(costs.mean(axis=1)))]
+        return left[first_least(costs.mean(axis=1))]
+    return steps[first_least(means)]
 
 
 def _drawn(delivery: Delivery, worlds: int, rng: np.random.Generator) -> npt.NDArray[np.bool_]:

@@ -6,13 +6,15 @@ import numpy as np
 
 from workbench.planning.actions import prepares, relevant_types
 from workbench.planning.strategy import View
+from workbench.search.ties import RELATIVE, ranked
 from workbench.worlds.house import LocationId
 
 HUBS = 4
 
 
 def hubs_for(view: View, *, most: int = HUBS) -> tuple[LocationId, ...]:
-    """The reachable locations from which the relevant types are nearest on average, best first.
+    """The reachable locations from which the relevant types are nearest on average, best first; of equal ones
+    (ties.py) the earlier.
 
     A type's place is its nearest known instance, or the belief's containers weighted by their probability.
     Goals without preparation need none.
@@ -28,7 +30,7 @@ def hubs_for(view: View, *, most: int = HUBS) -> tuple[LocationId, ...]:
             score += travel.metres[:, known].min(axis=1)
         elif item_type in belief.item_types and columns:
             p = belief.of(item_type)
-            weight = p / p.sum() if p.sum() > 0 else np.full(len(p), 1 / len(p))
+            weight = p / p.sum() if p.sum() > RELATIVE else np.full(len(p), 1 / len(p))
             score += travel.metres[:, columns] @ weight
-    ranked = np.argsort(score, kind="stable")[:most]
-    return tuple(travel.locations[int(i)] for i in ranked)
+    best = ranked(-score[None], most)[0]
+    return tuple(travel.locations[int(i)] for i in best)

@@ -29,6 +29,7 @@ from workbench.planning.tasks import AllOf, Holding, Task, goal_locations
 from workbench.planning.widening import solve_widening
 from workbench.search.find_costs import SearchStop
 from workbench.search.oracle import oracle_policy
+from workbench.search.ties import first_least, first_of_least
 from workbench.worlds.house import ContainerId, House, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
@@ -64,9 +65,11 @@ class Oracle:
         problem = problem_of(goal, all_known, view.costs, locations=places, find_costs=None)
         best = self._looked(self._plan(problem, view), problem, view)
         if best.places:  # another way of meeting the goal may need no walk to what nobody has seen
+            tours = [best]
             for way in ways_of(goal)[:MOST_WAYS_TRIED]:
                 narrowed = replace(problem, goal=AllOf(parts=way))
-                best = min(best, self._looked(self._plan(narrowed, view), narrowed, view), key=lambda tour: tour.cost)
+                tours.append(self._looked(self._plan(narrowed, view), narrowed, view))
+            best = first_of_least(tours, lambda tour: tour.cost)
         return _with_looks(best.plan, view, best.look, best.places)
 
     def _plan(self, problem: Problem, view: View) -> Plan:
@@ -142,7 +145,7 @@ def _detour(route: tuple[LocationId, ...], place: LocationId, problem: Problem) 
     ]
     in_hand = any(isinstance(want, Holding) for way in ways_of(problem.goal) for want in way)
     lengths.append(problem.distance(route[-1], place) * (2 if in_hand else 1))  # and back, where the goal ends
-    least = min(range(len(lengths)), key=lengths.__getitem__)
+    least = first_least(lengths, scale=max(lengths))
     return lengths[least], least, place
 
 
@@ -169,7 +172,7 @@ def _with_looks(
         holding = {"pick": True, "place": False}.get(step.action, holding)
     wanted = [place for place in places or goal_locations(view.task.goal) if place in unsearched]
     if plan.status is PlanStatus.SOLVED and not plan.steps and wanted:
-        return Decision(plan=plan, look_on_the_way=(min(wanted, key=lambda place: _distance(view, place)),))
+        return Decision(plan=plan, look_on_the_way=(first_of_least(wanted, lambda place: _distance(view, place)),))
     return Decision(plan=plan)
 
 

@@ -22,10 +22,8 @@ import numba
 import numpy as np
 
 from workbench.planning.errand_codes import CARRY, CHOOSE, FETCH, LIMIT, NO_PLAN, PLACE, PREPARE, SOLVED
+from workbench.search.ties import RELATIVE, SMALLEST_SCALE
 
-_EPS = 1e-9
-_ROUND = 1e6
-"""Sums that differ by less are ties; the younger state goes first."""
 _INF = np.inf
 
 
@@ -225,11 +223,17 @@ def _grown_table(table):
 
 
 @_compiled
-def _push(heap_f, heap_n, count, f, n):
+def _before(f, n, other_f, other_n, eps):
+    """Whether a state is looked at before another: it costs less, or the same (ties.py) and is younger."""
+    return f < other_f - eps or (f <= other_f + eps and n > other_n)
+
+
+@_compiled
+def _push(heap_f, heap_n, count, f, n, eps):
     i = count
     while i > 0:
         p = (i - 1) >> 1
-        if heap_f[p] < f or (heap_f[p] == f and heap_n[p] > n):
+        if _before(heap_f[p], heap_n[p], f, n, eps):
             break
         heap_f[i] = heap_f[p]
         heap_n[i] = heap_n[p]
@@ -239,7 +243,7 @@ def _push(heap_f, heap_n, count, f, n):
 
 
 @_compiled
-def _pop(heap_f, heap_n, count):
+def _pop(heap_f, heap_n, count, eps):
     """Removes the top; the caller has read it and lowers its count."""
     last = count - 1
     f = heap_f[last]
@@ -249,9 +253,9 @@ def _pop(heap_f, heap_n, count):
         k = 2 * i + 1
         if k >= last:
             break
-        if k + 1 < last and (heap_f[k + 1] < heap_f[k] or (heap_f[k + 1] == heap_f[k] and heap_n[k + 1] < heap_n[k])):
+        if k + 1 < last and _before(heap_f[k + 1], heap_n[k + 1], heap_f[k], heap_n[k], eps):
             k += 1
-        if f < heap_f[k] or (f == heap_f[k] and n > heap_n[k]):
+        if _before(f, n, heap_f[k], heap_n[k], eps):
             break
         heap_f[i] = heap_f[k]
         heap_n[i] = heap_n[k]
@@ -419,9 +423,10 @@ def search(
         n_ops, c, work,
     )  # fmt: skip
     empty = np.zeros((0, 3), dtype=np.int64)
-    if g0 + h0 >= bound - _EPS:
+    eps = RELATIVE * max(SMALLEST_SCALE, g0 + h0)
+    if g0 + h0 >= bound - eps:
         return NO_PLAN, _INF, g0 + h0, empty, 0
-    _push(heap_f, heap_n, heap, g0 + h0, 0)
+    _push(heap_f, heap_n, heap, g0 + h0, 0, eps)
     heap = 1
     expanded = 0
     pruned = _INF
@@ -432,7 +437,7 @@ def search(
     while heap > 0:
         f = heap_f[0]
         i = heap_n[0]
-        _pop(heap_f, heap_n, heap)
+        _pop(heap_f, heap_n, heap, eps)
         heap -= 1
         if closed[i]:
             continue
@@ -502,13 +507,13 @@ def search(
                 code = code * base[s] + digit
             at = _slot_of_code(code, table, table.shape[0])
             old = table[at, 1] if table[at, 0] != -1 else -1
-            if old >= 0 and node_g[old] <= g2 + _EPS:
+            if old >= 0 and node_g[old] <= g2 + eps:
                 continue
             h = _heuristic(
                 robot2, hand2, pos2, done2, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask,
                 link, n_ops, c, work,
             )  # fmt: skip
-            if g2 + h >= bound - _EPS:
+            if g2 + h >= bound - eps:
                 pruned = min(pruned, g2 + h)
                 continue
             if old >= 0:
@@ -542,6 +547,6 @@ def search(
                 at = _slot_of_code(code, table, table.shape[0])
             table[at, 0] = code
             table[at, 1] = j
-            _push(heap_f, heap_n, heap, np.round((g2 + weight * h) * _ROUND) / _ROUND, j)
+            _push(heap_f, heap_n, heap, g2 + weight * h, j, eps)
             heap += 1
     return NO_PLAN, _INF, min(bound, pruned), empty, expanded

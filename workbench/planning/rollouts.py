@@ -18,6 +18,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
@@ -29,7 +31,11 @@ MOST_STEPS = 400
 HOPELESS = 1e4
 """Charged in a world in which the policy finds no way."""
 
-NOTHING_LEFT = 1e-12
+NOTHING_LEFT = 1e-9
+"""A find with no more than this chance of coming to a next candidate has none left."""
+
+NO_CHANCE = 1e-12
+"""Added to every chance, so that the nearest comes first of containers that are believed to hold nothing."""
 
 
 class Situation(NamedTuple):
@@ -267,20 +273,34 @@ def _fill_legs(
 @njit(cache=True, nogil=True, inline="always")
 def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, int]:
     """Eq. 1's cost of finding a want once a subset of its candidates has been searched, and the first look."""
-    r = here.missing[want, subset]
+    r, c = here.missing[want, subset], here.candidates.shape[1]
     best, look = np.inf, -1
-    for j in range(here.candidates.shape[1]):
+    for j in range(c):
         if not subset >> j & 1:
-            a, after = here.candidates[want, j], subset | 1 << j
-            place = here.containers[a]
-            found = here.handle + here.metres[place, here.targets[want]]
-            cost = r * (here.metres[start, place] + here.look) + (r - here.missing[want, after]) * found
-            cost += here.onward[want, after, j]
-            if cost < best:
-                best, look = cost, a
+            best = min(best, _beginning_with(here, want, start, subset, j))
+    for j in range(c):
+        if not subset >> j & 1 and _beginning_with(here, want, start, subset, j) <= best + _slack(best):
+            look = here.candidates[want, j]
+            break
     if look < 0 or r < NOTHING_LEFT:
         return here.beyond[want], look
     return best / r, look
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _beginning_with(here: Situation, want: int, start: int, subset: int, j: int) -> float:
+    """Eq. 1's cost of a find that looks into candidate j first, weighted by the chance that it comes to that."""
+    r, after = here.missing[want, subset], subset | 1 << j
+    place = here.containers[here.candidates[want, j]]
+    found = here.handle + here.metres[place, here.targets[want]]
+    ahead = r * (here.metres[start, place] + here.look) + (r - here.missing[want, after]) * found
+    return ahead + here.onward[want, after, j]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _slack(cost: float) -> float:
+    """By how much an equal cost may be above the least: ties.tolerance."""
+    return RELATIVE * max(SMALLEST_SCALE, abs(cost))
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -298,15 +318,20 @@ def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> in
                 if mask >> k & 1:
                     best = min(best, legs[last + 1, k] + rest[mask ^ 1 << k, k + 1])
             rest[mask, last + 1] = best
-    best, first = np.inf, -1
+    best = np.inf
     for way in ways:
         left = way & ~done
         for k in range(wants):
             if left >> k & 1:
-                cost = legs[0, k] + rest[left ^ 1 << k, k + 1]
-                if cost < best:
-                    best, first = cost, k
-    return first
+                best = min(best, legs[0, k] + rest[left ^ 1 << k, k + 1])
+    if best == np.inf:
+        return -1
+    for way in ways:
+        left = way & ~done
+        for k in range(wants):
+            if left >> k & 1 and legs[0, k] + rest[left ^ 1 << k, k + 1] <= best + _slack(best):
+                return k
+    return -1
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -318,8 +343,16 @@ def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask)
     best = -1.0
     for a in range(len(searched)):
         if not searched[a]:
-            place = here.containers[a]
-            way = 1.0 + here.metres[at, place] + here.metres[place, here.targets[want]] / 2.0
-            if (here.chance[want, a] + NOTHING_LEFT) / way > best:
-                best, look = (here.chance[want, a] + NOTHING_LEFT) / way, a
-    return look
+            best = max(best, _worth(here, want, at, a))
+    for a in range(len(searched)):
+        if not searched[a] and _worth(here, want, at, a) >= best * (1.0 - RELATIVE):
+            return a
+    return -1
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _worth(here: Situation, want: int, at: int, a: int) -> float:
+    """The chance of a container against the way there and on to the target."""
+    place = here.containers[a]
+    way = 1.0 + here.metres[at, place] + here.metres[place, here.targets[want]] / 2.0
+    return (here.chance[want, a] + NO_CHANCE) / way

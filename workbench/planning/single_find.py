@@ -9,6 +9,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.tasks import Holding
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import FindCosts
+from workbench.search.ties import first_of_least, tolerance
 from workbench.worlds.house import Item, LocationId
 from workbench.worlds.knowledge import Knowledge
 
@@ -39,20 +40,32 @@ def plan_single_find(
         for location, item in knowledge.where(goal.item_type)
         if (length := _by_way_of(knowledge, here, location, to)) is not None
     ]
-    known = min(ways, default=None, key=lambda way: (way[0], way[1], way[2].id))
-    find_cost = None
+    ways.sort(key=lambda way: (way[1], way[2].id))
+    known = first_of_least(ways, lambda way: way[0]) if ways else None
+    find: list[PlanStep] = []
     if find_costs is not None and goal.item_type in find_costs.item_types and (known is None or find_known):
-        find_cost = find_costs.of(goal.item_type, here, to)
-    if known is not None and (find_cost is None or known[0] <= find_cost):
+        find = _find(goal, knowledge, find_costs)
+    find_cost = sum(step.cost for step in find)
+    if known is not None and (not find or known[0] <= find_cost + tolerance(find_cost)):
         _, place, item = known
         steps += _walk(knowledge, here, place)
         steps.append(_handle("pick", place, item, costs))
         return _solved(steps + _walk(knowledge, place, to))
-    if find_cost is None:
+    if not find:
         note = f"no {goal.item_type} is known and no container is left to search"
         return Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=note)
-    find = PlanStep(action="find", origin=here, target=to, item_types=(goal.item_type,), cost=find_cost)
-    return _solved([*steps, find])
+    return _solved(steps + find)
+
+
+def _find(goal: Holding, knowledge: Knowledge, find_costs: FindCosts) -> list[PlanStep]:
+    """The find from here to the goal's place, or between two of the two places with the walks, if that costs less."""
+    here, to = knowledge.robot_at, goal.at
+    ways: list[list[PlanStep]] = []
+    for begin, end in ((here, to), (to, to), (here, here), (to, here)):
+        cost = find_costs.of(goal.item_type, begin, end)
+        find = PlanStep(action="find", origin=begin, target=end, item_types=(goal.item_type,), cost=cost)
+        ways.append([*_walk(knowledge, here, begin), find, *_walk(knowledge, end, to)])
+    return first_of_least(ways, lambda way: sum(step.cost for step in way))
 
 
 def _by_way_of(knowledge: Knowledge, a: LocationId, b: LocationId, c: LocationId) -> float | None:

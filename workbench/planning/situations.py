@@ -16,6 +16,7 @@ from workbench.planning.tasks import Delivered
 from workbench.search.candidates import choose
 from workbench.search.places import Places, places
 from workbench.search.remaining import still_missing_by_subset, unconditioned
+from workbench.search.ties import RELATIVE
 from workbench.worlds.house import ContainerId
 
 Array = npt.NDArray[np.float64]
@@ -118,7 +119,7 @@ def _situation(
     for k in range(wants):
         known[k, : len(standing[k])] = standing[k]
         if not sought[k]:
-            chance[k] = 0.0 if k == hand or done >> k & 1 else np.minimum(here.probability[k], MOST_CHANCE)
+            chance[k] = 0.0 if k == hand or done >> k & 1 else np.minimum(_possible(here.probability[k]), MOST_CHANCE)
             continue
         ways_m = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
         one = _sought(here.probability[k].tobytes(), *ways_m, look=costs.search, handle=costs.manipulation)
@@ -167,12 +168,17 @@ def _sought(p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: flo
     n = len(chances)
     between = np.frombuffer(between_m).reshape(n, n)
     chosen = choose(chances[None], from_here, to_target, limit=min(CANDIDATES, n), ranking="worth")
-    chance = np.minimum(unconditioned(chances[None], "marginal")[0], MOST_CHANCE)
+    chance = np.minimum(unconditioned(_possible(chances)[None], "marginal")[0], MOST_CHANCE)
     missing = still_missing_by_subset(chances[None], chosen, "marginal")[0]
     beyond = _beyond(chance, chosen[0], between, to_target) + handle
     ways_m = np.ascontiguousarray(between[np.ix_(chosen[0], chosen[0])])
     onward = onward_costs(missing, ways_m, handle + to_target[chosen[0]], beyond, float(look))
     return _Sought(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
+
+
+def _possible(chances: Array) -> Array:
+    """The chances without those that are, beside the greatest, no more than a rounding."""
+    return np.where(chances > RELATIVE * chances.max(initial=0.0), chances, 0.0)
 
 
 def _beyond(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:

@@ -53,8 +53,13 @@ def _oracle(house: House | None) -> Strategy:
     return Oracle(house=house)
 
 
-def _conditioned(name: str) -> Composed:
-    return Composed(name=name, pricing=Expected(belief_model="exists"), policy=policy("conditioned-lios"))
+def _model(name: str, *, per_find: bool) -> Composed:
+    return Composed(name=name, pricing=Expected(per_find=per_find), policy=policy("lios"))
+
+
+def _conditioned(name: str, *, per_find: bool = False) -> Composed:
+    pricing = Expected(belief_model="exists", per_find=per_find)
+    return Composed(name=name, pricing=pricing, policy=policy("conditioned-lios"))
 
 
 def _whole_search(name: str) -> Composed:
@@ -68,7 +73,7 @@ STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
         "pes-greedy": lambda _: Composed(name="pes-greedy", pricing=Pessimistic(), policy=policy("greedy")),
         "opt-lios": lambda _: Composed(name="opt-lios", pricing=Optimistic(), policy=policy("lios")),
         "pes-lios": lambda _: Composed(name="pes-lios", pricing=Pessimistic(), policy=policy("lios")),
-        "model-lios": lambda _: Composed(name="model-lios", pricing=Expected(), policy=policy("lios")),
+        "model-lios": lambda _: _model("model-lios", per_find=False),
         "conditioned-lios": lambda _: _conditioned("conditioned-lios"),
         "scout-lios": lambda _: Scout(base=_whole_search("full-lios"), cooking=_conditioned("conditioned-lios")),
         "oracle": _oracle,
@@ -80,6 +85,8 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
     {
         "marginal-lios": lambda _: _whole_search("marginal-lios"),
         "full-lios": lambda _: _whole_search("full-lios"),
+        "model-lios-per-find": lambda _: _model("model-lios-per-find", per_find=True),
+        "conditioned-lios-per-find": lambda _: _conditioned("conditioned-lios-per-find", per_find=True),
     }
 )
 """Known by name, and left out of "all": parts of ours by themselves."""
@@ -102,6 +109,8 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
         "scout-lios": "ScoutLIOS",
         "marginal-lios": "MarginalLIOS",
         "full-lios": "FullLIOS",
+        "model-lios-per-find": "ModelLIOS-per-find",
+        "conditioned-lios-per-find": "ConditionedLIOS-per-find",
         "oracle": "Oracle",
     }
 )

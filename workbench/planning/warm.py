@@ -36,7 +36,7 @@ def _warm() -> set[str]:
 
 
 def _plan_once(knowledge: Knowledge) -> None:
-    """Bring a thing to where the robot stands, as scout-lios would: it uses all that is compiled."""
+    """Bring a thing to where the robot stands, as these two would: together they use all that is compiled."""
     from workbench.planning.strategies import strategy
 
     knowledge = Knowledge(plan=knowledge.plan, travel=knowledge.travel)  # a known thing may be out of reach
@@ -50,4 +50,5 @@ def _plan_once(knowledge: Knowledge) -> None:
     goal = Delivered(item_type=kind, at=knowledge.robot_at)
     task = Task(scenario="none", goal=goal, failure_cost=0.0, budget_s=1.0)
     view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=1.0)
-    strategy("scout-lios").decide(view)
+    for name in ("scout-lios", "model-lios-per-find"):
+        strategy(name).decide(view)

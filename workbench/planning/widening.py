@@ -13,6 +13,7 @@ from dataclasses import replace
 from workbench.planning.built_in import Clock, Solved, solve
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
+from workbench.search.ties import by_cost
 from workbench.worlds.house import LocationId
 
 STAGES = (6, 16)
@@ -31,7 +32,7 @@ def solve_widening(
         core: the places that matter most, among the problem's; planned over first.
     """
     deadline = clock() + budget_s
-    others = sorted((p for p in problem.locations if p not in core), key=lambda p: (_aside(problem, core, p), p))
+    others = by_cost(sorted(p for p in problem.locations if p not in core), lambda p: _aside(problem, core, p))
     made = solve(replace(problem, locations=core), budget_s=budget_s, clock=clock)
     for more in (*STAGES, len(others)):
         left = deadline - clock()

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from workbench.errors import BadValue, Unsupported
 from workbench.search.find_costs import BeliefModel
+from workbench.search.ties import ranked
 
 Ranking = Literal["probable", "worth"]
 
@@ -71,7 +72,7 @@ def choose(
     limit: int,
     ranking: Ranking,
 ) -> npt.NDArray[np.intp]:
-    """The candidates of each item type, in the plan's order; of equally ranked containers the earlier.
+    """The candidates of each item type, in the plan's order; of equally ranked containers (ties.py) the earlier.
 
     Args:
         probability: shape (item types, containers).
@@ -85,6 +86,45 @@ def choose(
         score = probability / (1.0 + from_m + to_m / 2.0)
     else:
         score = probability.copy()
-        near = np.argsort(from_m + to_m, kind="stable")[: min(NEAREST_KEPT, count)]
-        score[:, near] = 2.0
-    return np.sort(np.argsort(-score, axis=1, kind="stable")[:, :count], axis=1)
+        score[:, nearest(from_m, to_m, count=count)] = 2.0
+    return np.sort(ranked(score, count), axis=1)
+
+
+def choose_per_find(
+    probability: npt.NDArray[np.float64],
+    from_m: npt.NDArray[np.float64],
+    to_m: npt.NDArray[np.float64],
+    *,
+    limit: int,
+    ranking: Ranking,
+) -> npt.NDArray[np.intp]:
+    """The same for every origin and target by themselves, as a find between the two is carried out.
+
+    Args:
+        probability: shape (item types, containers).
+        from_m, to_m: shapes (origins, containers) and (containers, targets).
+
+    Returns:
+        Shape (item types, origins, targets, min(limit, containers)).
+    """
+    items, n = probability.shape
+    count = min(check_limit(limit), n)
+    shape = (items, len(from_m), to_m.shape[1], count)
+    if ranking == "worth":
+        way = 1.0 + from_m[:, None, :] + to_m.T[None] / 2.0
+        scores = probability[:, None, None, :] / way[None]
+        return np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(shape)
+    near = np.sort(ranked(-(from_m[:, None, :] + to_m.T[None]).reshape(-1, n), min(NEAREST_KEPT, count)), axis=1)
+    kept, of_pair = np.unique(near, axis=0, return_inverse=True)  # few: the nearest are the same for many pairs
+    scores = np.repeat(probability[:, None], len(kept), axis=1)
+    scores[:, np.arange(len(kept))[:, None], kept] = 2.0
+    chosen = np.sort(ranked(scores.reshape(-1, n), count), axis=1).reshape(items, len(kept), count)
+    return chosen[:, of_pair.reshape(-1)].reshape(shape)
+
+
+def nearest(from_m: npt.NDArray[np.float64], to_m: npt.NDArray[np.float64], *, count: int) -> npt.NDArray[np.intp]:
+    """The containers that the paper's ranking keeps in any case; of equally near ones (ties.py) the earlier.
+
+    Every container on a shortest way from the origin to the target has the same sum, but for rounding.
+    """
+    return ranked(-(from_m + to_m)[None], min(NEAREST_KEPT, count))[0]

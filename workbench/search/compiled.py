@@ -16,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -66,6 +68,21 @@ def cost_table(
 def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
     """The minimiser's order for one origin and target; arguments and answer as reference.best_order."""
     return [int(a) for a in _best_order(missing, between_m, from_m, found, float(search))]
+
+
+def pair_costs(
+    missing: Array,
+    sets: Indices,
+    between_m: Array,
+    from_m: Array,
+    found: Array,
+    search: float,
+    start: Indices,
+    pairs: Indices,
+) -> Array:
+    """W(nothing, origin) of pairs of an origin and a target; arguments and answer as reference.pair_costs."""
+    layers = _layers(sets.shape[1])
+    return _pair_costs(missing, sets, between_m, from_m, found, float(search), start, pairs, *layers)
 
 
 @njit(cache=True, nogil=True)
@@ -145,6 +162,48 @@ def _cost_table(
                     answer[item, o, first + g] = best[g]
 
 
+@njit(cache=True, nogil=True, fastmath=MATH)
+def _pair_costs(
+    missing: Array,
+    sets: Indices,
+    between_m: Array,
+    from_m: Array,
+    found: Array,
+    search: float,
+    start: Indices,
+    pairs: Indices,
+    order: Indices,
+    position: Indices,
+    layer_start: Indices,
+) -> Array:
+    answer = np.empty(len(pairs))
+    origins, k, targets = len(from_m), sets.shape[1], found.shape[1]
+    column = np.empty(targets, np.int64)
+    legs, ways = np.empty((1, k, k)), np.empty((1, origins, k))
+    for u in range(len(sets)):
+        column[:] = -1
+        width = 0
+        for pair in range(start[u], start[u + 1]):
+            if column[pairs[pair, 1]] < 0:
+                column[pairs[pair, 1]] = width
+                width += 1
+        ends = np.empty((1, k, width))
+        for i in range(k):
+            for j in range(k):
+                legs[0, i, j] = between_m[sets[u, i], sets[u, j]]
+            for o in range(origins):
+                ways[0, o, i] = from_m[o, sets[u, i]]
+            for g in range(targets):
+                if column[g] >= 0:
+                    ends[0, i, column[g]] = found[sets[u, i], g]
+        table = np.empty((1, origins, width))
+        here = missing[u : u + 1]
+        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, order, position, layer_start, table)
+        for pair in range(start[u], start[u + 1]):
+            answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
+    return answer
+
+
 @njit(cache=True, nogil=True, fastmath=MATH, inline="always")
 def _least(best: Array, r: float, metres: Array, left: Indices, count: int, onward: Array) -> None:
     """best[g] = min over the candidates left of r d + onward; two at a time, so that best is written less often."""
@@ -182,17 +241,21 @@ def _best_order(missing: Array, between_m: Array, from_m: Array, found: Array, s
                             best, chosen = cost, a
                 table[subset, i] = best
     order = np.empty(k, np.int64)
-    subset = 0
+    costs = np.empty(k)
+    subset, slack = 0, 0.0
     for stop in range(k):
-        r = missing[subset]
-        best, chosen = 0.0, -1
+        r, best, some = missing[subset], 0.0, False
         for a in range(k):
             if not subset >> a & 1:
                 after = subset | (1 << a)
                 leg = from_m[a] if stop == 0 else between_m[order[stop - 1], a]
-                cost = r * (leg + search) + (r - missing[after]) * found[a] + table[after, a]
-                if chosen < 0 or cost < best:
-                    best, chosen = cost, a
+                costs[a] = r * (leg + search) + (r - missing[after]) * found[a] + table[after, a]
+                best, some = (min(best, costs[a]) if some else costs[a]), True
+        if stop == 0:
+            slack = RELATIVE * max(SMALLEST_SCALE, abs(best))
+        chosen = 0
+        while subset >> chosen & 1 or costs[chosen] > best + slack:
+            chosen += 1
         order[stop] = chosen
         subset |= 1 << chosen
     return order

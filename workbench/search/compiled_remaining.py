@@ -14,6 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from workbench.search.ties import RELATIVE
+
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
@@ -80,19 +82,23 @@ def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indi
     items, n = p.shape
     left = n - searched.shape[1]
     order = np.empty((items, left), np.intp)
-    is_left = np.empty(n, np.bool_)
+    is_left, worth = np.empty(n, np.bool_), np.empty(n)
     for item in range(items):
         is_left[:] = True
+        slack = 0.0
+        for a in range(n):
+            slack = max(slack, RELATIVE * p[item, a])
         for j in searched[item]:
             is_left[j] = False
         last = -1
         for stop in range(left):
-            best, chosen = -1.0, -1
+            best, chosen = -1.0, 0
             for a in range(n):
                 if is_left[a]:
-                    worth = p[item, a] / (1.0 + (from_m[item, a] if last < 0 else between_m[last, a]))
-                    if worth > best:
-                        best, chosen = worth, a
+                    worth[a] = p[item, a] / (1.0 + (from_m[item, a] if last < 0 else between_m[last, a]))
+                    best = max(best, worth[a])
+            while not is_left[chosen] or worth[chosen] < best - slack:
+                chosen += 1
             order[item, stop] = chosen
             is_left[chosen] = False
             last = chosen

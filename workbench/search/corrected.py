@@ -25,6 +25,7 @@ from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.places import Places, places
 from workbench.search.remaining import compiled_loops, still_missing_along, unconditioned
+from workbench.search.ties import RELATIVE
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -123,13 +124,18 @@ def _others(p: Array, searched: Indices, between_m: Array) -> Indices:
 
 
 def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
-    """The same from the mean way from what was searched to each container, shape (item types, containers)."""
+    """The same from the mean way from what was searched to each container, shape (item types, containers).
+
+    Worths are equal that differ by less than a share of the greatest probability (ties.py).
+    """
     rows = np.arange(len(p))
     left = np.ones(p.shape, dtype=bool)
     np.put_along_axis(left, searched, False, axis=1)
+    slack = RELATIVE * p.max(axis=1, keepdims=True, initial=0.0)
     order: list[Indices] = []
     for _ in range(p.shape[1] - searched.shape[1]):
-        chosen = np.argmax(np.where(left, p / (1.0 + from_m), -1.0), axis=1)
+        worth = np.where(left, p / (1.0 + from_m), -1.0)
+        chosen = np.argmax(worth >= worth.max(axis=1, keepdims=True) - slack, axis=1)
         order.append(chosen)
         left[rows, chosen] = False
         from_m = between_m[chosen]

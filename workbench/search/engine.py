@@ -116,7 +116,7 @@ def cost_table(
         items = np.arange(first, min(first + at_once, len(metres)))
         setup = _setup(here, items, costs, belief_model, limit, ranking)
         ends = None if tail is None else tail(setup.probability, setup.candidates)
-        table = _program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search, ends)
+        table = program().cost_table(setup.missing, setup.between_m, setup.from_m, setup.found, costs.search, ends)
         metres[items] = np.maximum(table, 0.0)
     return metres
 
@@ -136,7 +136,7 @@ def best_order(
         Indices into here.containers, at most `limit` of them.
     """
     setup = _setup(here, np.array([item]), costs, belief_model, limit, ranking)
-    order = _program().best_order(
+    order = program().best_order(
         setup.missing[0], setup.between_m[0], setup.from_m[0, 0], setup.found[0, :, 0], costs.search
     )
     return setup.candidates[0, order]
@@ -180,11 +180,23 @@ def _setup(
     )
 
 
-class _Program(Protocol):
+class Program(Protocol):
     """What reference.py and compiled.py both are."""
 
     def cost_table(
         self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
+    ) -> Array: ...
+
+    def pair_costs(
+        self,
+        missing: Array,
+        sets: Indices,
+        between_m: Array,
+        from_m: Array,
+        found: Array,
+        search: float,
+        start: Indices,
+        pairs: Indices,
     ) -> Array: ...
 
     def best_order(
@@ -193,10 +205,10 @@ class _Program(Protocol):
 
 
 @cache
-def _program() -> _Program:
+def program() -> Program:
     """The compiled program, or the readable one where numba cannot be imported."""
     try:
         from workbench.search import compiled
     except ImportError:
-        return cast(_Program, reference)
-    return cast(_Program, compiled)
+        return cast(Program, reference)
+    return cast(Program, compiled)

@@ -21,6 +21,7 @@ from workbench.search.orders import ExpectedSearch, along
 from workbench.search.places import Places, places
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import unconditioned
+from workbench.search.ties import RELATIVE
 from workbench.worlds.house import ContainerId
 
 LEADING = 10
@@ -91,12 +92,16 @@ class FullTour:
 
 
 def _with_tail(lead: npt.NDArray[np.intp], p: npt.NDArray[np.float64], here: Places) -> npt.NDArray[np.int64]:
-    """The leading order, then always the container of greatest probability against the way from the last."""
+    """The leading order, then always the container of greatest probability against the way from the last.
+
+    Of equal ones (ties.py, by the greatest probability) the earlier.
+    """
+    slack = RELATIVE * p.max(initial=0.0)
     order = [int(a) for a in lead]
     left = np.ones(len(p), dtype=bool)
     left[lead] = False
     while left.any():
         worth = np.where(left, p / (1.0 + here.between_m[order[-1]]), -1.0)
-        order.append(int(np.argmax(worth)))
+        order.append(int(np.argmax(worth >= worth.max() - slack)))
         left[order[-1]] = False
     return np.array(order, dtype=np.int64)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from workbench.search.find_costs import SearchStop
 from workbench.search.orders import along
 from workbench.search.places import places
 from workbench.search.policy import SearchQuery
+from workbench.search.ties import ranked
 
 
 @final
@@ -19,8 +18,9 @@ class MostProbable:
     name: str = "most-probable"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
-        """By falling probability; equal ones by distance from the origin, then in the plan's order."""
+        """By falling probability; equal ones (ties.py) by distance from the origin, then in the plan's order."""
         here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
-        order = np.lexsort((here.from_m[0], -here.probability[item]))
+        nearest = ranked(-here.from_m[:1])[0]
+        order = nearest[ranked(here.probability[item, nearest][None])[0]]
         return along(order, here, item=item, model="independent", costs=query.costs).stops

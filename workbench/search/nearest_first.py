@@ -11,6 +11,7 @@ from workbench.search.find_costs import SearchStop
 from workbench.search.orders import along
 from workbench.search.places import Places, places
 from workbench.search.policy import SearchQuery
+from workbench.search.ties import first_least
 from workbench.worlds.house import ContainerId, LocationId
 
 
@@ -32,7 +33,7 @@ class NearestFirst:
             return None
         row = query.travel.metres[query.travel.index(query.origin)]
         at = [query.travel.index(LocationId(c)) for c in reachable]
-        return reachable[int(np.argmin(row[at]))]
+        return reachable[first_least(row[at])]
 
 
 def nearest_chain(here: Places) -> list[int]:
@@ -41,7 +42,7 @@ def nearest_chain(here: Places) -> list[int]:
     left = np.ones(len(here.containers), dtype=bool)
     row = here.from_m[0]
     for _ in here.containers:
-        nearest = int(np.argmin(np.where(left, row, np.inf)))
+        nearest = first_least(np.where(left, row, np.inf))
         order.append(nearest)
         left[nearest] = False
         row = here.between_m[nearest]

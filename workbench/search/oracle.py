@@ -8,6 +8,7 @@ from typing import final
 from workbench.search.find_costs import SearchStop
 from workbench.search.places import places
 from workbench.search.policy import SearchQuery
+from workbench.search.ties import first_of_least
 from workbench.worlds.house import House
 
 
@@ -24,7 +25,7 @@ class KnowsTheHouse:
         ways = [(here.from_m[0, i] + here.to_m[i, 0], i) for i, c in enumerate(here.containers) if c in holders]
         if not ways:
             return ()
-        nearest = min(ways)[1]
+        nearest = first_of_least(ways, lambda way: float(way[0]))[1]
         return (
             SearchStop(
                 container=here.containers[nearest],

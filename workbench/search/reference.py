@@ -21,6 +21,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from workbench.search.ties import first_least
+
 Array = npt.NDArray[np.float64]
 
 
@@ -49,8 +51,41 @@ def cost_table(
     return answer
 
 
+def pair_costs(
+    missing: Array,
+    sets: npt.NDArray[np.intp],
+    between_m: Array,
+    from_m: Array,
+    found: Array,
+    search: float,
+    start: npt.NDArray[np.intp],
+    pairs: npt.NDArray[np.intp],
+) -> Array:
+    """W(nothing, origin) of pairs of an origin and a target, where pairs differ in their candidates.
+
+    Args:
+        missing: R(S) of each set of candidates, shape (sets, 2**k).
+        sets: containers, shape (sets, k).
+        between_m: between all containers, shape (containers, containers).
+        from_m: shape (origins, containers).
+        found: R_pick + d(a, to), shape (containers, targets).
+        start: set u belongs to the pairs start[u] up to start[u + 1], shape (sets + 1,).
+        pairs: an origin and a target each, shape (pairs, 2).
+
+    Returns:
+        Shape (pairs,).
+    """
+    answer = np.empty(len(pairs))
+    for u, chosen in enumerate(sets):
+        these = pairs[start[u] : start[u + 1]]
+        legs = between_m[np.ix_(chosen, chosen)][None]
+        table = cost_table(missing[u : u + 1], legs, from_m[None, :, chosen], found[None, chosen], search)
+        answer[start[u] : start[u + 1]] = table[0, these[:, 0], these[:, 1]]
+    return answer
+
+
 def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
-    """The minimiser's order of candidates from one origin to one target; ties go to the earlier candidate.
+    """The minimiser's order of candidates from one origin to one target; of equal ones (ties.py) the earlier.
 
     Args:
         missing: shape (2**k,).
@@ -59,11 +94,12 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
     """
     table = subset_costs(missing, between_m, found[:, None], search, np.zeros((len(found), 1)))
     order: list[int] = []
-    subset, row = 0, from_m
+    subset, row, whole = 0, from_m, 0.0
     while len(order) < len(between_m):
         left = [a for a in range(len(between_m)) if not subset >> a & 1]
         steps = _steps(missing, row[None], found[:, None], search, table, subset)[0, :, 0]
-        chosen = left[int(np.argmin(steps))]
+        whole = whole if order else float(steps.min())
+        chosen = left[first_least(steps, scale=whole)]
         order.append(chosen)
         subset, row = subset | 1 << chosen, between_m[chosen]
     return order

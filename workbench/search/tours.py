@@ -21,6 +21,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from workbench.search.ties import RELATIVE
+
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -28,7 +30,7 @@ INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCLUSIVE, "marginal": EXISTS}
 
 LONGEST_RUN = 3
-LEAST_GAIN = 1e-9
+LEAST_GAIN = RELATIVE
 """A change must save this share of the cost, so that rounding never makes two orders take turns."""
 
 NEGLIGIBLE = 1e-3
