@@ -181,8 +181,9 @@ def _table(lines: Sequence[Mapping[str, Any]]) -> str:
                 row.append("<td>-</td><td>-</td><td>-</td>")
                 continue
             mark = ' class="best"' if name != "oracle" and line["mean_cost"] <= best[s] else ""
+            ends = ends_in_words(line["ci95"], ".0f")
             row.append(
-                f"<td{mark}>{line['mean_cost']:.1f}<br><span class=interval>{ends_in_words(line['ci95'], '.0f')}</span></td>"
+                f"<td{mark}>{line['mean_cost']:.1f}<br><span class=interval>{ends}</span></td>"
                 f"<td>{100 * line['success_rate']:.0f} %</td><td>{1e3 * line['replan_p50_s']:.0f} ms</td>"
             )
         out.append(f"<tr>{''.join(row)}</tr>")

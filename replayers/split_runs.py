@@ -1,4 +1,4 @@
-"""Parts of one recording among the logs of a command: together they are one run, and each alone shows less than it."""
+"""Parts of one recording among the logs of a command: together they are one run, and each alone shows less."""
 
 from __future__ import annotations
 

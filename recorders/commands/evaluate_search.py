@@ -150,7 +150,8 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
             saved = [None if end is None else -end for end in reversed(pair["ci95"])]
             say(
                 f"{pair['b']} saves {-pair['b_minus_a']:z.2f} against lios "
-                f"(95 %: {ends_in_words(saved, 'z.2f')}; {-100 * pair['share_of_greedy']:z.1f} points of Greedy's cost)"
+                f"(95 %: {ends_in_words(saved, 'z.2f')}; "
+                f"{-100 * pair['share_of_greedy']:z.1f} points of Greedy's cost)"
             )
     if words := intervals_in_words(row["ci95_resamples"] for row in answer["rows"]):
         say(words)

@@ -124,8 +124,9 @@ def _show(answer: dict[str, Any]) -> None:
         if "against_counts" not in row:
             continue
         pair = row["against_counts"]
+        gained = ends_in_words(pair["top1_gain_ci95"], "+.3f")
         say(
-            f"{row['estimator']}: top-1 {pair['top1_gain']:+.3f} against counts ({ends_in_words(pair['top1_gain_ci95'], '+.3f')}), "
+            f"{row['estimator']}: top-1 {pair['top1_gain']:+.3f} against counts ({gained}), "
             f"log loss {pair['log_loss_ratio']:.3f} of it"
         )
     if words := intervals_in_words(row.get("ci95_resamples", "") for row in answer["rows"]):
