@@ -17,6 +17,7 @@ from dashboards.timeline import timeline_of
 from replayers.run import Run, read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
+from workbench.evaluation.statistics import ends_in_words, intervals_in_words
 from workbench.evaluation.task_names import file_name_of, scenario_title, strategy_title
 from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.task_table import pairs, table
@@ -135,7 +136,7 @@ def _html(
         f"{len(rows)} runs in houses of {escape(Path(houses).name)}; {len(seconds)} decisions, "
         f"median {1e3 * float(np.median(seconds)):.1f} ms, "
         f"95th percentile {1e3 * float(np.quantile(seconds, 0.95)):.0f} ms. "
-        "Costs are in metres and their equivalents; intervals are 95 %, drawn over houses."
+        f"Costs are in metres and their equivalents; {intervals_in_words(line['ci95_resamples'] for line in lines)}."
     )
     parts = ["<h1>Task planning with missing objects</h1>", f"<p>{intro}</p>", _table(lines), _pairs(compared)]
     for path in figures:
@@ -179,10 +180,10 @@ def _table(lines: Sequence[Mapping[str, Any]]) -> str:
             if line is None:
                 row.append("<td>-</td><td>-</td><td>-</td>")
                 continue
-            low, high = line["ci95"]
             mark = ' class="best"' if name != "oracle" and line["mean_cost"] <= best[s] else ""
+            ends = ends_in_words(line["ci95"], ".0f")
             row.append(
-                f"<td{mark}>{line['mean_cost']:.1f}<br><span class=interval>{low:.0f} to {high:.0f}</span></td>"
+                f"<td{mark}>{line['mean_cost']:.1f}<br><span class=interval>{ends}</span></td>"
                 f"<td>{100 * line['success_rate']:.0f} %</td><td>{1e3 * line['replan_p50_s']:.0f} ms</td>"
             )
         out.append(f"<tr>{''.join(row)}</tr>")
@@ -193,12 +194,12 @@ def _pairs(compared: Sequence[Mapping[str, Any]]) -> str:
     out = ["<h2>Paired differences</h2><table><tr><th>Scenario</th><th>Strategy</th><th>against</th>"]
     out.append("<th>difference</th><th>share</th><th>better</th><th>worse</th></tr>")
     for pair in compared:
-        low, high = pair["share_ci95"]
+        share = ends_in_words(pair["share_ci95"], "+.1f", scale=100)
         out.append(
             f"<tr><td>{escape(scenario_title(pair['scenario']))}</td>"
             f"<td>{escape(strategy_title(pair['a']))}</td>"
             f"<td>{escape(strategy_title(pair['b']))}</td><td>{pair['difference']:+.2f}</td>"
-            f"<td>{100 * pair['share']:+.1f} % <span class=interval>{100 * low:+.1f} to {100 * high:+.1f}</span></td>"
+            f"<td>{100 * pair['share']:+.1f} % <span class=interval>{share}</span></td>"
             f"<td>{100 * pair['a_wins']:.0f} %</td><td>{100 * pair['b_wins']:.0f} %</td></tr>"
         )
     return "\n".join([*out, "</table>"])

@@ -54,7 +54,8 @@ class Pair:
     Attributes:
         wins, loses, equal, undecided: logs on which a wins in every consistent world, and so on.
         least, most: the mean difference over the logs lies between, whatever the worlds are.
-        drawn, true: mean paired differences with intervals that draw houses; None where no log has them.
+        drawn, true: mean paired differences with intervals that draw houses, or the logs of the only one, widened
+            (workbench/evaluation/statistics.py); None where no log has them.
         chance: mean share of drawn worlds in which a is cheaper.
     """
 
@@ -115,6 +116,53 @@ def difference(a: StoredReplay, b: StoredReplay) -> Difference:
         drawn=drawn,
         true=None if a.true_cost is None or b.true_cost is None else a.true_cost - b.true_cost,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunInSeveralLogs:
+    """One recorded run that was replayed from more than one log: parts of a split log, or copies of a log.
+
+    Attributes:
+        run_id, logs: which run, and from which logs.
+        kept: the log that counts for it, where all of them say the same; None where they do not, and none counts.
+    """
+
+    run_id: str
+    logs: tuple[str, ...]
+    kept: str | None
+
+
+def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
+    """Replays in which no run counts twice, and what was done about those that would.
+
+    A part of a split log holds but a part of what the run showed: replays of parts contradict each other, and their
+    number is no number of runs. Copies (compressed, filtered) that say the same count once.
+    """
+    listed = tuple(records)
+    by_run: dict[tuple[str, ...], dict[str, list[StoredReplay]]] = {}
+    for r in listed:
+        run = (r.run_id, r.place_sha256, r.scenario, r.recorded_strategy)
+        by_run.setdefault(run, {}).setdefault(r.sha256, []).append(r)
+    left_out: set[str] = set()
+    several: list[RunInSeveralLogs] = []
+    for (run_id, *_), logs in by_run.items():
+        if len(logs) == 1:
+            continue
+        first = next(iter(logs))
+        kept = first if all(_say_the_same(logs[first], other) for other in logs.values()) else None
+        left_out |= {sha256 for sha256 in logs if sha256 != kept}
+        paths = tuple(dict.fromkeys(group[0].log for group in logs.values()))
+        several.append(
+            RunInSeveralLogs(run_id=run_id, logs=paths, kept=logs[first][0].log if kept is not None else None)
+        )
+    return tuple(r for r in listed if r.sha256 not in left_out), tuple(several)
+
+
+def _say_the_same(a: Sequence[StoredReplay], b: Sequence[StoredReplay]) -> bool:
+    """Whether two logs lead to the same bounds of every strategy that was replayed over both."""
+    first, second = ({r.strategy: (r.status, r.bounds) for r in group} for group in (a, b))
+    common = first.keys() & second.keys()
+    return bool(common) and all(first[name] == second[name] for name in common)
 
 
 def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:

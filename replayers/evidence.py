@@ -11,7 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from replayers.reading_evidence import Deed, Leg, contents_at_start, deeds, first_belief, refused, refused_looks
+from replayers.reading_evidence import (
+    IMPUTED,
+    Deed,
+    Leg,
+    contents_at_start,
+    deeds,
+    first_belief,
+    refused,
+    refused_looks,
+)
 from replayers.run import Run
 from workbench.errors import Unsupported
 from workbench.planning.tasks import AllOf, Task
@@ -45,6 +54,7 @@ class Evidence:
         walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
         first_belief: per (item type, container), the first probability that the log holds.
         steady: whether no later belief of the log differs from the first one about the same pair.
+        imputed: containers whose contents nobody saw: the log is of a replay in an imagined world.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -64,6 +74,7 @@ class Evidence:
     done: frozenset[Deed] = frozenset()
     first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
     steady: bool = True
+    imputed: tuple[ContainerId, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -95,6 +106,7 @@ def evidence_of(run: Run) -> Evidence:
     contents, odd = contents_at_start(run.observations, run.actions, containers)
     probabilities, steady, strange = first_belief(run.beliefs, containers)
     cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
+    imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = {ContainerId(o.container) for o in run.observations if o.known_at_start}
     return Evidence(
         path=str(run.path),
@@ -113,5 +125,17 @@ def evidence_of(run: Run) -> Evidence:
         done=deeds(run.actions),
         first_belief=probabilities,
         steady=steady,
-        notes=(*cut, *odd, *strange),
+        imputed=imputed,
+        notes=(*cut, *_imagined(imputed), *odd, *strange),
+    )
+
+
+def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:
+    """The note on a log that a replay in an imagined world wrote."""
+    if not imputed:
+        return ()
+    named = ", ".join(imputed[:3]) + (f" and {len(imputed) - 3} more" if len(imputed) > 3 else "")
+    return (
+        f"the log is of an imagined world: what lies in {named} is imputed, nobody saw it; "
+        "costs and bounds are those of that imagined world",
     )

@@ -13,6 +13,7 @@ from typing import final
 
 from replayers.durations import SIMULATED, Durations
 from replayers.evidence import Evidence, evidence_of
+from replayers.reading_evidence import IMPLIED, IMPUTED, LOGGED
 from replayers.run import Run
 from workbench.planning.actions import EFFECTS
 from workbench.worlds.geometry import Point, Pose
@@ -20,9 +21,6 @@ from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemI
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import Done, Looked, Refused, Unseen
-
-LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
-"""The run did the very same; it follows from the log and its assumptions; it rests on a filling."""
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
 """What an open container holds, given what the robot knows when it looks; None when it cannot be told."""

@@ -13,6 +13,10 @@ from types import MappingProxyType
 from workbench.runs.vocabulary import ActionFinished, BeliefUpdate, Observation
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
+LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
+"""What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
+on a filling of a container that nobody opened."""
+
 Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 """What was done, where, with which items."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from replayers.calibration import pit_distance, pit_histogram
 from replayers.replay_trials import Counterfactual
-from workbench.evaluation.statistics import mean_with_interval
+from workbench.evaluation.statistics import mean_with_interval, resampled
 
 
 def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
@@ -33,6 +33,9 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
         "exact_or_within_10_percent": _share(c.narrow for c in found),
         "interval_coverage": _mean(c.within for c in drawn if c.within is not None),
         "interval_coverage_ci95": _coverage_ci95(drawn),
+        "interval_coverage_ci95_resamples": resampled(
+            len(drawn), len({c.house for c in drawn}), "houses", "counterfactuals"
+        ),
         "interval_coverage_closed": _share(c.covered for c in drawn),
         "interval_mass": _mean(c.mass for c in drawn if c.mass is not None),
         "pit": pit_histogram(stretches),

@@ -113,6 +113,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         told: what is known of the cost in each group of worlds; all groups together are every consistent world.
         if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
             bounds hold without that.
+        imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -152,6 +153,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     steady_beliefs: bool
     steps: tuple[StepRow, ...]
     notes: tuple[str, ...]
+    imputed: tuple[str, ...] = ()
 
 
 def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
@@ -198,6 +200,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         steady_beliefs=ground.steady,
         steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),
         notes=made.notes,
+        imputed=evidence.imputed,
     )
 
 

@@ -68,6 +68,8 @@ Exit codes:
 Environment:
   LIOS_CACHE     folder of the cache; "off" keeps none; default ~/.cache/lios-workbench
   LIOS_CHROMIUM  the browser that lios render draws with
+  LIOS_DASHBOARD_TOKEN
+                 a token for the dashboard's address that stays the same; default: a new one each time
   BOSDYN_CLIENT_USERNAME, BOSDYN_CLIENT_PASSWORD, LIOS_SPOT_CERTIFICATE
                  for lios spot record and run
   NO_COLOR       plain tables

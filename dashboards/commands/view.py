@@ -14,10 +14,14 @@ def view(
     host: Annotated[str, Option(help="Address to listen on; only this machine by default.")] = "127.0.0.1",
     at: Annotated[float, Option(help="Seconds after the start to show first.")] = 0.0,
     follow: Annotated[bool, Option("--follow", help="Show a run while it is being recorded.")] = False,
+    no_token: Annotated[
+        bool, Option("--no-token", help="Let in every program of this machine; not for other addresses.")
+    ] = False,
 ) -> None:
     """Look at runs in 3D in a browser.
 
-    Several logs are laid over each other on one clock; a folder opens as a table of its runs.
+    Several logs are laid over each other on one clock; a folder opens as a table of its runs. The address that is
+    printed holds a token; who does not have it is not answered.
 
     Examples:
 
@@ -31,4 +35,4 @@ def view(
     """
     from dashboards.viser_app.serving import show_until_stopped
 
-    show_until_stopped(logs, host=host, port=port, at=at, follow=follow)
+    show_until_stopped(logs, host=host, port=port, at=at, follow=follow, token=not no_token)

@@ -8,13 +8,16 @@ import io
 import socket
 import warnings
 from dataclasses import dataclass, field
+from urllib.parse import quote
 
 import viser
 
 from dashboards.library import Library
+from dashboards.viser_app.access import Access, token_for_a_run
 from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.following import Follower
+from dashboards.viser_app.guarded_server import guarded_server
 from dashboards.viser_app.session import Session, ViewState, covered_px
 from workbench.errors import InputError
 
@@ -40,17 +43,32 @@ class CannotListen(InputError):
 
 @dataclass(slots=True)
 class Dashboard:
-    """A running server."""
+    """A running server.
+
+    Attributes:
+        server: Viser's.
+        sessions: one for each open page, by Viser's number of the client.
+        follower: reads what a run that is still being recorded adds; None otherwise.
+        token: what a visitor must know; None lets in all of this machine.
+    """
 
     server: viser.ViserServer
     sessions: dict[int, Session] = field(default_factory=dict)
     follower: Follower | None = None
+    token: str | None = field(default=None, repr=False)
 
     @property
     def url(self) -> str:
+        """Where it listens, without the token: answers those who have the cookie."""
         host = self.server.get_host()
         named = {"0.0.0.0": LOCAL, "": LOCAL, "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
         return f"http://{named}:{self.server.get_port()}"
+
+    def link(self, query: str = "") -> str:
+        """The address that opens it: with the token, and a view's query ("at=11&runs=1")."""
+        token = "" if self.token is None else f"token={quote(self.token, safe='')}"
+        fields = "&".join(part for part in (token, query) if part)
+        return f"{self.url}/?{fields}" if fields else self.url
 
     def stop(self) -> None:
         if self.follower is not None:
@@ -61,18 +79,25 @@ class Dashboard:
             self.server.stop()
 
 
-def serve(library: Library, state: ViewState, *, host: str = LOCAL, port: int = 8080) -> Dashboard:
+def serve(
+    library: Library, state: ViewState, *, host: str = LOCAL, port: int = 8080, token: bool = True
+) -> Dashboard:
     """Starts serving and returns at once.
+
+    Args:
+        token: whether visitors must know a token: the environment's, or one made for this run.
 
     Raises:
         PortInUse, CannotListen: nothing can listen there.
+        BadToken: the environment names one that could be guessed.
+        TokenRequired: no token is wanted where other machines could connect.
     """
+    access = Access(host=host, token=token_for_a_run() if token else None)
     _check_port(host, port)
     # A browser may leave at any moment; what was on its way to it then is nobody's loss.
     warnings.filterwarnings("ignore", message="Queued .* on a closed connection", category=UserWarning)
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, label="LIOS workbench", verbose=False)
-    dashboard = Dashboard(server)
+    server = guarded_server(access, port=port, label="LIOS workbench")
+    dashboard = Dashboard(server, token=access.token)
     shape = library.shape(library.timeline(state.runs[0]).plan)
     covered = covered_px(len(state.runs)) / USUAL_HEIGHT_PX
     begin_at(server, fitted(shape, aspect=USUAL_ASPECT, covered_below=covered))

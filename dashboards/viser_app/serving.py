@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dashboards.library import Library, NoLogs
+from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
 from dashboards.viser_app.session import ViewState
@@ -19,16 +20,18 @@ MOST_AT_ONCE = 8
 """Runs laid over each other at first; more can be chosen in the table."""
 
 
-def show_until_stopped(logs: Sequence[Path], *, host: str, port: int, at: float, follow: bool) -> None:
+def show_until_stopped(
+    logs: Sequence[Path], *, host: str, port: int, at: float, follow: bool, token: bool = True
+) -> None:
     """Serves until Ctrl-C.
 
     Raises:
-        FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse.
+        FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
     """
-    dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow)
+    dashboard = open_dashboard(logs, host=host, port=port, at=at, follow=follow, token=token)
     try:
         # Said in here: whoever reads it may press Ctrl-C at once.
-        say(f"Dashboard at {dashboard.url} (Ctrl-C stops it).")
+        say(f"Dashboard at {dashboard.link()} (Ctrl-C stops it).")
         while True:
             time.sleep(3600)
     except KeyboardInterrupt:
@@ -38,17 +41,26 @@ def show_until_stopped(logs: Sequence[Path], *, host: str, port: int, at: float,
 
 
 def open_dashboard(
-    logs: Sequence[Path], *, host: str = "127.0.0.1", port: int = 8080, at: float = 0.0, follow: bool = False
+    logs: Sequence[Path],
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    at: float = 0.0,
+    follow: bool = False,
+    token: bool = True,
 ) -> Dashboard:
     """Reads the logs and starts serving.
 
     Raises:
-        BadValue: a moment before the start. And what reading logs and listening raise.
+        BadValue: a moment before the start.
+        TokenRequired: no token where other machines could connect. And what reading logs and listening raise.
     """
     if not at >= 0:
         raise BadValue("--at", at, "seconds after the start, at least 0")
     if not 0 <= port <= 65535:
         raise BadValue("--port", port, "from 0 to 65535")
+    if not token and not is_loopback(host):
+        raise TokenRequired(host)
     if follow:
         _wait_for_logs(logs)
     library = Library(logs)
@@ -62,7 +74,7 @@ def open_dashboard(
         for problem in library.unreadable:
             say(f"Left out: {problem}")
         runs = (_first_readable(library, [row.index for row in rows if row.index >= 0]),)
-    dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port)
+    dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port, token=token)
     if follow:
         dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
     return dashboard

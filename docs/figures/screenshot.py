@@ -30,7 +30,7 @@ def main() -> None:
             browser = drive.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
             for name, (width, height) in SIZES.items():
                 page = browser.new_page(viewport={"width": width, "height": height})
-                page.goto(dashboard.url)
+                page.goto(dashboard.link())
                 page.wait_for_timeout(DRAWN_AFTER_MS)
                 for warning in page.query_selector_all(".mantine-Notification-closeButton"):
                     warning.click()

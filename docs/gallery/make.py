@@ -63,7 +63,7 @@ def shown(browser: Browser, logs: Sequence[Path], query: str = "") -> Any:
     page = browser.new_page(viewport=SIZE)
     page.set_default_timeout(120_000)
     try:
-        page.goto(dashboard.url + query)
+        page.goto(dashboard.link(query))
         page.locator(".lp .facts").wait_for()
         page.wait_for_timeout(DRAWN_MS)
         for close in page.query_selector_all(".mantine-Notification-closeButton"):
@@ -96,7 +96,7 @@ def first_view(browser: Browser, folder: Path) -> None:
 
 
 def demo_panels(browser: Browser, folder: Path) -> None:
-    with shown(browser, demo(folder), "?at=14") as page:
+    with shown(browser, demo(folder), "at=14") as page:
         for name, file in (
             ("Belief", "belief"),
             ("Plan", "plan"),
@@ -112,7 +112,7 @@ def demo_panels(browser: Browser, folder: Path) -> None:
 
 
 def task(browser: Browser, folder: Path) -> None:
-    with shown(browser, [LOGS / "breakfast.mcap"], "?at=60&walls=whole") as page:
+    with shown(browser, [LOGS / "breakfast.mcap"], "at=60&walls=whole") as page:
         keep(tab(page, "Plan"), "breakfast")
 
 
@@ -153,9 +153,9 @@ def robot(browser: Browser, folder: Path) -> None:
     finally:
         robot_.terminate()
         robot_.wait()
-    with shown(browser, [folder / "spot.mcap"], "?at=45") as page:
+    with shown(browser, [folder / "spot.mcap"], "at=45") as page:
         keep(page.screenshot(), "robot_run")
-    with shown(browser, [folder / "session.mcap"], "?at=80") as page:
+    with shown(browser, [folder / "session.mcap"], "at=80") as page:
         keep(page.screenshot(), "robot_session")
 
 

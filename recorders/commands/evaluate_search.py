@@ -137,17 +137,21 @@ SHOWN = (
 
 
 def _show(answer: dict[str, Any], output: Path | None) -> None:
+    from workbench.evaluation.statistics import ends_in_words, intervals_in_words
     from workbench.terminal import emit_table, say
 
     title = f"{answer['queries']} queries in {answer['houses']} houses ({answer['split']})"
     emit_table(answer["rows"], columns=SHOWN, title=title)
     for pair in answer["pairs"]:
         if pair["a"] == "lios" and pair["b"] != "oracle":
-            low, high = pair["ci95"]
+            saved = [None if end is None else -end for end in reversed(pair["ci95"])]
             say(
                 f"{pair['b']} saves {-pair['b_minus_a']:z.2f} against lios "
-                f"(95 %: {-high:z.2f} to {-low:z.2f}; {-100 * pair['share_of_greedy']:z.1f} points of Greedy's cost)"
+                f"(95 %: {ends_in_words(saved, 'z.2f')}; "
+                f"{-100 * pair['share_of_greedy']:z.1f} points of Greedy's cost)"
             )
+    if words := intervals_in_words(row["ci95_resamples"] for row in answer["rows"]):
+        say(words)
     for skipped in answer["skipped"]:
         say(f"left out: {skipped['house']}: {skipped['reason']}")
     say(f"{answer['seconds']:.0f} s, seed {answer['seed']}" + (f". Written to {output}" if output else ""))

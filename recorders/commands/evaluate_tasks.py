@@ -200,7 +200,10 @@ def _write(answer: dict[str, Any], folder: Path) -> None:
     from workbench.evaluation.task_table import markdown
 
     (folder / "table.json").write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
-    (folder / "table.md").write_text(markdown(answer["rows"]), encoding="utf-8")
+    from workbench.evaluation.statistics import intervals_in_words
+
+    words = intervals_in_words(row["ci95_resamples"] for row in answer["rows"])
+    (folder / "table.md").write_text(markdown(answer["rows"]) + f"\n{words}.\n", encoding="utf-8")
 
 
 def _say_refused(planned: Plan) -> None:
@@ -220,16 +223,19 @@ TIMES = ("replan_p50_s", "replan_p95_s")
 
 
 def _show(answer: dict[str, Any], output: Path | None) -> None:
+    from workbench.evaluation.statistics import ends_in_words, intervals_in_words
     from workbench.terminal import counted, emit_table, say
 
     emit_table(answer["rows"], columns=(*SHOWN, *TIMES))
     for pair in answer["pairs"]:
         if pair["b"] != "model-lios" or pair["a"] == "conditioned-lios":
-            low, high = pair["share_ci95"]
+            share = ends_in_words(pair["share_ci95"], "+.1f", scale=100)
             say(
                 f"{pair['scenario']}: {pair['a']} against {pair['b']}: {100 * pair['share']:+.1f} % "
-                f"[{100 * low:+.1f}, {100 * high:+.1f}]"
+                f"[{share.replace(' to ', ', ')}]"
             )
+    if words := intervals_in_words(row["ci95_resamples"] for row in answer["rows"]):
+        say(words)
     for row in answer["rows"]:
         if row["reasons"]:
             why, times = next(iter(row["reasons"].items()))

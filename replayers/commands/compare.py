@@ -11,8 +11,10 @@ from workbench.options import Json
 from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
-    from replayers.comparing import Pair
+    from replayers.comparing import Pair, RunInSeveralLogs
     from replayers.stored_replays import StoredReplay
+
+JOIN = "Join the parts, and replay the whole: lios log merge PART... -o WHOLE.mcap, lios replay WHOLE.mcap -o DIR"
 
 
 def compare(
@@ -26,7 +28,8 @@ def compare(
 ) -> None:
     """Which strategy is better on these logs?
 
-    wins, loses and equal hold in every world that agrees with the log; the rest is undecided.
+    wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals draw houses;
+    where there is one house only they draw its logs, are widened, and say nothing of another house.
 
     Examples:
 
@@ -36,18 +39,21 @@ def compare(
     """
     import numpy as np
 
-    from replayers.comparing import changed_houses
+    from replayers.comparing import changed_houses, runs_once
     from replayers.comparing import compare as compared
     from replayers.stored_replays import replays_in
     from workbench.errors import MalformedFile
-    from workbench.terminal import emit_json, say
+    from workbench.terminal import counted, emit_json, say
 
     skipped: list[MalformedFile] = []
-    records = list(replays_in(folder, on_skipped=skipped.append))
+    found = list(replays_in(folder, on_skipped=skipped.append))
+    records, several = runs_once(found)
     for error in skipped:
         say(f"skipped {error}")
-    if not records:
+    if not found:
         raise MalformedFile(folder, "no replays in this folder", "Make some: lios replay LOG... -o DIR")
+    if not records:
+        raise MalformedFile(folder, _not_counted(several[0]), JOIN)
     pairs = compared(records, rng=np.random.default_rng(seed))
     met = tuple(pair for pair in pairs if match.lower() in f"{pair.a} {pair.b}".lower())
     if pairs and not met:
@@ -57,25 +63,49 @@ def compare(
     if frames:
         from replayers.replay_frames import replays_frame, steps_frame
 
-        replays_frame(records).to_parquet(folder / "replays.parquet")
-        steps_frame(records).to_parquet(folder / "steps.parquet")
+        replays_frame(found).to_parquet(folder / "replays.parquet")
+        steps_frame(found).to_parquet(folder / "steps.parquet")
+    imagined = sorted({record.log for record in records if record.imputed})
     changed, broken = changed_houses(records), _broken(records)
     rows = [_row(pair) for pair in pairs]
     if json:
-        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken,
+        emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
+                   "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
+                   "imagined_logs": imagined,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
     _tell(rows, changed, broken)
+    for run in several:
+        say(f"note: {_not_counted(run)}" + ("" if run.kept else f". {JOIN}"))
+    if imagined:
+        say(f"note: {counted(len(imagined), 'log')} of imagined worlds: what lies in some containers is imputed, "
+            f"nobody saw it: {_names(imagined)}")  # fmt: skip
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
 
 
+def _not_counted(run: RunInSeveralLogs) -> str:
+    """What was done about a run that would count more than once."""
+    names = _names(run.logs)
+    if run.kept is not None:
+        return f"{names} are of one run and say the same; it counts once"
+    return f"{names} are of one run and say different things, as parts of a split log do; they are left out"
+
+
+def _names(logs: Sequence[str]) -> str:
+    return ", ".join(Path(log).name for log in logs[:4]) + (f" and {len(logs) - 4} more" if len(logs) > 4 else "")
+
+
 def _tell(rows: list[dict[str, Any]], changed: Sequence[str], broken: list[dict[str, Any]]) -> None:
     """The table, and what to know when reading it."""
+    from workbench.evaluation.statistics import intervals_in_words
     from workbench.terminal import emit_table, say
 
     if rows:
         emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
+        drew = [row[f"{kind}_ci95_resamples"] for row in rows for kind in ("drawn", "true")]
+        if words := intervals_in_words(kind for kind in drew if kind):
+            say(words)
     for place in changed:
         say(f"note: {place} differs between logs (plan or travel costs); its versions count as different houses")
     for one in broken:
@@ -85,7 +115,7 @@ def _tell(rows: list[dict[str, Any]], changed: Sequence[str], broken: list[dict[
         )
 
 
-def _broken(records: list[StoredReplay]) -> list[dict[str, Any]]:
+def _broken(records: Sequence[StoredReplay]) -> list[dict[str, Any]]:
     """Strategies that broke on some of their logs: on how many, and why on the first."""
     ran = Counter(r.strategy for r in records)
     of = {name: [r for r in records if r.strategy == name and r.status == "planner-failed"] for name in ran}
@@ -109,10 +139,12 @@ def _row(pair: Pair) -> dict[str, Any]:
         "difference_lower": pair.least,
         "difference_upper": pair.most,
         "drawn_difference": pair.drawn.value if pair.drawn else None,
-        "drawn_ci95": pair.drawn.interval if pair.drawn else None,
+        "drawn_ci95": pair.drawn.interval if pair.drawn and pair.drawn.trials > 1 else None,
+        "drawn_ci95_resamples": pair.drawn.resampled("houses", "logs") if pair.drawn else None,
         "chance_a_cheaper": pair.chance,
         "true_difference": pair.true.value if pair.true else None,
-        "true_ci95": pair.true.interval if pair.true else None,
+        "true_ci95": pair.true.interval if pair.true and pair.true.trials > 1 else None,
+        "true_ci95_resamples": pair.true.resampled("houses", "logs") if pair.true else None,
         "by_log": [
             {
                 "log": d.log,
@@ -139,4 +171,6 @@ def _shown(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _interval(value: float | None, ci: tuple[float, float] | None) -> str | None:
-    return None if value is None or ci is None else f"{value:.1f} ({ci[0]:.1f} to {ci[1]:.1f})"
+    if value is None:
+        return None
+    return f"{value:.1f}" if ci is None else f"{value:.1f} ({ci[0]:.1f} to {ci[1]:.1f})"

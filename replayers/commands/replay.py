@@ -91,11 +91,14 @@ def replay(
     from replayers.bounds import Budget
     from replayers.ground import Settings
     from replayers.relevance import Assumptions
+    from replayers.split_runs import join_first, parts_of_one_run
     from workbench.errors import Failed
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
 
-    files = logs_among(logs)
+    given = logs_among(logs)
+    parts = parts_of_one_run(given)
+    files = tuple(log for log in given if log not in parts)
     named = strategies_named(strategies, with_truth=with_truth)
     not_there = _not_there(named)
     names = tuple(name for name in named if name not in not_there)
@@ -120,6 +123,7 @@ def replay(
     replays = replay_all(files, wanted, workers=workers)
     outcomes = list(progress(replays, title="replaying", total=len(files) * len(names)))
     outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_there.items()]
+    outcomes += [LogFailed(log=str(part), strategy="", reason=join_first(part, of)) for part, of in parts.items()]
     failed = [o for o in outcomes if isinstance(o, LogFailed)]
     if len(failed) == len(outcomes):
         _refuse(failed)
@@ -131,9 +135,11 @@ def replay(
             answer["look_next"] = next_look
         emit_json(answer)
     else:
-        _show(rows, next_look, several=len(files) > 1)
+        _show(rows, next_look, several=len(given) > 1)
     for failure in failed:
-        if failure.strategy not in not_there:
+        if failure.reason.startswith(failure.log):
+            say(failure.reason)
+        elif failure.strategy not in not_there:
             say(f"{failure.log} {failure.strategy}: {failure.reason}")
     failures = [f"{name} cannot be loaded: {why}" for name, why in not_there.items()] + _broken(rows)
     if failures:
@@ -200,6 +206,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "steady_beliefs": outcome.steady_beliefs,
         "if_beliefs_stand": {"lower": standing.lower, "upper": standing.upper} if standing else None,
         "estimate_ci95": estimate.ci95 if estimate else None,
+        "estimate_ci95_resamples": "drawn worlds" if estimate else None,
         "interval90": estimate.interval90 if estimate else None,
         "interval90_mass": estimate.interval90_mass if estimate else None,
         "success": estimate.success if estimate else None,
@@ -214,6 +221,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "recorded_strategy": outcome.recorded_strategy,
         "recorded_cost": outcome.recorded_cost,
         "complete_log": outcome.complete_log,
+        "imputed": outcome.imputed,
         "reason": outcome.reason,
         "notes": outcome.notes,
     }

@@ -32,7 +32,7 @@ def address(tab: Firefox) -> str:
 def test_the_dashboard_draws_seeks_and_restores(tab: Firefox) -> None:
     dashboard = open_dashboard(LOGS, port=0)
     try:
-        tab.goto(dashboard.url)
+        tab.goto(dashboard.link())
         tab.until("document.querySelector('.lp .facts') !== null")
         time.sleep(4)
         assert colours_in(tab.screenshot(), (0.05, 0.1, 0.6, 0.7)) > 200

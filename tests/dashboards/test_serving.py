@@ -89,7 +89,7 @@ def test_a_truncated_log_is_shown_as_far_as_it_goes(log: Path, tmp_path: Path) -
 
 def test_only_this_machine_is_served_by_default(dashboard: Dashboard) -> None:
     assert dashboard.url.startswith("http://127.0.0.1:")
-    with urllib.request.urlopen(dashboard.url, timeout=5) as answer:
+    with urllib.request.urlopen(dashboard.link(), timeout=5) as answer:
         assert b"<html" in answer.read().lower()
 
 
@@ -97,8 +97,9 @@ def test_only_this_machine_is_served_by_default(dashboard: Dashboard) -> None:
     "path", ["/../../../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/run.mcap", "//etc/passwd"]
 )
 def test_no_file_can_be_read_through_the_server(dashboard: Dashboard, path: str) -> None:
+    cookie = f"lios-dashboard-{dashboard.server.get_port()}={dashboard.token}"
     with pytest.raises(urllib.error.HTTPError) as refused:
-        urllib.request.urlopen(dashboard.url + path, timeout=5)
+        urllib.request.urlopen(urllib.request.Request(dashboard.url + path, headers={"Cookie": cookie}), timeout=5)
     assert refused.value.code == 404
     refused.value.close()
 
@@ -209,7 +210,8 @@ def test_ctrl_c_right_after_the_address_stops_it_as_asked(monkeypatch: pytest.Mo
     stopped: list[bool] = []
 
     class Dashboard:
-        url = "http://127.0.0.1:1"
+        def link(self) -> str:
+            return "http://127.0.0.1:1/?token=abc"
 
         def stop(self) -> None:
             stopped.append(True)
@@ -222,5 +224,5 @@ def test_ctrl_c_right_after_the_address_stops_it_as_asked(monkeypatch: pytest.Mo
     monkeypatch.setattr(serving, "open_dashboard", lambda *_, **__: Dashboard())
     monkeypatch.setattr(serving, "say", say)
     serving.show_until_stopped([], host="127.0.0.1", port=0, at=0.0, follow=False)
-    assert said[-1] == "Stopped."
+    assert said == ["Dashboard at http://127.0.0.1:1/?token=abc (Ctrl-C stops it).", "Stopped."]
     assert stopped == [True]

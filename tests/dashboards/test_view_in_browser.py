@@ -6,11 +6,14 @@ import gc
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
+import viser
 from chromium import chromium, colours_in, open_view, wait_for_second
 from playwright.sync_api import Browser, Page
 
@@ -55,7 +58,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def page(browser: Browser, dashboard: Dashboard) -> Iterator[Page]:
-    opened = open_view(browser, dashboard.url)
+    opened = open_view(browser, dashboard.link())
     yield opened
     opened.close()
 
@@ -149,6 +152,47 @@ def test_where_runs_part_can_be_jumped_to(page: Page) -> None:
     wait_for_second(page, wanted - 0.01, wanted + 0.01)
 
 
+def test_the_token_is_not_in_the_address_bar_nor_in_reach_of_scripts(page: Page, dashboard: Dashboard) -> None:
+    token = str(dashboard.token)
+    assert token not in page.evaluate("location.href + document.cookie + document.referrer")
+    assert token not in page.content()
+
+
+def test_a_page_of_another_website_gets_nothing(browser: Browser, dashboard: Dashboard) -> None:
+    """In one and the same browser, cookie included: a page from another port of this machine asks for the home."""
+    context = browser.new_context()
+    own, stranger = context.new_page(), context.new_page()
+    own.goto(dashboard.link())
+    own.wait_for_function("!location.search.includes('token=')")
+    with _another_website() as url:
+        stranger.goto(url)
+        attempt = f"""() => new Promise((done) => {{
+            const socket = new WebSocket("{dashboard.url.replace("http", "ws")}/", ["viser-v{viser.__version__}"]);
+            socket.onmessage = () => done("told");
+            socket.onerror = () => done("refused");
+        }})"""
+        assert stranger.evaluate(attempt) == "refused"
+    assert own.evaluate(attempt) == "told"
+    context.close()
+
+
+@contextmanager
+def _another_website() -> Iterator[str]:
+    class Empty(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<!doctype html><title>another</title>")
+
+        def log_message(self, *_: object) -> None: ...
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Empty) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
 def test_a_reload_shows_the_same_moment(page: Page) -> None:
     page.evaluate("window.liosCommand('seek 7.5')")
     wait_for_second(page, 7.5, 7.5)
@@ -165,7 +209,7 @@ def test_a_reload_shows_the_same_moment(page: Page) -> None:
 def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashboard, page: Page) -> None:
     page.evaluate("window.liosCommand('seek 3')")
     wait_for_second(page, 3.0, 3.0)
-    other = open_view(browser, dashboard.url + "/?at=11&runs=1")
+    other = open_view(browser, dashboard.link("at=11&runs=1"))
     wait_for_second(other, 11.0, 11.0)
     other.get_by_text("opt-greedy").first.wait_for()
     page.wait_for_timeout(500)
@@ -174,10 +218,13 @@ def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashbo
     other.close()
 
 
-def test_when_the_server_comes_back_so_does_the_view(browser: Browser, logs: list[Path]) -> None:
+def test_when_the_server_comes_back_so_does_the_view(
+    browser: Browser, logs: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LIOS_DASHBOARD_TOKEN", "the-same-again-and-again")
     first = open_dashboard(logs, port=0)
     port = first.server.get_port()
-    tab = open_view(browser, first.url)
+    tab = open_view(browser, first.link())
     tab.evaluate("window.liosCommand('seek 6')")
     wait_for_second(tab, 6.0, 6.0)
     first.stop()
@@ -200,7 +247,7 @@ def test_twenty_visits_leave_nothing_behind(browser: Browser, dashboard: Dashboa
     sizes: list[int] = []
     for visit in range(20):
         tab = browser.new_page(viewport={"width": 500, "height": 400})
-        tab.goto(dashboard.url)
+        tab.goto(dashboard.link())
         tab.locator("canvas").first.wait_for()
         tab.wait_for_timeout(400)
         if visit % 3 == 0:
@@ -235,7 +282,7 @@ LOGS = Path(__file__).resolve().parents[2] / "logs"
 
 
 def test_a_link_sets_the_controls_too(browser: Browser, dashboard: Dashboard) -> None:
-    tab = open_view(browser, dashboard.url + "/?at=3&walls=whole&clock=distance")
+    tab = open_view(browser, dashboard.link("at=3&walls=whole&clock=distance"))
     tab.get_by_role("tab", name="View", exact=True).click()
     tab.wait_for_function(
         "[...document.querySelectorAll('input')].some((i) => i.value === 'whole')"
@@ -256,7 +303,7 @@ def test_another_clock_keeps_the_moment(page: Page, dashboard: Dashboard) -> Non
 
 def test_cameras_of_a_robot_are_shown_and_can_be_hidden(browser: Browser) -> None:
     made = open_dashboard([LOGS / "spot-home-A.mcap"], port=0, at=60.0)
-    tab = open_view(browser, made.url, width=1500, height=800)
+    tab = open_view(browser, made.link(), width=1500, height=800)
     try:
         picture = tab.locator(".lp.cameras img").first
         picture.wait_for()
@@ -280,7 +327,7 @@ def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browse
     words = "evaluate tasks --scenarios any-of-3 -s model-lios,opt-greedy -n 2 --split all --estimator counts"
     assert cli.run([*words.split(), "--paper-estimator", "counts", "--record", "-o", str(tmp_path / "out")]) == 0
     made = open_dashboard([tmp_path / "out"], port=0)
-    tab = open_view(browser, made.url, width=1400, height=900)
+    tab = open_view(browser, made.link(), width=1400, height=900)
     try:
         points = tab.locator(".lp circle")
         points.first.wait_for()
@@ -305,7 +352,7 @@ def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs:
     try:
         for stay_ms in (0, 30, 120, 300, 700, 1500):
             tab = browser.new_page(viewport={"width": 600, "height": 400})
-            tab.goto(made.url, wait_until="commit")
+            tab.goto(made.link(), wait_until="commit")
             tab.wait_for_timeout(stay_ms)
             tab.close()
         deadline = time.monotonic() + 30
@@ -322,7 +369,7 @@ def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_t
     browser: Browser, dashboard: Dashboard
 ) -> None:
     before = set(dashboard.sessions)
-    tab = open_view(browser, dashboard.url, width=1300, height=800)
+    tab = open_view(browser, dashboard.link(), width=1300, height=800)
     (session,) = [s for i, s in dashboard.sessions.items() if i not in before]
     camera = session.client.camera
 

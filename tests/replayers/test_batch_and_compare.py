@@ -17,7 +17,7 @@ from toy_logs import InOrder, delivered, simulated_log, task_of, toy_run
 
 from replayers.batch import LogFailed, Wanted, log_path, logs_among, replay_all, replay_log, strategies_named
 from replayers.bounds import Budget
-from replayers.comparing import agree, changed_houses, compare, difference
+from replayers.comparing import agree, changed_houses, compare, difference, runs_once
 from replayers.replay import Settings, ground_of, replay_strategy
 from replayers.replay_frames import replays_frame, steps_frame
 from replayers.run import read
@@ -258,6 +258,94 @@ def test_pairs_count_certain_wins_and_cluster_by_house(tmp_path: Path) -> None:
     assert pairs[0].drawn.clusters == 2
     assert changed_houses([quick, *elsewhere]) == ("toy",)
     assert changed_houses([quick, slow]) == ()
+
+
+def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
+    whole = kept(tmp_path, InOrder((TABLE, COUNTER), name="quick"), tmp_path)
+    other = msgspec.structs.replace(whole, sha256="other", run_id="other")
+    assert whole.bounds is not None
+    less = msgspec.structs.replace(whole.bounds, lower=whole.bounds.lower - 1)
+    parts = [msgspec.structs.replace(whole, sha256=f"part {k}", log=f"p{k}.mcap", bounds=less) for k in range(5)]
+    records, several = runs_once([whole, *parts, other])
+    assert records == (other,)
+    assert [(s.run_id, len(s.logs), s.kept) for s in several] == [(whole.run_id, 6, None)]
+    copies = [msgspec.structs.replace(whole, sha256=f"copy {k}", log=f"c{k}.mcap") for k in range(3)]
+    records, several = runs_once([whole, *copies, other])
+    assert records == (whole, other)
+    assert [s.kept for s in several] == [whole.log]
+    assert runs_once([whole, other]) == ((whole, other), ())
+
+
+def test_logs_of_one_place_draw_logs_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "kept"
+    for planner in (InOrder((TABLE, COUNTER), name="quick"), InOrder((BED, DESK, TABLE, COUNTER), name="slow")):
+        first = kept(tmp_path, planner, tmp_path)
+        for k in range(3):
+            shifted = tuple(cost + k * (planner.name == "slow") for cost in first.drawn)
+            record = msgspec.structs.replace(first, sha256=f"{k}", run_id=f"run{k}", drawn=shifted)
+            write_replay(folder / f"{k}" / f"{planner.name}.replay.json", record)
+    assert lios(["compare", str(folder), "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert (row["logs"], row["houses"], row["drawn_ci95_resamples"]) == (3, 1, "logs of one house")
+    low, high = row["drawn_ci95"]
+    assert low < row["drawn_difference"] - 1 < row["drawn_difference"] + 1 < high  # all logs lie within 1
+    assert lios(["compare", str(folder)]) == 0
+    assert "draw logs of one house" in capsys.readouterr().err
+    for k in (1, 2):
+        for path in (folder / f"{k}").iterdir():
+            path.unlink()
+    assert lios(["compare", str(folder), "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert (row["drawn_ci95"], row["drawn_ci95_resamples"]) == (None, "nothing")
+    assert lios(["compare", str(folder)]) == 0
+    assert "no interval" in capsys.readouterr().err
+
+
+def test_parts_of_a_split_run_are_refused_with_what_to_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from replayers.split_runs import parts_of_one_run
+
+    log = simulated_log(tmp_path / "run.mcap")
+    (tmp_path / "parts").mkdir()
+    assert lios(["log", "split", str(log), "-o", str(tmp_path / "parts" / "run.mcap"), "--every", "5"]) == 0
+    capsys.readouterr()
+    parts = sorted((tmp_path / "parts").glob("*.mcap"))
+    assert len(parts) > 1
+    assert parts_of_one_run([log, *parts]) == dict.fromkeys(parts, tuple(parts))
+    assert parts_of_one_run([log, parts[0]]) == {}
+    (tmp_path / "parts" / "bad.mcap").write_bytes(b"no log")
+    assert parts_of_one_run(sorted((tmp_path / "parts").glob("*.mcap"))) == dict.fromkeys(parts, tuple(parts))
+    (tmp_path / "parts" / "bad.mcap").unlink()
+    assert lios(["replay", str(tmp_path / "parts"), "-s", "opt-greedy"]) == 2
+    assert "lios log merge" in capsys.readouterr().err
+    assert lios(["replay", str(log), str(tmp_path / "parts"), "-s", "opt-greedy", "--json"]) == 0
+    captured = capsys.readouterr()
+    status = {Path(row["log"]): row["status"] for row in json.loads(captured.out)["rows"]}
+    assert {path for path, how in status.items() if how == "not-replayed"} == set(parts)
+    assert captured.err.count("one of") == len(parts)
+
+
+@pytest.mark.parametrize("world", ["best", "worst", "drawn"])
+def test_a_log_of_an_imagined_world_says_that_its_contents_are_imputed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], world: str
+) -> None:
+    log, folder = killed_toy_log(tmp_path / "run.mcap"), tmp_path / "replays"
+    (made,) = replay_log(log, writing(folder, (world,)))
+    assert isinstance(made, StoredReplay)
+    assert made.imputed == ()
+    path = log_path(path_of(folder, made.sha256, made.run_id, made.strategy), world)
+    again = tmp_path / "again"
+    assert lios(["replay", str(path), "-s", "opt-greedy,pes-greedy", "-o", str(again), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert all(row["imputed"] for row in rows)
+    assert all("imagined world" in row["notes"][0] for row in rows)
+    assert lios(["replay", str(path), "-s", "opt-greedy"]) == 0
+    assert "imputed, nobody saw it" in capsys.readouterr().err
+    assert lios(["compare", str(again), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["imagined_logs"] == [str(path)]
+    assert lios(["compare", str(again)]) == 0
+    assert "of imagined worlds" in capsys.readouterr().err
+    assert lios(["replay", str(log), "-s", "opt-greedy", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"][0]["imputed"] == []
 
 
 def test_frames_have_a_row_a_replay_and_a_row_a_step(tmp_path: Path) -> None:

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import comb
+from math import comb, isfinite
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from workbench.beliefs.belief import Estimator
-from workbench.evaluation.statistics import paired_difference, ratio_with_interval
+from workbench.evaluation.statistics import interval_of, paired_difference, ratio_with_interval, resampled
 from workbench.worlds.house import START, FloorPlan, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
@@ -124,6 +124,7 @@ def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, 
     answer["top1_said"] = round(float(np.mean([j.probability.max() for j in judged])), 5)
     answer["ece"] = round(calibration_error(judged), 5)
     answer["ece_ci95"] = _calibration_interval(judged, rng)
+    answer["ci95_resamples"] = resampled(len(judged), len(set(houses)), "houses", "queries")
     return answer
 
 
@@ -139,6 +140,7 @@ def against(judged: Sequence[Judged], base: Sequence[Judged], *, rng: np.random.
         "top1_gain_ci95": [round(v, 5) for v in gain.interval],
         "log_loss_ratio": round(loss.value, 5),
         "log_loss_ratio_ci95": [round(v, 5) for v in loss.interval],
+        "ci95_resamples": gain.resampled("houses", "queries"),
     }
 
 
@@ -171,18 +173,19 @@ def calibration_error(judged: Sequence[Judged]) -> float:
 
 
 def _calibration_interval(judged: Sequence[Judged], rng: np.random.Generator, draws: int = 400) -> list[float]:
-    """Percentile interval over houses: the bins' sums are drawn, house by house."""
-    names = list(dict.fromkeys(j.house for j in judged))
-    gaps = np.zeros((len(names), BINS))
-    counts = np.zeros(len(names))
-    index = {name: k for k, name in enumerate(names)}
-    for j in judged:
+    """Percentile interval over houses: the bins' sums are drawn, house by house; in one house, query by query."""
+    houses = {house: k for k, house in enumerate(dict.fromkeys(j.house for j in judged))}
+    of = [houses[j.house] for j in judged] if len(houses) > 1 else list(range(len(judged)))
+    gaps = np.zeros((max(of) + 1, BINS))
+    counts = np.zeros(len(gaps))
+    for k, j in zip(of, judged, strict=True):
         at = np.minimum((j.probability * BINS).astype(np.int64), BINS - 1)
-        gaps[index[j.house]] += np.bincount(at, j.probability - j.held, minlength=BINS)
-        counts[index[j.house]] += len(at)
-    chosen = rng.integers(len(names), size=(draws, len(names)))
+        gaps[k] += np.bincount(at, j.probability - j.held, minlength=BINS)
+        counts[k] += len(at)
+    chosen = rng.integers(len(gaps), size=(draws, len(gaps)))
     drawn = np.abs(gaps[chosen].sum(axis=1)).sum(axis=1) / counts[chosen].sum(axis=1)
-    return [round(float(v), 5) for v in np.quantile(drawn, [0.025, 0.975])]
+    ends = interval_of(drawn, calibration_error(judged), trials=len(judged), clusters=len(houses))
+    return [round(max(end, 0.0), 5) if isfinite(end) else end for end in ends]
 
 
 def _judged(house: str, item: str, p: Floats, held: Bools) -> Judged:

@@ -28,6 +28,7 @@ from workbench.evaluation.search_table import Costs, costs_of, pairs, rows, rows
 from workbench.evaluation.search_trials import SearchTrial
 from workbench.evaluation.splits import is_shared, part_taken, split_indices, split_of
 from workbench.plugins import NameOrigin
+from workbench.evaluation.statistics import intervals_in_words
 from workbench.search.costs import ActionCosts
 from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House, ItemType
@@ -257,7 +258,8 @@ def as_markdown(answer: dict[str, Any]) -> str:
             f"| {_share(row['worse_than_greedy'])} | {row['searches']:.2f} | {row['ms_a_decision']:.2f} "
             f"| {_ratio(row['realised_over_predicted'])} | {_ratio(row['realised_over_corrected'])} |"
         )
-    return "\n".join(lines) + "\n"
+    drew = intervals_in_words(row["ci95_resamples"] for row in [*answer["rows"], *answer["by_kind"]])
+    return "\n".join(lines) + (f"\n\n{drew}\n" if drew else "\n")
 
 
 def _span(ends: list[float | None], digits: int) -> str:

@@ -2,13 +2,18 @@
 
 Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws
 houses with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
-A single cluster says nothing of how clusters vary; its interval is drawn over its own trials instead.
+
+A single cluster says nothing of how clusters vary. Its interval draws its own trials instead, says so (`resampled`),
+and is widened: n trials spread too little by sqrt((n - 1) / n), and their spread is itself estimated, for which
+Student's t stands (Hesterberg 2015, The American Statistician 69(4), on why percentile intervals of few draws are
+narrow). One single trial has no interval.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +32,7 @@ class Estimate:
 
     Attributes:
         value: the mean or ratio over all trials.
-        lower, upper: the ends of the percentile interval.
+        lower, upper: the ends of the interval; NaN where there is one trial only.
         level: its coverage, 0.95 for "95 %".
         trials, clusters: how many there were.
     """
@@ -42,6 +47,10 @@ class Estimate:
     @property
     def interval(self) -> tuple[float, float]:
         return (self.lower, self.upper)
+
+    def resampled(self, cluster: str = "houses", trial: str = "trials") -> str:
+        """What the interval drew, in words: as the function of that name."""
+        return resampled(self.trials, self.clusters, cluster, trial)
 
 
 def mean_with_interval(
@@ -106,16 +115,68 @@ def ratio_with_interval(
     _check(top, bottom, clusters, level)
     tops, bottoms = _sums(top, bottom, clusters)
     drawn = _drawn_ratios(tops, bottoms, rng, draws)
-    tail = (1 - level) / 2
-    lower, upper = np.quantile(drawn, [tail, 1 - tail]) if len(drawn) else (np.nan, np.nan)
+    value = _ratio(float(top.sum()), float(bottom.sum()))
+    lower, upper = interval_of(drawn, value, trials=len(top), clusters=len(set(clusters)), level=level)
     return Estimate(
-        value=_ratio(float(top.sum()), float(bottom.sum())),
-        lower=float(lower),
-        upper=float(upper),
+        value=value,
+        lower=lower,
+        upper=upper,
         level=level,
         trials=len(top),
         clusters=len(set(clusters)),
     )
+
+
+def interval_of(
+    drawn: npt.ArrayLike, value: float, *, trials: int, clusters: int, level: float = 0.95
+) -> tuple[float, float]:
+    """The percentile interval of what was drawn; widened about the value where trials of one cluster were drawn.
+
+    Args:
+        drawn: shape (draws,); of clusters, or of the trials of the only one.
+        value: what was measured.
+    """
+    measured = np.asarray(drawn, dtype=np.float64)
+    if not len(measured):
+        return (float("nan"), float("nan"))
+    tail = (1 - level) / 2
+    lower, upper = (float(end) for end in np.quantile(measured, [tail, 1 - tail]))
+    if clusters > 1:
+        return (lower, upper)
+    wider = _widening(trials, level)
+    return (value + wider * (lower - value), value + wider * (upper - value))
+
+
+def resampled(trials: int, clusters: int, cluster: str = "houses", trial: str = "trials") -> str:
+    """What an interval drew: clusters, so that it speaks of others like them; or the trials of the only one.
+
+    Args:
+        cluster, trial: what these are, in the plural.
+    """
+    if trials <= 1:
+        return "nothing"
+    return cluster if clusters > 1 else f"{trial} of one {cluster.removesuffix('s')}"
+
+
+def intervals_in_words(drew: Iterable[str], *, level: float = 0.95) -> str:
+    """What the intervals of a table draw, as a line below it; empty where it has none.
+
+    Args:
+        drew: of each interval, as `resampled` names it.
+    """
+    kinds = [kind for kind in dict.fromkeys(drew) if kind]
+    if not kinds:
+        return ""
+    shown = " or ".join(kind for kind in kinds if kind != "nothing")
+    words = f"{100 * level:.0f} % intervals draw {shown}" if shown else "a single trial has no interval"
+    alone = [kind.rpartition(" of one ")[2] for kind in kinds if " of one " in kind]
+    return words + (f", widened for their number: they say nothing of another {alone[0]}" if alone else "")
+
+
+def ends_in_words(ends: Sequence[float | None], form: str = ".1f", *, scale: float = 1.0) -> str:
+    """An interval as text, "1.0 to 2.0"; "no interval" where there was a single trial."""
+    shown = [end for end in ends if end is not None and isfinite(end)]
+    return " to ".join(format(scale * end, form) for end in shown) if len(shown) == len(ends) else "no interval"
 
 
 def _check(top: Array, bottom: Array, clusters: Sequence[Hashable], level: float) -> None:
@@ -149,6 +210,16 @@ def _drawn_ratios(tops: Array, bottoms: Array, rng: np.random.Generator, draws: 
         above = tops[chosen].sum(axis=1)
         ratios.append((above[below != 0] / below[below != 0]).astype(np.float64))
     return np.concatenate(ratios)
+
+
+def _widening(trials: int, level: float) -> float:
+    """By how much the deviations of drawn means are too small where so few trials are drawn; NaN for a single one."""
+    if trials == 1:
+        return float("nan")
+    from scipy import special  # only where there is one cluster
+
+    normal, student = special.ndtri((1 + level) / 2), special.stdtrit(trials - 1, (1 + level) / 2)
+    return float(student / normal * np.sqrt(trials / (trials - 1)))
 
 
 def _ratio(top: float, bottom: float) -> float:

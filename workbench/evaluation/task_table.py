@@ -11,7 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
+from workbench.evaluation.statistics import (
+    Estimate,
+    ends_in_words,
+    mean_with_interval,
+    paired_difference,
+    ratio_with_interval,
+)
 from workbench.evaluation.task_names import scenario_title, strategy_title
 from workbench.evaluation.task_rows import TaskRow
 
@@ -67,6 +73,7 @@ def _line(
         "success_rate": sum(row.success for row in mine) / len(mine),
         "mean_cost": cost.value,
         "ci95": list(cost.interval),
+        "ci95_resamples": cost.resampled("houses", "tasks"),
         "replan_p50_s": float(np.median(seconds)),
         "replan_p95_s": float(np.quantile(seconds, 0.95)),
         "replan_max_s": float(seconds.max()),
@@ -146,6 +153,7 @@ def _pair(scenario: str, a: str, b: str, these: list[TaskRow], seed: int) -> dic
         "trials": len(trials),
         "difference": difference.value,
         "ci95": list(difference.interval),
+        "ci95_resamples": difference.resampled("houses", "tasks"),
         "share": share.value,
         "share_ci95": list(share.interval),
         "a_wins": float((costs_a < costs_b - WIN).mean()),
@@ -167,8 +175,10 @@ def markdown(lines: Sequence[dict[str, Any]]) -> str:
             if line is None:
                 words += ["-", "-"]
                 continue
-            low, high = line["ci95"]
-            words += [f"{line['mean_cost']:.1f} [{low:.1f}, {high:.1f}]", f"{100 * line['success_rate']:.0f} %"]
+            words += [
+                f"{line['mean_cost']:.1f} [{ends_in_words(line['ci95']).replace(' to ', ', ')}]",
+                f"{100 * line['success_rate']:.0f} %",
+            ]
         out.append("| " + " | ".join(words) + " |")
     return "\n".join(out) + "\n"
 

@@ -111,6 +111,7 @@ SHOWN = ("estimator", "log_loss", "top1", "top3", "mrr", "ece", "ms_a_belief")
 
 
 def _show(answer: dict[str, Any]) -> None:
+    from workbench.evaluation.statistics import ends_in_words, intervals_in_words
     from workbench.terminal import emit_table, say
 
     seen = f", {100 * answer['seen_share']:.0f} % of the containers seen" if answer["seen_share"] else ""
@@ -122,8 +123,10 @@ def _show(answer: dict[str, Any]) -> None:
         if "against_counts" not in row:
             continue
         pair = row["against_counts"]
-        low, high = pair["top1_gain_ci95"]
+        gained = ends_in_words(pair["top1_gain_ci95"], "+.3f")
         say(
-            f"{row['estimator']}: top-1 {pair['top1_gain']:+.3f} against counts ({low:+.3f} to {high:+.3f}), "
+            f"{row['estimator']}: top-1 {pair['top1_gain']:+.3f} against counts ({gained}), "
             f"log loss {pair['log_loss_ratio']:.3f} of it"
         )
+    if words := intervals_in_words(row.get("ci95_resamples", "") for row in answer["rows"]):
+        say(words)

@@ -67,7 +67,8 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
         ax.tick_params(axis="x", labelrotation=25)
         for label in ax.get_xticklabels():
             label.set(ha="right", rotation_mode="anchor")
-    ax.set_ylabel("mean cost, 95 % interval" if value == "mean_cost" else "share of trials done")
+    drew = " or ".join(dict.fromkeys(line.get("ci95_resamples", "houses") for line in lines))
+    ax.set_ylabel(f"mean cost, 95 % interval over {drew}" if value == "mean_cost" else "share of trials done")
     ax.legend(fontsize=6.5, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     as_written(ax)
 
