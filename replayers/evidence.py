@@ -16,7 +16,7 @@ from replayers.run import Run
 from workbench.errors import Unsupported
 from workbench.planning.tasks import AllOf, Task
 from workbench.runs.place import Place
-from workbench.runs.vocabulary import RunInfo
+from workbench.runs.vocabulary import ROUNDED_BEFORE, RunInfo
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
 
@@ -45,6 +45,8 @@ class Evidence:
         walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
         first_belief: per (item type, container), the first probability that the log holds.
         steady: whether no later belief of the log differs from the first one about the same pair.
+        rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
+            robot believed.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -64,6 +66,7 @@ class Evidence:
     done: frozenset[Deed] = frozenset()
     first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
     steady: bool = True
+    rounded: bool = False
     notes: tuple[str, ...] = ()
 
     @property
@@ -97,7 +100,8 @@ def evidence_of(run: Run) -> Evidence:
         raise NothingWasTried(run)
     containers = tuple(c.id for c in run.place.plan.containers)
     contents, odd = contents_at_start(run.observations, run.actions, containers)
-    probabilities, steady, strange = first_belief(run.beliefs, containers)
+    rounded = run.info.schema_version < ROUNDED_BEFORE
+    probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
     cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     known = {ContainerId(o.container) for o in run.observations if o.known_at_start}
     return Evidence(
@@ -117,5 +121,6 @@ def evidence_of(run: Run) -> Evidence:
         done=deeds(run.actions),
         first_belief=probabilities,
         steady=steady,
+        rounded=rounded,
         notes=(*cut, *odd, *strange),
     )

@@ -55,11 +55,11 @@ def replay(
 ) -> None:
     """Measure replay: bounds and estimates against a truth that the replayer does not see.
 
-    For each estimator, every strategy records a log of every task; every other strategy is replayed over it and also run in the
-    simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in lumps, so
-    that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against interval_mass.
-    The probability integral transform is free of that: its share within the central 90 % is interval_coverage, its
-    distance from the even distribution pit_distance, its ten bars pit (with --json).
+    For each estimator, every strategy records a log of every task; every other strategy is replayed over it and also
+    run in the simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in
+    lumps, so that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against
+    interval_mass. The probability integral transform is free of that: its share within the central 90 % is
+    interval_coverage, its distance from the even distribution pit_distance, its ten bars pit (with --json).
 
     Examples:
 

@@ -21,7 +21,8 @@ def counted(
     lower: float, upper: float, true: float, *, pit: tuple[float, float], mass: float, house: str = "h"
 ) -> Counterfactual:
     return Counterfactual(
-        estimator="counts", house=house, scenario="find", seed=0, recorded="a", strategy="b", true_cost=true, true_status="done",
+        estimator="counts", house=house, scenario="find", seed=0, recorded="a", strategy="b",
+        true_cost=true, true_status="done",
         status="undetermined", lower=lower, upper=upper, lower_proof="exact", upper_proof="exact", complete=True,
         estimate=(lower + upper) / 2, interval=(lower, upper - 1), pit=pit, mass=mass,
         lower_if_beliefs_stand=lower, upper_if_beliefs_stand=upper, open=3, stretches=5,

@@ -1,9 +1,9 @@
 """How does an event become bytes, and bytes an event? Domain types on one side, the wire vocabulary on the other.
 
-`to_wire` turns what the loop yields into wire events; `encode` and `decode` stand side by side. Beliefs are written as
-they are, to the last bit: a replay believes them, and a difference of a millionth can flip a decision. Find costs,
-costs and path points are rounded to six decimals (a micrometre): small files, and since a replay is encoded by the
-same function, verification still compares like with like.
+`to_wire` turns what the loop yields into wire events; `encode` and `decode` stand side by side. Beliefs are written
+to the last bit: a replay believes them, and a millionth can flip a decision. Find costs, costs and path points are
+rounded to six decimals (a micrometre): small files, and since a replay is encoded by the same function, verification
+still compares like with like.
 """
 
 from __future__ import annotations
