@@ -19,6 +19,7 @@ from replayers.replay import replay_on
 from replayers.run import read
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.splits import split_indices
+from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.planning.scenarios import make_task, prepare_house
 from workbench.process_pool import process_pool
@@ -121,10 +122,15 @@ class Counterfactual:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Skipped:
-    """A task that could not be set in a house, or a replay whose strategy broke."""
+    """A task that could not be set in a house, or a replay whose strategy broke.
+
+    Attributes:
+        fault: the replayer's own: a run just recorded that it does not reproduce.
+    """
 
     place: Place
     reason: str
+    fault: bool = False
 
 
 def places_for(
@@ -196,7 +202,8 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
                     continue
                 made = replay_on(ground, other)
                 if made.bounds is None:
-                    yield Skipped(place=place, reason=f"{other} over a log of {trial.strategy}: {made.reason}")
+                    reason = f"{other} over a log of {trial.strategy}: {made.reason}"
+                    yield Skipped(place=place, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
                     continue
                 standing = made.if_beliefs_stand or made.bounds
                 yield Counterfactual(

@@ -60,13 +60,15 @@ def compare(
 
         replays_frame(records).to_parquet(folder / "replays.parquet")
         steps_frame(records).to_parquet(folder / "steps.parquet")
-    changed, broken = changed_houses(records), _broken(records)
+    changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
     if json:
-        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken,
+        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken, "not_reproduced": unlike,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
     _tell(rows, changed, broken)
+    for log, reason in unlike.items():
+        say(f"note: {log} is left out: {reason}")
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
 
@@ -95,6 +97,11 @@ def _broken(records: list[StoredReplay]) -> list[dict[str, Any]]:
         for name, broke in of.items()
         if broke
     ]
+
+
+def _not_reproduced(records: list[StoredReplay]) -> dict[str, str]:
+    """Logs on which the recorded strategy does not do what was recorded, with the reasons: they are in no pair."""
+    return {r.log: r.reason for r in records if r.status == "not-reproduced"}
 
 
 def _row(pair: Pair) -> dict[str, Any]:

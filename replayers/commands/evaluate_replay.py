@@ -96,6 +96,9 @@ def replay(
     _answer(found, faults, (believers, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
         say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
+    unlike = [one for one in skipped if one.fault]
+    if unlike:
+        raise Failed(f"{len(unlike)} replays of runs that were not reproduced: {unlike[0].reason}")
     if faults:
         raise Failed(f"the truth lies outside the bounds {len(faults)} times in {len(found)}: {faults[0]}")
 

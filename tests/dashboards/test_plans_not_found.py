@@ -95,7 +95,7 @@ def test_the_log_holds_no_number(log: Path, old_log: Path) -> None:
 
     assert expected(log) == [9.25, None]
     assert expected(old_log) == [9.25, 0.0]
-    assert (read(log).info.schema_version, read(old_log).info.schema_version) == (2, 1)
+    assert (read(log).info.schema_version, read(old_log).info.schema_version) == (SCHEMA_VERSION, 1)
 
 
 def test_nor_do_the_words_for_people(log: Path) -> None:
