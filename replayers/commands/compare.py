@@ -63,7 +63,8 @@ def compare(
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
     if json:
-        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken, "not_reproduced": unlike,
+        emit_json({"rows": rows, "changed_houses": changed, "replays": len(records), "broken": broken,
+                   "not_reproduced": unlike,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
         return
     _tell(rows, changed, broken)
