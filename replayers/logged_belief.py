@@ -182,7 +182,7 @@ def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name:
         return _first_of(evidence, note="" if stays else HELD)
     steady = kind in NAMES_ALONE
     other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
-    return Believer(estimator=found, steady=steady, note=other + ("" if steady else LEARNS))
+    return Believer(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
 
 
 def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> Believer:

@@ -15,7 +15,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from msgspec import structs
-from sample_logs import T0, toy_events, toy_options
+from sample_logs import T0, toy_events, toy_info, toy_options
 
 from dashboards.capsule import capsule_page
 from dashboards.figures.cost_over_time import draw_cost_over_time
@@ -57,7 +57,8 @@ def events_without_a_last_plan() -> list[Event]:
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
     path = tmp_path / "now.mcap"
-    record_run(path, iter(events_without_a_last_plan()), **toy_options())  # type: ignore[arg-type]
+    options = toy_options() | {"info": toy_info(strategy="made-by-hand")}
+    record_run(path, iter(events_without_a_last_plan()), **options)  # type: ignore[arg-type]
     return path
 
 
