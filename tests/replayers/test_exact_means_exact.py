@@ -127,7 +127,7 @@ def test_the_dearest_world_that_was_drawn_is_known(tmp_path: Path) -> None:
 @pytest.mark.parametrize("estimator", ["fcnn", "counts", "best"])
 @pytest.mark.parametrize("name", ["model-lios", "scout-lios"])
 def test_a_run_is_replayed_over_its_own_log_at_its_own_cost(tmp_path: Path, name: str, estimator: str) -> None:
-    """In whole houses: with beliefs rounded to six decimals, model-lios by fcnn did otherwise in the first of them."""
+    """Whole houses; with beliefs rounded to six decimals, model-lios by fcnn did otherwise in the first of them."""
     for index in range(3):
         house = load_house(f"{shipped_houses()}:{index}")
         path = tmp_path / f"{index}.mcap"
