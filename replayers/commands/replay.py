@@ -323,7 +323,7 @@ def _proof(row: dict[str, Any]) -> str | None:
 
 
 def _unlike(rows: list[dict[str, Any]]) -> list[str]:
-    """That on some logs the recorded strategy does not do what was recorded: on how many, and how on the first."""
+    """Logs whose recorded strategy does not do what was recorded: how many, and how on the first."""
     why = {row["log"]: row["reason"] for row in rows if row["status"] == UNLIKE}
     if not why:
         return []
