@@ -5,11 +5,13 @@ What the answer says, and what it rests on. How it is found: settling.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf
 
 from replayers.unfolding import Leaf, Told
+from workbench.execution.events import RunStatus
 
 NEAR = 1e-6
 """Costs closer than this are one: the log rounds to six decimals."""
@@ -36,7 +38,8 @@ class Bounds:
     Attributes:
         lower, upper: charged costs.
         lower_proof, upper_proof: what each rests on.
-        least_found, largest_found: costs that some world certainly has.
+        least_found, largest_found: costs that some world certainly has, the least and the largest that is known;
+            drawn worlds count (with_ends).
         complete: every world was followed to its end.
         stretches: how many stretches of the loop it took.
         can_fail: some world makes the strategy fail, as far as it was followed.
@@ -66,6 +69,45 @@ class Bounds:
     def width(self) -> float:
         """(upper - lower) / lower; 0 when exact."""
         return 0.0 if self.exact else (self.upper - self.lower) / self.lower if self.lower > 0 else inf
+
+    def with_ends(self, leaves: Iterable[Leaf | None], *, most: float) -> Bounds:
+        """The same, knowing these ends of runs too: each is in some world that agrees with the log.
+
+        Args:
+            most: what no run can cost more than, whatever the strategy. An end beyond the bounds shows that the
+                strategy does not go straight (Proof.STRAIGHT), and leaves nothing else.
+        """
+        bounds = self
+        for leaf in leaves:
+            if leaf is not None:
+                bounds = bounds._as_widely(leaf, most)._with_end(leaf)
+        return bounds
+
+    def _as_widely(self, leaf: Leaf, most: float) -> Bounds:
+        if self.lower - NEAR <= leaf.cost <= self.upper + NEAR:
+            return self
+        lower, upper = min(self.lower, leaf.cost), max(self.upper, leaf.cost, most)
+        return replace(
+            self, lower=lower, upper=upper, lower_proof=Proof.OUTER, upper_proof=Proof.OUTER, complete=False, told=()
+        )
+
+    def _with_end(self, leaf: Leaf) -> Bounds:
+        """A cheaper or a dearer end than those found; one at a bound proves it."""
+        cost = leaf.cost
+        cheaper, dearer = cost < self.least_found - NEAR, cost > self.largest_found + NEAR
+        at_lower, at_upper = cheaper and cost <= self.lower + NEAR, dearer and cost >= self.upper - NEAR
+        return replace(
+            self,
+            lower=cost if at_lower else self.lower,
+            upper=cost if at_upper else self.upper,
+            lower_proof=Proof.EXACT if at_lower else self.lower_proof,
+            upper_proof=Proof.EXACT if at_upper else self.upper_proof,
+            least_found=cost if cheaper else self.least_found,
+            largest_found=cost if dearer else self.largest_found,
+            cheapest=leaf if cheaper else self.cheapest,
+            dearest=leaf if dearer else self.dearest,
+            can_fail=self.can_fail or leaf.status is not RunStatus.DONE,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,7 +25,7 @@ from replayers.run import Run
 from workbench.errors import Unsupported
 from workbench.planning.tasks import AllOf, Task
 from workbench.runs.place import Place
-from workbench.runs.vocabulary import RunInfo
+from workbench.runs.vocabulary import ROUNDED_BEFORE, RunInfo
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
 
@@ -55,6 +55,8 @@ class Evidence:
         first_belief: per (item type, container), the first probability that the log holds.
         steady: whether no later belief of the log differs from the first one about the same pair.
         imputed: containers whose contents nobody saw: the log is of a replay in an imagined world.
+        rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
+            robot believed.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -75,6 +77,7 @@ class Evidence:
     first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
     steady: bool = True
     imputed: tuple[ContainerId, ...] = ()
+    rounded: bool = False
     notes: tuple[str, ...] = ()
 
     @property
@@ -104,7 +107,8 @@ def evidence_of(run: Run) -> Evidence:
         raise NothingWasTried(run)
     containers = tuple(c.id for c in run.place.plan.containers)
     contents, odd = contents_at_start(run.observations, run.actions, containers)
-    probabilities, steady, strange = first_belief(run.beliefs, containers)
+    rounded = run.info.schema_version < ROUNDED_BEFORE
+    probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
     cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
     imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
     known = {ContainerId(o.container) for o in run.observations if o.known_at_start}
@@ -125,6 +129,7 @@ def evidence_of(run: Run) -> Evidence:
         done=deeds(run.actions),
         first_belief=probabilities,
         steady=steady,
+        rounded=rounded,
         imputed=imputed,
         notes=(*cut, *_imagined(imputed), *odd, *strange),
     )

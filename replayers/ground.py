@@ -14,10 +14,11 @@ from replayers.bounds import Budget
 from replayers.drawn_worlds import DrawnWorlds, draw_worlds
 from replayers.durations import SIMULATED, Durations, fitted_durations
 from replayers.evidence import Evidence, evidence_of
-from replayers.logged_belief import estimator_for
+from replayers.logged_belief import Believer, estimator_for
 from replayers.logged_world import OnlyStanding
 from replayers.relevance import Assumptions, Relevance, relevance_of
 from replayers.remembered import Memory
+from replayers.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
 from replayers.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.errors import Unsupported
@@ -73,6 +74,10 @@ class Ground:
         worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
+        exact_beliefs: the estimator answers what the robot believed, not what a log made of it by rounding.
+        reproduction: whether the recorded strategy does with these beliefs what was recorded.
+        claims: whether a replay says anything: not where the recorded strategy does something else, unless other
+            beliefs than the run's were asked for.
         place_sha256: the plan and its travel costs, hashed.
         draws: names the drawn worlds; only replays with the same draws are paired.
         memory: what strategies over this log have asked for.
@@ -90,6 +95,9 @@ class Ground:
     place_sha256: str
     draws: str
     paths: Paths
+    exact_beliefs: bool = True
+    reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
+    claims: bool = True
     notes: tuple[str, ...] = ()
     memory: Memory = field(default_factory=Memory, compare=False)
 
@@ -115,7 +123,8 @@ def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground
     types = relevant_types(evidence.task.goal)
     believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
     estimator = believer.estimator
-    robot = evidence.info.source not in ("simulation", "replay")
+    robot = evidence.info.source not in SIMULATED_SOURCES
+    reproduction = reproduce(run, evidence, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
     ground = Ground(
         evidence=evidence,
@@ -129,9 +138,24 @@ def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, estimator),
         paths=evidence.place.paths() if with_ways else OnlyStanding(evidence),
-        notes=tuple(n for n in (*evidence.notes, believer.note, durations.words() if robot else "") if n),
+        exact_beliefs=not believer.rounded,
+        reproduction=reproduction,
+        claims=believer.hypothetical or reproduction.same is not False,
+        notes=tuple(n for n in _notes(evidence, believer, durations if robot else None, reproduction) if n),
     )
     return replace(ground, worlds=_worlds(ground, types))
+
+
+def _notes(
+    evidence: Evidence, believer: Believer, durations: Durations | None, reproduction: Reproduction
+) -> tuple[str, ...]:
+    """What is to be known of all replays over a log; an empty one says nothing."""
+    words = (*evidence.notes, believer.note, durations.words() if durations else "")
+    if reproduction.same is not False:
+        return words
+    if believer.hypothetical:
+        return (*words, f"with these beliefs {evidence.info.strategy} itself does not do what was recorded")
+    return (*words, reproduction.why)
 
 
 def house_of(evidence: Evidence, truth: GroundTruth) -> House:

@@ -1,8 +1,8 @@
 """The estimator of a replay: the log's own first belief, the estimator that the log names, or one that a user names.
 
 A counterfactual asks what another planner would have done with the same belief. Where the log's beliefs never
-changed about a pair (the estimators that go by names alone), its first one is all there is to know; otherwise the
-estimator that the log names is asked again.
+changed about a pair (the estimators that go by names alone), its first one is all there is to know; otherwise, and
+where an old log rounded them, the estimator that the log names is asked again.
 """
 
 from __future__ import annotations
@@ -29,6 +29,13 @@ LEARNING = ("best",)
 
 MOST_BELIEFS = 10_000
 """Remembered; beyond this, all is forgotten and made anew."""
+
+ROUNDED = (
+    "the log rounds beliefs to six decimals, and the estimator that made them is not asked: a decision that goes by "
+    "them may have been another one, so lower and upper hold whatever is believed; 'if beliefs stand' and the "
+    "estimate take the rounded beliefs as they are"
+)
+"""Half a millionth can flip a decision: then nothing that goes by beliefs is certain."""
 
 HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
 
@@ -118,11 +125,16 @@ class Believer:
         estimator: what is asked.
         steady: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an open
             container would move it.
+        rounded: it answers with beliefs that the log rounded; decisions by them may have been others.
+        hypothetical: somebody asked for these beliefs, whatever the run's were; the recorded strategy need not do
+            with them what it did.
         note: where it is not who believed in the run.
     """
 
     estimator: Estimator
     steady: bool
+    rounded: bool = False
+    hypothetical: bool = False
     note: str = ""
 
 
@@ -139,8 +151,8 @@ def estimator_for(
     """Who believes in a replay.
 
     Args:
-        name: "log" takes the log's first belief where it never changed, and the estimator that the log names where
-            it did; "first" holds the log's first belief fixed; another name is an estimator.
+        name: "log" takes the log's first belief where it never changed and was not rounded, and the estimator that
+            the log names otherwise; "first" holds the log's first belief fixed; another name is an estimator.
         origin: who gives another name. The estimator that the log names is the log's in any case.
 
     Raises:
@@ -150,26 +162,39 @@ def estimator_for(
     from workbench.beliefs.estimators import estimator
 
     whole, recorded = covers(evidence, item_types), evidence.info.estimator
-    first = LoggedBelief(evidence)
     if name == "first":
         if not whole:
             raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
-        return Believer(estimator=first, steady=True)
+        return _first_of(evidence, hypothetical=not evidence.steady)
     if name != "log":
         found = estimator(name, origin=origin)
-        note = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}"
-        return Believer(estimator=found, steady=name in NAMES_ALONE, note=note)
+        other = found.name != recorded
+        note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
+        return Believer(estimator=found, steady=name in NAMES_ALONE, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
-    if evidence.steady and whole and kind not in LEARNING:
-        return Believer(estimator=first, steady=True)
+    stays = evidence.steady and whole and kind not in LEARNING
+    if stays and not evidence.rounded:
+        return _first_of(evidence)
     try:
         found = estimator(kind, origin=NameOrigin.LOG)
     except LiosError as error:
         if whole:
-            return Believer(estimator=first, steady=True, note=HELD)
+            return _first_of(evidence, note="" if stays else HELD)
         raise NoBelief(evidence.path, recorded, str(error)) from error
     if found.name != recorded and whole:
-        return Believer(estimator=first, steady=True, note=HELD)
+        return _first_of(evidence, note="" if stays else HELD)
     steady = kind in NAMES_ALONE
     other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
-    return Believer(estimator=found, steady=steady, note=other + ("" if steady else LEARNS))
+    return Believer(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
+
+
+def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> Believer:
+    """The log's first belief, held fixed, with a note where the log rounded it."""
+    words = ". ".join(w for w in (note, ROUNDED if evidence.rounded else "") if w)
+    return Believer(
+        estimator=LoggedBelief(evidence),
+        steady=True,
+        rounded=evidence.rounded,
+        hypothetical=hypothetical,
+        note=words,
+    )

@@ -44,7 +44,6 @@ class MostToWalk:
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
         self._goal = evidence.task.goal
-        self._max_steps = max_steps
         self._nearest_first = nearest_first
         self._empty_handed = empty_handed
         self._stuck, self._barred = evidence.stuck, evidence.barred
@@ -53,13 +52,13 @@ class MostToWalk:
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
+        self._by_step_limit = step_limit_cost(evidence, max_steps)
         self.fits_straight = _plain(self._goal)
         self.most_picks = most_instances(self._goal)
 
     def by_step_limit(self) -> float:
         """For every strategy: the cost of a run, wherever it is now."""
-        dearest = max(float(self._metres.max(initial=0.0)), self._costs.manipulation, self._costs.search)
-        return self._max_steps * dearest
+        return self._by_step_limit
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether an instance of its own is known, within reach, for every part that is left: no look is needed."""
@@ -158,6 +157,13 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
     between = metres[np.ix_(looks, looks)]
     widths = merge_widths(np.maximum(between, between.T))
     return from_elsewhere + float(widths[1:].sum() + widths[-1])  # the last look has no way on: not widths[0]
+
+
+def step_limit_cost(evidence: Evidence, max_steps: int) -> float:
+    """What no run can cost more than, whatever the strategy: the step limit ends it, and each step costs the most."""
+    costs = evidence.costs
+    dearest = max(float(np.asarray(evidence.place.travel.metres).max(initial=0.0)), costs.manipulation, costs.search)
+    return max_steps * dearest
 
 
 def _dearest_legs(legs: Floats) -> float:

@@ -23,6 +23,7 @@ from replayers.sandbox import is_foreign
 from replayers.stored_replays import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
 from workbench.beliefs.estimators import ESTIMATORS
 from workbench.errors import FileMissing, LiosError, MalformedFile
+from workbench.execution.events import RunStatus
 from workbench.planning.strategies import needs_truth, strategy
 from workbench.plugins import ESTIMATOR, NameOrigin, installed_names
 
@@ -185,7 +186,10 @@ def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted,
         return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
     record = stored(ground, made, key=key)
     if path is not None:
-        if wanted.write_logs:
+        if wanted.write_logs and made.status is RunStatus.NOT_REPRODUCED:
+            for world in ("", *WORLDS):
+                log_path(path, world).unlink(missing_ok=True)
+        elif wanted.write_logs:
             _write_logs(path, ground, made, same=same)
         write_replay(path, record)
     return record

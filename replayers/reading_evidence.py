@@ -21,8 +21,8 @@ Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 """What was done, where, with which items."""
 
-SAME_PROBABILITY = 2e-6
-"""Two logged probabilities closer than this are one: the log rounds to six decimals."""
+SAME_ROUNDED = 2e-6
+"""Two probabilities of a log that rounds them to six decimals are one if they are closer than this."""
 
 
 def contents_at_start(
@@ -84,9 +84,14 @@ def deeds(actions: Iterable[ActionFinished]) -> frozenset[Deed]:
 
 
 def first_belief(
-    beliefs: Iterable[BeliefUpdate], containers: tuple[ContainerId, ...]
+    beliefs: Iterable[BeliefUpdate], containers: tuple[ContainerId, ...], *, rounded: bool = False
 ) -> tuple[Mapping[tuple[str, str], float], bool, tuple[str, ...]]:
-    """The first logged probability of each (item type, container); whether it stayed; notes on strange containers."""
+    """The first logged probability of each (item type, container); whether it stayed; notes on strange containers.
+
+    Args:
+        rounded: the log holds six decimals, so that what differs in the last of them may be the same.
+    """
+    near = SAME_ROUNDED if rounded else 0.0
     first: dict[tuple[str, str], float] = {}
     steady = True
     strange: dict[str, None] = {}
@@ -97,7 +102,7 @@ def first_belief(
                     strange[f"the log believes in {container}, which this place does not have; left out"] = None
                     continue
                 before = first.setdefault((item_type, container), probability)
-                steady = steady and abs(before - probability) <= SAME_PROBABILITY
+                steady = steady and abs(before - probability) <= near
     return MappingProxyType(first), steady, tuple(strange)
 
 

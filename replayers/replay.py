@@ -20,6 +20,7 @@ from replayers.estimates import Estimate, costs_in, estimate_of
 from replayers.ground import Ground, Settings, ground_of
 from replayers.leaning import looks_empty_handed, looks_nearest_first, reads_beliefs
 from replayers.logged_world import LoggedWorld
+from replayers.most_to_walk import step_limit_cost
 from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
@@ -58,10 +59,11 @@ class Replay:
 
     Attributes:
         status: how the run over the log alone ended; "undetermined" where it looks into what nobody opened;
-            "planner-failed" where the strategy broke there or in any world that was followed.
+            "planner-failed" where the strategy broke there or in any world that was followed; "not-reproduced" where
+            the strategy that drove the run does not do here what was recorded (reproduction.py).
         reason, unseen: of that end.
-        bounds: over all worlds that agree with the log; None where the strategy broke: nobody can tell what it would
-            have cost.
+        bounds: over all worlds that agree with the log; None where the strategy broke or the recorded one was not
+            reproduced: nobody can tell what it would have cost.
         estimate: over drawn worlds; None if not asked for.
         support: steps of the run over the log alone, by what they rest on.
         seconds: predicted duration of the run over the log alone, by the log's own speeds.
@@ -69,7 +71,8 @@ class Replay:
         drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
         events: of the run over the log alone.
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
-            task's types; None where the bounds need no such condition.
+            task's types; where the log rounded them: the bounds of whoever believes the rounded ones; None where the
+            bounds need no such condition.
         stretches: how many stretches of the loop were run for bounds and estimate.
         worlds: per kind of world that one can look at ("best", "worst", "drawn"), the events of the run in it.
         asked: open containers that it looks into in some world, as far as it was followed.
@@ -102,7 +105,7 @@ class Replay:
     @property
     def cost(self) -> float | None:
         """What it costs, where that is certain: exact, or run in the recorded truth alone."""
-        if self.status is RunStatus.PLANNER_FAILED:
+        if self.status in (RunStatus.PLANNER_FAILED, RunStatus.NOT_REPRODUCED):
             return None
         if self.bounds is None:
             return self.true_cost
@@ -130,6 +133,8 @@ def replay_on(
         NotFromLog: a name that only a user may give.
         Unsupported: the oracle without the truth.
     """
+    if not ground.claims:
+        return _not_reproduced(ground, resolved_name(strategy_name))
     if needs_truth(strategy_name):
         return _in_truth_only(ground, strategy_name, origin)
     if is_foreign(strategy_name, origin=origin):
@@ -140,33 +145,23 @@ def replay_on(
 
 def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
     """Replays a strategy over a prepared log."""
+    if not ground.claims:
+        return _not_reproduced(ground, planner.name)
     evidence, settings = ground.evidence, ground.settings
     alone = over_log_alone(ground, planner)
-    ended = alone[-1]
-    assert isinstance(ended, Ended), "the loop always ends with Ended"
-    relevance = relevance_of(evidence, planner.relevant_types(evidence.task), settings.assumptions)
-    tree = Unfolding(
-        evidence,
-        briefly(planner, ground.memory),
-        ground.estimator,
-        relevance,
-        seed=evidence.info.seed,
-        merge=canonical_name(planner.name) is not None and not isinstance(planner, Sandboxed),
-        steady=ground.steady,
-        reads_beliefs=reads_beliefs(planner, evidence.task.goal),
-        nearest_first=looks_nearest_first(planner, evidence.task.goal),
-        empty_handed=looks_empty_handed(planner),
-        durations=ground.durations,
-    )
+    ended = _ended(alone)
+    tree = _tree(ground, planner)
     bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
     standing = None
-    if not bounds.complete and not ground.steady:
+    if not bounds.complete and not (ground.steady and ground.exact_beliefs):
         standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=ground.memory)
-    drawn, estimate = None, None
+    drawn, estimate, ends = None, None, ()
     if ground.worlds is not None:
         drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
         estimate = estimate_of(drawn, done)
-    true = _ended(in_truth(ground, planner)) if ground.truth is not None else None
+        ends = tuple(tree.follow(ground.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
+    bounds, standing = _with_all_ends(bounds, standing, ends, tree)
+    true = _ended(in_truth(ground, planner)) if ground.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
         status=ended.status,
@@ -191,10 +186,46 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
     return _without_claims(made, why_broken) if why_broken else made
 
 
+def _tree(ground: Ground, planner: Strategy) -> Unfolding:
+    """The strategy's runs over the log, to be unfolded."""
+    evidence, built_in = ground.evidence, canonical_name(planner.name)
+    drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)
+    return Unfolding(
+        evidence,
+        briefly(planner, ground.memory),
+        ground.estimator,
+        relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
+        seed=evidence.info.seed,
+        merge=built_in is not None and not isinstance(planner, Sandboxed),
+        steady=ground.steady,
+        exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
+        reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+        nearest_first=looks_nearest_first(planner, evidence.task.goal),
+        empty_handed=looks_empty_handed(planner),
+        durations=ground.durations,
+    )
+
+
+def _with_all_ends(
+    bounds: Bounds, standing: Bounds | None, drawn: Sequence[Leaf], tree: Unfolding
+) -> tuple[Bounds, Bounds | None]:
+    """Bounds that know of every end that was reached: in drawn worlds, and with nothing but the task's types about.
+
+    With rounded beliefs the ends are those of whoever believes so, and say nothing of the strategy itself.
+    """
+    most = max(tree.evidence.task.failure_cost, step_limit_cost(tree.evidence, tree.max_steps))
+    if standing is not None:
+        standing = standing.with_ends(drawn, most=most)
+    if tree.guesses:
+        return bounds, standing
+    others = (standing.cheapest, standing.dearest) if standing is not None else ()
+    return bounds.with_ends((*others, *drawn), most=most), standing
+
+
 def _told_in(
     worlds: Sequence[str], ground: Ground, tree: Unfolding, planner: Strategy, bounds: Bounds, drawn: Floats | None
 ) -> Iterator[tuple[str, tuple[Event, ...]]]:
-    """The run in the cheapest and the dearest world found, and in the drawn world of median cost."""
+    """The run in the cheapest and the dearest world that is known, and in the drawn world of median cost."""
     found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
     if "drawn" in worlds and drawn is not None and ground.worlds is not None:
         middle = int(np.argsort(drawn, kind="stable")[len(drawn) // 2])
@@ -272,6 +303,26 @@ def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Re
         true_status=ended.status.value,
         drawn=None,
         events=events,
+        notes=ground.notes,
+    )
+
+
+def _not_reproduced(ground: Ground, name: str) -> Replay:
+    """Nothing but the reason: the recorded strategy itself does not do here what was recorded."""
+    return Replay(
+        strategy=name,
+        status=RunStatus.NOT_REPRODUCED,
+        reason=ground.reproduction.why,
+        unseen=None,
+        bounds=None,
+        estimate=None,
+        support=MappingProxyType({}),
+        searches=0,
+        seconds=0.0,
+        true_cost=None,
+        true_status=None,
+        drawn=None,
+        events=(),
         notes=ground.notes,
     )
 

@@ -8,7 +8,7 @@ says which side is exact.
 
 Where beliefs follow all that is seen (unfolding.Unfolding.certain), a run that goes by them is not followed beyond
 its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
-outside holds whatever is believed.
+outside holds whatever is believed. Where the log rounded beliefs, the same holds from the start on.
 """
 
 from __future__ import annotations
@@ -128,7 +128,8 @@ class Settling:
         self._waiting.pop(node, None)
         before = self._intervals.get(node)
         if not self._opened(node):
-            assert before is not None, "the start is always certain"
+            if before is None:  # the start: beliefs that were rounded decide from there on
+                before = self._intervals[node] = self._outside.interval(node.knowledge)
             before.spent = True
             return
         stretch = self._tree.advance(node)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # kept replays are read without what makes them
     from replayers.replay import Replay
     from replayers.unfolding import Filled
 
-RECORD_VERSION = 4
+RECORD_VERSION = 5
 SUFFIX = ".replay.json"
 
 
@@ -107,6 +107,9 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             are two houses.
         source: simulation, spot, import: what was driven; a robot's seconds are predicted by its own speeds.
         recorded_strategy, recorded_status, recorded_cost: what was driven.
+        reproduced: whether the recorded strategy, replayed, does what was recorded; None where it cannot be replayed
+            here. Where it does not, status is "not-reproduced" and nothing is claimed, unless other beliefs than the
+            run's were asked for.
         seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
             own speeds, with the root mean square error that their residuals leave.
         steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
@@ -130,6 +133,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     recorded_strategy: str
     recorded_status: str
     recorded_cost: float | None
+    reproduced: bool | None
     strategy: str
     status: str
     reason: str
@@ -174,6 +178,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         recorded_strategy=evidence.info.strategy,
         recorded_status=outcome.status if outcome else "cut off",
         recorded_cost=outcome.cost if outcome else None,
+        reproduced=ground.reproduction.same,
         strategy=made.strategy,
         status=made.status.value,
         reason=made.reason,

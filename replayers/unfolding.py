@@ -132,6 +132,8 @@ class Unfolding:
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
+        exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
+            nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
         nearest_first: its looks go to the nearest unsearched container.
         empty_handed: it looks only with its hand free.
@@ -155,6 +157,7 @@ class Unfolding:
         max_steps: int = MAX_STEPS,
         merge: bool = False,
         steady: bool = True,
+        exact_beliefs: bool = True,
         reads_beliefs: bool = True,
         nearest_first: bool = False,
         empty_handed: bool = False,
@@ -175,12 +178,18 @@ class Unfolding:
         self._seed = seed
         self._merge = merge
         self._durations = durations
-        self._reads_beliefs = reads_beliefs and not steady
+        self._exact_beliefs = exact_beliefs
+        self._reads_beliefs = reads_beliefs and not (steady and exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
         place = evidence.place
         self.root = Node(knowledge=knowledge_at_start(place.plan, place.travel, evidence.known))
+
+    @property
+    def guesses(self) -> bool:
+        """Whether decisions go by beliefs that are not quite the robot's: a log rounded them."""
+        return self._reads_beliefs and not self._exact_beliefs
 
     def advance(self, node: Node) -> Stretch:
         """Runs on from a node to its question or end; remembered."""
@@ -209,8 +218,9 @@ class Unfolding:
             node = self.child(node, answer)
 
     def certain(self, node: Node) -> bool:
-        """Whether the run from a node on is the same whatever else the open containers on the way held."""
-        return not (node.imputed and self.advance(node).leans)
+        """Whether the run from a node on is the same whatever else the open containers on the way held, and whatever
+        rounding took from beliefs."""
+        return not ((node.imputed or not self._exact_beliefs) and self.advance(node).leans)
 
     def events(self, leaf: Leaf, *, told_by: Strategy | None = None) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the ways walked.

@@ -66,10 +66,11 @@ def compare(
         replays_frame(found).to_parquet(folder / "replays.parquet")
         steps_frame(found).to_parquet(folder / "steps.parquet")
     imagined = sorted({record.log for record in records if record.imputed})
-    changed, broken = changed_houses(records), _broken(records)
+    changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
     if json:
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
+                   "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
                    "imagined_logs": imagined,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
@@ -80,6 +81,8 @@ def compare(
     if imagined:
         say(f"note: {counted(len(imagined), 'log')} of imagined worlds: what lies in some containers is imputed, "
             f"nobody saw it: {_names(imagined)}")  # fmt: skip
+    for log, reason in unlike.items():
+        say(f"note: {log} is left out: {reason}")
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
 
@@ -124,6 +127,11 @@ def _broken(records: Sequence[StoredReplay]) -> list[dict[str, Any]]:
         for name, broke in of.items()
         if broke
     ]
+
+
+def _not_reproduced(records: list[StoredReplay]) -> dict[str, str]:
+    """Logs on which the recorded strategy does not do what was recorded, with the reasons: they are in no pair."""
+    return {r.log: r.reason for r in records if r.status == "not-reproduced"}
 
 
 def _row(pair: Pair) -> dict[str, Any]:

@@ -23,9 +23,15 @@ def replay(
         str, Option("--strategies", "-s", help="Each records a log and is replayed over the others' logs.")
     ] = "all",
     count: Annotated[
-        int, Option("--counterfactuals", "-n", min=1, help="At least so many; whole tasks are measured.")
+        int,
+        Option(
+            "--counterfactuals", "-n", min=1, help="At least so many for each estimator; whole tasks are measured."
+        ),
     ] = 2000,
-    estimator: Annotated[str, Option("--estimator", help="What the runs believe.")] = "counts",
+    estimators: Annotated[
+        str,
+        Option("--estimator", "--estimators", help="What the runs believe, by comma; each measures the same tasks."),
+    ] = "fcnn,counts,best",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
     budget: Annotated[
         int,
@@ -44,11 +50,11 @@ def replay(
 ) -> None:
     """Measure replay: bounds and estimates against a truth that the replayer does not see.
 
-    Every strategy records a log of every task; every other strategy is replayed over it and also run in the
-    simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in lumps, so
-    that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against interval_mass.
-    The probability integral transform is free of that: its share within the central 90 % is interval_coverage, its
-    distance from the even distribution pit_distance, its ten bars pit (with --json).
+    For each estimator, every strategy records a log of every task; every other strategy is replayed over it and also
+    run in the simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in
+    lumps, so that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against
+    interval_mass. The probability integral transform is free of that: its share within the central 90 % is
+    interval_coverage, its distance from the even distribution pit_distance, its ten bars pit (with --json).
 
     Examples:
 
@@ -65,24 +71,29 @@ def replay(
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names, wanted = _asked(strategies, scenarios)
+    believers = _estimators(estimators)
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
     places = places_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
     settings = Settings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
-    plan = Plan(places=places, strategies=names, settings=settings, estimator=estimator)
-    total = len(places) * len(names) * (len(names) - 1)
+    plans = [Plan(places=places, strategies=names, settings=settings, estimator=name) for name in believers]
+    each = len(places) * len(names) * (len(names) - 1)
     if dry_run:
-        say(f"{len(places)} tasks, {len(names)} strategies: {total} counterfactuals")
+        by = f" by each of {len(believers)} estimators" if len(believers) > 1 else ""
+        say(f"{len(places)} tasks, {len(names)} strategies: {each} counterfactuals{by}")
         return
-    found, skipped = _measured(plan, workers=workers, total=total)
+    found, skipped = _measured(plans, workers=workers, total=each * len(plans))
     if not found:
         raise Failed(f"no counterfactual could be measured: {skipped[0].reason if skipped else 'no tasks'}")
     if output is not None:
         _write(output, found)
     faults = outside(found)
-    _answer(found, faults, wanted, {"skipped": len(skipped), "seed": seed}, as_json=json)
+    _answer(found, faults, (believers, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
         say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
+    unlike = [one for one in skipped if one.fault]
+    if unlike:
+        raise Failed(f"{len(unlike)} replays of runs that were not reproduced: {unlike[0].reason}")
     if faults:
         raise Failed(f"the truth lies outside the bounds {len(faults)} times in {len(found)}: {faults[0]}")
 
@@ -106,13 +117,29 @@ def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str,
     return names, wanted
 
 
-def _measured(plan: Plan, *, workers: int, total: int) -> tuple[list[Counterfactual], list[Skipped]]:
+def _estimators(text: str) -> tuple[str, ...]:
+    """The estimators that a comma-separated list means, each once; what is none is refused."""
+    from workbench.beliefs.estimators import estimator
+    from workbench.errors import BadValue
+
+    names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not names:
+        raise BadValue("--estimator", text, "names with commas between them: fcnn,counts,best")
+    for name in names:
+        estimator(name)
+    return names
+
+
+def _measured(plans: Sequence[Plan], *, workers: int, total: int) -> tuple[list[Counterfactual], list[Skipped]]:
+    from itertools import chain
+
     from replayers.replay_trials import Skipped, counterfactuals
     from workbench.terminal import progress
 
     found: list[Counterfactual] = []
     skipped: list[Skipped] = []
-    for one in progress(counterfactuals(plan, workers=workers), title="replaying", total=total):
+    every = chain.from_iterable(counterfactuals(plan, workers=workers) for plan in plans)
+    for one in progress(every, title="replaying", total=total):
         skipped.append(one) if isinstance(one, Skipped) else found.append(one)
     return found, skipped
 
@@ -120,33 +147,47 @@ def _measured(plan: Plan, *, workers: int, total: int) -> tuple[list[Counterfact
 def _answer(
     found: list[Counterfactual],
     faults: Sequence[Counterfactual],
-    scenarios: tuple[str, ...],
+    axes: tuple[tuple[str, ...], tuple[str, ...]],
     more: dict[str, int],
     *,
     as_json: bool,
 ) -> None:
-    """The figures over all, and scenario by scenario."""
+    """The figures over all, estimator by estimator and, within each, scenario by scenario.
+
+    Args:
+        axes: estimators and scenarios.
+    """
     from dataclasses import asdict
 
     from replayers.replay_figures import summary
     from workbench.terminal import emit_json, emit_table
 
-    answer: dict[str, Any] = dict(summary(found))
-    by_scenario = [{"scenario": s, **summary([c for c in found if c.scenario == s])} for s in scenarios]
+    estimators, scenarios = axes
+    rows: list[dict[str, Any]] = []
+    for name in estimators:
+        mine = [c for c in found if c.estimator == name]
+        rows.append({"estimator": name, "scenario": "all", **summary(mine)})
+        rows += [
+            {"estimator": name, "scenario": s, **summary([c for c in mine if c.scenario == s])} for s in scenarios
+        ]
     if as_json:
-        emit_json(answer | {"by_scenario": by_scenario, **more, "outside": [asdict(c) for c in faults]})
+        by_estimator = [row for row in rows if row["scenario"] == "all"]
+        by_scenario = [row for row in rows if row["scenario"] != "all"]
+        outside = [asdict(c) for c in faults]
+        emit_json(
+            summary(found) | {"by_estimator": by_estimator, "by_scenario": by_scenario, **more, "outside": outside}
+        )
     else:
-        counted = [_shown(str(row["scenario"]), row) for row in by_scenario if row["counterfactuals"]]
-        emit_table([_shown("all", answer), *counted])
+        emit_table([_shown(row) for row in rows if row["counterfactuals"]])
 
 
-def _shown(title: str, row: dict[str, Any]) -> dict[str, Any]:
+def _shown(row: dict[str, Any]) -> dict[str, Any]:
     names = (
-        "counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent", "interval_coverage_closed",
-        "interval_mass", "interval_coverage", "pit_distance", "not_exact", "both_sides_reached",
-        "undetermined_alone",
+        "estimator", "scenario", "counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent",
+        "interval_coverage_closed", "interval_mass", "interval_coverage", "pit_distance", "not_exact",
+        "both_sides_reached", "undetermined_alone",
     )  # fmt: skip
-    return {"scenario": title, **{name: row[name] for name in names}}
+    return {name: row[name] for name in names}
 
 
 def _write(path: Path, found: list[Counterfactual]) -> None:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from replayers.batch import LogFailed
     from replayers.stored_replays import StoredReplay
 
-BROKE = "planner-failed"
-TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE}
+BROKE, UNLIKE = "planner-failed", "not-reproduced"
+TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
 """Statuses whose reason is a column, or is said with the log or at the end; any other is said below the table."""
 
 
@@ -141,7 +141,7 @@ def replay(
             say(failure.reason)
         elif failure.strategy not in not_there:
             say(f"{failure.log} {failure.strategy}: {failure.reason}")
-    failures = [f"{name} cannot be loaded: {why}" for name, why in not_there.items()] + _broken(rows)
+    failures = [f"{name} cannot be loaded: {why}" for name, why in not_there.items()] + _unlike(rows) + _broken(rows)
     if failures:
         raise Failed("; ".join(failures))
 
@@ -220,6 +220,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "source": outcome.source,
         "recorded_strategy": outcome.recorded_strategy,
         "recorded_cost": outcome.recorded_cost,
+        "reproduced": outcome.reproduced,
         "complete_log": outcome.complete_log,
         "imputed": outcome.imputed,
         "reason": outcome.reason,
@@ -325,6 +326,15 @@ def _proof(row: dict[str, Any]) -> str | None:
         return "exact"
     sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] != "exact"]
     return "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
+
+
+def _unlike(rows: list[dict[str, Any]]) -> list[str]:
+    """Logs whose recorded strategy does not do what was recorded: how many, and how on the first."""
+    why = {row["log"]: row["reason"] for row in rows if row["status"] == UNLIKE}
+    if not why:
+        return []
+    log, reason = next(iter(why.items()))
+    return [f"{len(why)} of {counted(len({row['log'] for row in rows}), 'log')} not reproduced: {log}: {reason}"]
 
 
 def _broken(rows: list[dict[str, Any]]) -> list[str]:

@@ -15,7 +15,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from msgspec import structs
-from sample_logs import T0, toy_events, toy_options
+from sample_logs import T0, toy_events, toy_info, toy_options
 
 from dashboards.capsule import capsule_page
 from dashboards.figures.cost_over_time import draw_cost_over_time
@@ -57,7 +57,8 @@ def events_without_a_last_plan() -> list[Event]:
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
     path = tmp_path / "now.mcap"
-    record_run(path, iter(events_without_a_last_plan()), **toy_options())  # type: ignore[arg-type]
+    options = toy_options() | {"info": toy_info(strategy="made-by-hand")}
+    record_run(path, iter(events_without_a_last_plan()), **options)  # type: ignore[arg-type]
     return path
 
 
@@ -95,7 +96,7 @@ def test_the_log_holds_no_number(log: Path, old_log: Path) -> None:
 
     assert expected(log) == [9.25, None]
     assert expected(old_log) == [9.25, 0.0]
-    assert (read(log).info.schema_version, read(old_log).info.schema_version) == (2, 1)
+    assert (read(log).info.schema_version, read(old_log).info.schema_version) == (SCHEMA_VERSION, 1)
 
 
 def test_nor_do_the_words_for_people(log: Path) -> None:

@@ -68,7 +68,7 @@ def writing(folder: Path, told: tuple[str, ...], **settings: Any) -> Wanted:
 
 @pytest.mark.parametrize(
     ("told", "settings"),
-    [(("best", "worst"), {"budget": NOTHING_FOLLOWED}), (("drawn",), {"worlds": 0})],
+    [(("best", "worst"), {"budget": NOTHING_FOLLOWED, "worlds": 0}), (("drawn",), {"worlds": 0})],
     ids=["none was followed to its end", "none was drawn"],
 )
 def test_a_world_in_which_there_is_no_run_is_not_sought_again(

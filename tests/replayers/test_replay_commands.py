@@ -38,7 +38,8 @@ def changed_log(path: Path, change: Change, **options: Any) -> Path:
     world, task = FakeWorld(known=(FRIDGE,), clock_ns=T0), find_task(MUG, START)
     believer = estimator("counts")
     events = list(run_task(world, strategy("opt-greedy"), believer, task, costs=SIMULATION, seed=7))
-    info = toy_info(strategy="opt-greedy", estimator=believer.name, scenario=task.scenario, **options)
+    about = {"strategy": "opt-greedy", "estimator": believer.name, "scenario": task.scenario} | options
+    info = toy_info(**about)
     record_run(path, change(events), info=info, place=toy_place(), task=task, costs=SIMULATION)
     return path
 
@@ -141,7 +142,7 @@ def _of_a_sofa(belief: Any) -> Any:
 
 def test_two_instances_of_one_type_both_count(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A second mug on the table, which is nearer: the greedy strategy ends there, 1 m away, after 1 + 5 + 1."""
-    log = changed_log(tmp_path / "two.mcap", lambda events: seen_too(events, TABLE, "Mug|2"))
+    log = changed_log(tmp_path / "two.mcap", lambda events: seen_too(events, TABLE, "Mug|2"), strategy="somebody")
     (row,) = rows(capsys, str(log), "-s", "greedy")
     assert row["exact"]
     assert row["cost"] == 7.0
@@ -151,10 +152,28 @@ def test_an_item_seen_in_two_places_stands_where_it_was_seen_first(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The table is looked into before the counter: the mug that is seen in both is the table's."""
-    log = changed_log(tmp_path / "both.mcap", lambda events: seen_too(events, TABLE, "Mug|1"))
+    log = changed_log(tmp_path / "both.mcap", lambda events: seen_too(events, TABLE, "Mug|1"), strategy="somebody")
     (row,) = rows(capsys, str(log), "-s", "greedy")
     assert row["cost"] == 7.0
     assert any("was seen in" in note and "it is read as standing in" in note for note in row["notes"])
+
+
+def test_a_run_that_its_own_strategy_would_not_have_made_says_nothing_of_any(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It walked past a mug that it saw: whatever decided that is not here, and no strategy gets a figure."""
+    log = changed_log(tmp_path / "two.mcap", lambda events: seen_too(events, TABLE, "Mug|2"))
+    assert lios(["replay", str(log), "-s", "greedy,lios", "--worlds", "20", "--json"]) != 0
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)["rows"]
+    assert {row["status"] for row in found} == {"not-reproduced"}
+    for row in found:
+        figures = ("cost", "lower", "upper", "estimate", "interval90", "if_beliefs_stand", "true_cost")
+        assert [row[name] for name in figures] == [None] * len(figures)
+        assert row["reproduced"] is False
+        assert not row["exact"]
+        assert any("does not do here what was recorded" in note for note in row["notes"])
+    assert "not reproduced" in captured.err
 
 
 def seen_too(events: list[Event], container: str, thing: str) -> list[Event]:

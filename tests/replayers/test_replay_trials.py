@@ -21,7 +21,8 @@ def counted(
     lower: float, upper: float, true: float, *, pit: tuple[float, float], mass: float, house: str = "h"
 ) -> Counterfactual:
     return Counterfactual(
-        house=house, scenario="find", seed=0, recorded="a", strategy="b", true_cost=true, true_status="done",
+        estimator="counts", house=house, scenario="find", seed=0, recorded="a", strategy="b",
+        true_cost=true, true_status="done",
         status="undetermined", lower=lower, upper=upper, lower_proof="exact", upper_proof="exact", complete=True,
         estimate=(lower + upper) / 2, interval=(lower, upper - 1), pit=pit, mass=mass,
         lower_if_beliefs_stand=lower, upper_if_beliefs_stand=upper, open=3, stretches=5,
@@ -87,3 +88,15 @@ def test_by_hand_the_spread_of_a_predicted_duration() -> None:
 def acted(action: str) -> Acted:
     step = PlanStep(action=action, origin=START, target=START)
     return Acted(stamp_ns=1, decision=1, index=1, start_ns=0, step=step, cost=0.0, success=True)
+
+
+def test_all_three_estimators_are_measured_unless_others_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["evaluate", "replay", "-n", "2", "-s", "opt-greedy,pes-greedy", "--dry-run"]) == 0
+    assert "by each of 3 estimators" in capsys.readouterr().err
+    arguments = ["--scenarios", "find", "-n", "2", "-s", "opt-greedy,model-lios", "--worlds", "20", "--json"]
+    assert lios(["evaluate", "replay", *arguments]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [row["estimator"] for row in answer["by_estimator"]] == ["fcnn", "counts", "best"]
+    assert [row["counterfactuals"] for row in answer["by_estimator"]] == [2, 2, 2]
+    assert [row["inside_bounds"] for row in answer["by_estimator"]] == [1.0, 1.0, 1.0]
+    assert lios(["evaluate", "replay", *arguments, "--estimator", "nobody"]) == 2

@@ -27,8 +27,8 @@ from workbench.evaluation.search_experiment import (
 from workbench.evaluation.search_table import Costs, costs_of, pairs, rows, rows_by_kind
 from workbench.evaluation.search_trials import SearchTrial
 from workbench.evaluation.splits import is_shared, part_taken, split_indices, split_of
-from workbench.plugins import NameOrigin
 from workbench.evaluation.statistics import intervals_in_words
+from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
 from workbench.worlds.assets import assets_for
 from workbench.worlds.house import House, ItemType

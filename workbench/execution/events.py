@@ -29,6 +29,8 @@ class RunStatus(StrEnum):
     """The strategy raised, hung or returned an illegal action."""
     UNDETERMINED = "undetermined"
     """Replay only: the log does not hold what the run would have seen."""
+    NOT_REPRODUCED = "not-reproduced"
+    """Replay only: the strategy that drove the run does not do what was recorded, so nothing is claimed of any."""
     ABORTED = "aborted"
     """An operator or a fault of the robot stopped it."""
     STEP_LIMIT = "step-limit"

@@ -1,8 +1,9 @@
 """How does an event become bytes, and bytes an event? Domain types on one side, the wire vocabulary on the other.
 
-`to_wire` turns what the loop yields into wire events; `encode` and `decode` stand side by side. Probabilities, find
-costs and path points are rounded to six decimals (a micrometre, a millionth): small files, and since a replay is
-encoded by the same function, verification still compares like with like.
+`to_wire` turns what the loop yields into wire events; `encode` and `decode` stand side by side. Beliefs are written
+to the last bit: a replay believes them, and a millionth can flip a decision. Find costs, costs and path points are
+rounded to six decimals (a micrometre): small files, and since a replay is encoded by the same function, verification
+still compares like with like.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from workbench.runs.vocabulary import (
 from workbench.worlds.house import Contents, Item
 
 DECIMALS = 6
-"""Of probabilities, find costs and path points on the wire."""
+"""Of costs, metres and path points on the wire; beliefs are not rounded."""
 
 
 class UndecodableMessage(Malformed):
@@ -114,7 +115,7 @@ def _(event: Believed) -> tuple[DomainEvent, ...]:
         decision=event.decision,
         item_types=event.belief.item_types,
         containers=event.belief.containers,
-        probability=_matrix(event.belief.probability),
+        probability=tuple(tuple(row) for row in event.belief.probability.tolist()),
         estimator=event.belief.estimator,
     )
     return (update,)
@@ -235,9 +236,5 @@ def _rounded(value: float) -> float:
     return round(float(value), DECIMALS)
 
 
-def _matrix(array: npt.NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(row) for row in np.round(array, DECIMALS).tolist())
-
-
 def _cube(array: npt.NDArray[np.float64]) -> tuple[tuple[tuple[float, ...], ...], ...]:
-    return tuple(_matrix(layer) for layer in array)
+    return tuple(tuple(tuple(row) for row in layer) for layer in np.round(array, DECIMALS).tolist())

@@ -11,8 +11,11 @@ from types import MappingProxyType
 
 import msgspec
 
-SCHEMA_VERSION = 2
-"""1: a plan that was not found expected a cost of 0.0. 2: it expects none (null)."""
+SCHEMA_VERSION = 3
+"""1: a plan that was not found expected a cost of 0.0. 2: it expects none (null). 3: beliefs are not rounded."""
+
+ROUNDED_BEFORE, ROUNDED_DECIMALS = 3, 6
+"""Logs of an older schema version hold beliefs rounded to so many decimals."""
 
 NANO = 1_000_000_000
 
@@ -50,7 +53,7 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
-    """probability[i][j]: item_types[i] in containers[j]; within [0, 1]."""
+    """probability[i][j]: item_types[i] in containers[j]; within [0, 1], as it was believed (ROUNDED_BEFORE)."""
 
     stamp: Stamp
     decision: int
