@@ -27,6 +27,8 @@ class Proof(StrEnum):
     """No world goes beyond it; whether one comes up to it is not known."""
     STRAIGHT = "outer-if-straight"
     """As outer, for strategies that go straight (most_to_walk.py)."""
+    NONE = "none"
+    """No upper bound is known: the strategy does not go straight, or things are to be prepared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +36,7 @@ class Bounds:
     """The least and the largest cost over all worlds that agree with the log.
 
     Attributes:
-        lower, upper: charged costs.
+        lower, upper: charged costs; upper is infinite where no upper bound is known.
         lower_proof, upper_proof: what each rests on.
         least_found, largest_found: costs that some world certainly has.
         complete: every world was followed to its end.

@@ -1,10 +1,12 @@
 """What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
 
-Three bounds from above. One holds for every strategy: the step limit ends a run, and no step costs more than the
-longest way. The others hold for strategies that go *straight*: besides looks they only fetch what a part of the
-goal asks for and bring it there, each part once; they look only while something is missing; and they do not give up
-while all that is needed can be found. Every run that is explored is checked against that; a strategy that breaks it
-is left with the first bound. The third is for those that look into the nearest container first (nearest_legs).
+The bounds hold for strategies that go *straight*: besides looks they only fetch what a part of the goal asks for and
+bring it there, each part once; they look only while something is missing; and they do not give up while all that is
+needed can be found. Every run that is explored is checked against that; a strategy that breaks it has no upper bound.
+A closer one is for those that look into the nearest container first (nearest_legs).
+
+Where things are to be prepared there is no such bound. After every look a cook may change its mind about what to
+prepare, with what, and where, and carry things once more: nothing that is known of a strategy says how often.
 """
 
 from __future__ import annotations
@@ -36,15 +38,12 @@ class MostToWalk:
         empty_handed: for one that looks only with its hand free; others may look on the way with what they fetched.
     """
 
-    def __init__(
-        self, evidence: Evidence, *, max_steps: int, nearest_first: bool = False, empty_handed: bool = False
-    ) -> None:
+    def __init__(self, evidence: Evidence, *, nearest_first: bool = False, empty_handed: bool = False) -> None:
         travel = evidence.place.travel
         self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
         self._costs = evidence.costs
         self._goal = evidence.task.goal
-        self._max_steps = max_steps
         self._nearest_first = nearest_first
         self._empty_handed = empty_handed
         self._stuck, self._barred = evidence.stuck, evidence.barred
@@ -55,11 +54,6 @@ class MostToWalk:
         self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
         self.fits_straight = _plain(self._goal)
         self.most_picks = most_instances(self._goal)
-
-    def by_step_limit(self) -> float:
-        """For every strategy: the cost of a run, wherever it is now."""
-        dearest = max(float(self._metres.max(initial=0.0)), self._costs.manipulation, self._costs.search)
-        return self._max_steps * dearest
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether an instance of its own is known, within reach, for every part that is left: no look is needed."""

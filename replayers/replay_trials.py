@@ -62,7 +62,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterfactual:
-    """One measured replay."""
+    """One measured replay; an infinite upper is none."""
 
     house: str
     scenario: str
