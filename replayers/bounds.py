@@ -29,6 +29,8 @@ class Proof(StrEnum):
     """No world goes beyond it; whether one comes up to it is not known."""
     STRAIGHT = "outer-if-straight"
     """As outer, for strategies that go straight (most_to_walk.py)."""
+    NONE = "none"
+    """No upper bound is known: the strategy does not go straight, or things are to be prepared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +38,7 @@ class Bounds:
     """The least and the largest cost over all worlds that agree with the log.
 
     Attributes:
-        lower, upper: charged costs.
+        lower, upper: charged costs; upper is infinite where no upper bound is known.
         lower_proof, upper_proof: what each rests on.
         least_found, largest_found: costs that some world certainly has, the least and the largest that is known;
             drawn worlds count (with_ends).
@@ -70,25 +72,24 @@ class Bounds:
         """(upper - lower) / lower; 0 when exact."""
         return 0.0 if self.exact else (self.upper - self.lower) / self.lower if self.lower > 0 else inf
 
-    def with_ends(self, leaves: Iterable[Leaf | None], *, most: float) -> Bounds:
-        """The same, knowing these ends of runs too: each is in some world that agrees with the log.
+    def with_ends(self, leaves: Iterable[Leaf | None]) -> Bounds:
+        """The same, with these ends of runs taken into account: each is in some consistent world.
 
-        Args:
-            most: what no run can cost more than, whatever the strategy. An end beyond the bounds shows that the
-                strategy does not go straight (Proof.STRAIGHT), and leaves nothing else.
+        An end beyond the bounds shows that the strategy does not go straight (Proof.STRAIGHT): then no upper bound
+        is known (Proof.NONE).
         """
         bounds = self
         for leaf in leaves:
             if leaf is not None:
-                bounds = bounds._as_widely(leaf, most)._with_end(leaf)
+                bounds = bounds._as_widely(leaf)._with_end(leaf)
         return bounds
 
-    def _as_widely(self, leaf: Leaf, most: float) -> Bounds:
+    def _as_widely(self, leaf: Leaf) -> Bounds:
         if self.lower - NEAR <= leaf.cost <= self.upper + NEAR:
             return self
-        lower, upper = min(self.lower, leaf.cost), max(self.upper, leaf.cost, most)
+        lower = min(self.lower, leaf.cost)
         return replace(
-            self, lower=lower, upper=upper, lower_proof=Proof.OUTER, upper_proof=Proof.OUTER, complete=False, told=()
+            self, lower=lower, upper=inf, lower_proof=Proof.OUTER, upper_proof=Proof.NONE, complete=False, told=()
         )
 
     def _with_end(self, leaf: Leaf) -> Bounds:

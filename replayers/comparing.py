@@ -94,7 +94,7 @@ def difference(a: StoredReplay, b: StoredReplay) -> Difference:
     """a minus b over the log that both were made from."""
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
-    least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
+    least, most = a.bounds.lower - b.bounds.at_most, a.bounds.at_most - b.bounds.lower
     paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MOST_PAIRS
     if paired:
         lowest, highest = _apart(a.told, b.told)
@@ -176,8 +176,8 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
 def _apart(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> tuple[float, float]:
     """The least and the most cost difference over the groups of worlds that both tell of."""
     together = _together(a, b)
-    least = np.array([x.least for x in a])[:, None] - np.array([y.most for y in b])[None, :]
-    most = np.array([x.most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
+    least = np.array([x.least for x in a])[:, None] - np.array([y.at_most for y in b])[None, :]
+    most = np.array([x.at_most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
     return float(least[together].min()), float(most[together].max())
 
 

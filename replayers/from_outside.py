@@ -8,6 +8,7 @@ one log that come to the same state share the answer.
 from __future__ import annotations
 
 from collections.abc import Hashable
+from math import inf
 from typing import final
 
 from replayers.evidence import Evidence
@@ -35,12 +36,11 @@ class FromOutside:
         evidence: Evidence,
         relevance: Relevance,
         *,
-        max_steps: int,
         nearest_first: bool = False,
         empty_handed: bool = False,
     ) -> None:
         self.least = StillToWalk(evidence, relevance)
-        self.most = MostToWalk(evidence, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed)
+        self.most = MostToWalk(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
         self._types = goal_types(evidence.task.goal)
         self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
         self._bounded: dict[Hashable, tuple[float, float, bool]] = {}
@@ -57,10 +57,10 @@ class FromOutside:
         return Interval(low, high, may_fail=not certain)
 
     def _bound(self, knowledge: Knowledge) -> tuple[float, float, bool]:
-        """From below, from above, and whether the goal can be met in every world."""
+        """From below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
         low = self.least.from_here(knowledge)
         if not self.most.fits_straight:
-            return low, self.most.by_step_limit(), False
+            return low, inf, False
         return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)
 
     def _key(self, knowledge: Knowledge) -> Hashable:

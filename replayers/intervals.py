@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 
 
 @dataclass(slots=True)
@@ -59,3 +59,8 @@ class Interval:
             whole=all(b.whole for b in below),
             spent=all(b.spent for b in below),
         )
+
+
+def finite(cost: float) -> float | None:
+    """The cost; None where it is infinite: there is no bound, or nothing was found. JSON has no infinity."""
+    return cost if isfinite(cost) else None

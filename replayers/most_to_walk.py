@@ -1,10 +1,12 @@
 """What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
 
-Three bounds from above. One holds for every strategy: the step limit ends a run, and no step costs more than the
-longest way. The others hold for strategies that go *straight*: besides looks they only fetch what a part of the
-goal asks for and bring it there, each part once; they look only while something is missing; and they do not give up
-while all that is needed can be found. Every run that is explored is checked against that; a strategy that breaks it
-is left with the first bound. The third is for those that look into the nearest container first (nearest_legs).
+The bounds hold for strategies that go *straight*: besides looks they only fetch what a part of the goal asks for and
+bring it there, each part once; they look only while something is missing; and they do not give up while all that is
+needed can be found. Every run that is explored is checked against that; a strategy that breaks it has no upper bound.
+A closer one is for those that look into the nearest container first (nearest_legs).
+
+Where things are to be prepared there is no such bound. After every look a cook may change its mind about what to
+prepare, with what, and where, and carry things once more: nothing that is known of a strategy says how often.
 """
 
 from __future__ import annotations
@@ -36,9 +38,7 @@ class MostToWalk:
         empty_handed: for one that looks only with its hand free; others may look on the way with what they fetched.
     """
 
-    def __init__(
-        self, evidence: Evidence, *, max_steps: int, nearest_first: bool = False, empty_handed: bool = False
-    ) -> None:
+    def __init__(self, evidence: Evidence, *, nearest_first: bool = False, empty_handed: bool = False) -> None:
         travel = evidence.place.travel
         self._metres: Floats = np.asarray(travel.metres)
         self._index = {name: i for i, name in enumerate(travel.locations)}
@@ -52,13 +52,8 @@ class MostToWalk:
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
-        self._by_step_limit = step_limit_cost(evidence, max_steps)
         self.fits_straight = _plain(self._goal)
         self.most_picks = most_instances(self._goal)
-
-    def by_step_limit(self) -> float:
-        """For every strategy: the cost of a run, wherever it is now."""
-        return self._by_step_limit
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether an instance of its own is known, within reach, for every part that is left: no look is needed."""
@@ -157,13 +152,6 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
     between = metres[np.ix_(looks, looks)]
     widths = merge_widths(np.maximum(between, between.T))
     return from_elsewhere + float(widths[1:].sum() + widths[-1])  # the last look has no way on: not widths[0]
-
-
-def step_limit_cost(evidence: Evidence, max_steps: int) -> float:
-    """What no run can cost more than, whatever the strategy: the step limit ends it, and each step costs the most."""
-    costs = evidence.costs
-    dearest = max(float(np.asarray(evidence.place.travel.metres).max(initial=0.0)), costs.manipulation, costs.search)
-    return max_steps * dearest
 
 
 def _dearest_legs(legs: Floats) -> float:

@@ -41,15 +41,14 @@ class Memory:
         evidence: Evidence,
         relevance: Relevance,
         *,
-        max_steps: int,
         nearest_first: bool,
         empty_handed: bool,
     ) -> FromOutside:
         """The bounds from outside, one for every kind of strategy over the log."""
-        key = (relevance.types, max_steps, nearest_first, empty_handed)
+        key = (relevance.types, nearest_first, empty_handed)
         if key not in self.outsides:
             self.outsides[key] = FromOutside(
-                evidence, relevance, max_steps=max_steps, nearest_first=nearest_first, empty_handed=empty_handed
+                evidence, relevance, nearest_first=nearest_first, empty_handed=empty_handed
             )
         return self.outsides[key]
 

@@ -20,7 +20,6 @@ from replayers.estimates import Estimate, costs_in, estimate_of
 from replayers.ground import Ground, Settings, ground_of
 from replayers.leaning import looks_empty_handed, looks_nearest_first, reads_beliefs
 from replayers.logged_world import LoggedWorld
-from replayers.most_to_walk import step_limit_cost
 from replayers.relevance import relevance_of
 from replayers.run import Run
 from replayers.sandbox import Sandboxed, is_foreign
@@ -213,13 +212,12 @@ def _with_all_ends(
 
     With rounded beliefs the ends are those of whoever believes so, and say nothing of the strategy itself.
     """
-    most = max(tree.evidence.task.failure_cost, step_limit_cost(tree.evidence, tree.max_steps))
     if standing is not None:
-        standing = standing.with_ends(drawn, most=most)
+        standing = standing.with_ends(drawn)
     if tree.guesses:
         return bounds, standing
     others = (standing.cheapest, standing.dearest) if standing is not None else ()
-    return bounds.with_ends((*others, *drawn), most=most), standing
+    return bounds.with_ends((*others, *drawn)), standing
 
 
 def _told_in(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isfinite
 
 import numpy as np
 
@@ -42,6 +43,7 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
         "pit_distance": pit_distance(stretches),
         "not_exact": len(open_ended),
         "both_sides_reached": _share(c.lower_proof == c.upper_proof == "exact" for c in found),
+        "upper_bounded": _share(isfinite(c.upper) for c in found),
         "complete_trees": _share(c.complete for c in found),
         "undetermined_alone": _share(c.status == "undetermined" for c in found),
         "estimate_bias": _mean((c.estimate or 0.0) - c.true_cost for c in open_ended if c.estimate is not None),

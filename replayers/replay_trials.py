@@ -64,7 +64,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterfactual:
-    """One measured replay."""
+    """One measured replay; an infinite upper is none."""
 
     estimator: str
     house: str

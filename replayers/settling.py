@@ -41,7 +41,6 @@ def bounds_of(
     outside = (memory if memory is not None else Memory()).outside(
         tree.evidence,
         tree.relevance,
-        max_steps=tree.max_steps,
         nearest_first=tree.nearest_first,
         empty_handed=tree.empty_handed,
     )
@@ -208,7 +207,7 @@ class Settling:
         lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)
         if not interval.whole and not self._straight:
             lower = min(lower, self._failure)
-            upper = max(upper, self._failure, self._most.by_step_limit())
+            upper = inf
         return Told(filled=filled, least=lower, most=upper)
 
     @property
@@ -222,10 +221,10 @@ class Settling:
         least, largest = whole.least_found(0, failure), whole.largest_found(0, failure)
         straight = self._straight
         if not whole.whole and not straight:
-            upper = max(failure, self._most.by_step_limit())
+            upper = inf
             lower = min(lower, failure)
         told = tuple(islice(self._told(), MOST_TOLD + 1))
-        above = Proof.STRAIGHT if straight else Proof.OUTER
+        above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(
             lower=least if least - lower <= NEAR else lower,
             upper=largest if upper - largest <= NEAR else upper,

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replayers.intervals import finite
 from workbench.evaluation.task_experiment import PAPER_STRATEGIES
 from workbench.execution.events import Ended
 from workbench.planning.tasks import Task
@@ -84,13 +85,14 @@ class SpotRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CrossRow:
-    """One strategy replayed over another's log: its bounds, and what its own run cost (cost_by_the_matrix)."""
+    """One strategy replayed over another's log: its bounds (an upper of None is none), and what its own run cost
+    (cost_by_the_matrix)."""
 
     configuration: str
     log_strategy: str
     strategy: str
     lower: float
-    upper: float
+    upper: float | None
     exact: bool
     estimate: float | None
     ran: float
@@ -137,7 +139,7 @@ def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossR
                 log_strategy=row.strategy,
                 strategy=other.strategy,
                 lower=lower,
-                upper=upper,
+                upper=finite(upper),
                 exact=replayed.exact,
                 estimate=None if replayed.estimate is None else replayed.estimate.mean,
                 ran=priced[other.configuration, other.strategy],

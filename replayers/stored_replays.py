@@ -8,12 +8,13 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Iterator
-from math import isfinite
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
+from replayers.intervals import finite
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import Acted
@@ -53,11 +54,19 @@ class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StoredTold(msgspec.Struct, frozen=True, kw_only=True):
-    """What the run is charged, from least to most, in all worlds whose open containers answer so."""
+    """What the run is charged, from least to most, in all worlds whose open containers answer so.
+
+    A most of None is no bound.
+    """
 
     filled: tuple[StoredAnswer, ...]
     least: float
-    most: float
+    most: float | None
+
+    @property
+    def at_most(self) -> float:
+        """most; infinite where there is no bound."""
+        return inf if self.most is None else self.most
 
 
 class _Versioned(msgspec.Struct, frozen=True):
@@ -76,16 +85,21 @@ class StoredDurations(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StoredBounds(msgspec.Struct, frozen=True, kw_only=True):
-    """Bounds; least_found and largest_found are None where no run was followed to its end."""
+    """Bounds; upper is None where none is known, the found ones where no run was followed to its end."""
 
     lower: float
-    upper: float
+    upper: float | None
     lower_proof: str
     upper_proof: str
     least_found: float | None
     largest_found: float | None
     complete: bool
     can_fail: bool
+
+    @property
+    def at_most(self) -> float:
+        """upper; infinite where no upper bound is known."""
+        return inf if self.upper is None else self.upper
 
 
 class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
@@ -195,7 +209,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         true_cost=made.true_cost,
         true_status=made.true_status,
         told=tuple(
-            StoredTold(filled=_answers(group.filled), least=group.least, most=group.most)
+            StoredTold(filled=_answers(group.filled), least=group.least, most=finite(group.most))
             for group in (bounds.told if bounds else ())
         ),
         if_beliefs_stand=_bounds(made.if_beliefs_stand) if made.if_beliefs_stand else None,
@@ -280,11 +294,11 @@ def _answers(filled: tuple[Filled, ...]) -> tuple[StoredAnswer, ...]:
 def _bounds(bounds: Bounds) -> StoredBounds:
     return StoredBounds(
         lower=bounds.lower,
-        upper=bounds.upper,
+        upper=finite(bounds.upper),
         lower_proof=bounds.lower_proof.value,
         upper_proof=bounds.upper_proof.value,
-        least_found=bounds.least_found if isfinite(bounds.least_found) else None,
-        largest_found=bounds.largest_found if isfinite(bounds.largest_found) else None,
+        least_found=finite(bounds.least_found),
+        largest_found=finite(bounds.largest_found),
         complete=bounds.complete,
         can_fail=bounds.can_fail,
     )

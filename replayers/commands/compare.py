@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from replayers.intervals import finite
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
@@ -129,7 +130,7 @@ def _broken(records: Sequence[StoredReplay]) -> list[dict[str, Any]]:
     ]
 
 
-def _not_reproduced(records: list[StoredReplay]) -> dict[str, str]:
+def _not_reproduced(records: Sequence[StoredReplay]) -> dict[str, str]:
     """Logs on which the recorded strategy does not do what was recorded, with the reasons: they are in no pair."""
     return {r.log: r.reason for r in records if r.status == "not-reproduced"}
 
@@ -144,8 +145,8 @@ def _row(pair: Pair) -> dict[str, Any]:
         "loses": pair.loses,
         "equal": pair.equal,
         "undecided": pair.undecided,
-        "difference_lower": pair.least,
-        "difference_upper": pair.most,
+        "difference_lower": finite(pair.least),
+        "difference_upper": finite(pair.most),
         "drawn_difference": pair.drawn.value if pair.drawn else None,
         "drawn_ci95": pair.drawn.interval if pair.drawn and pair.drawn.trials > 1 else None,
         "drawn_ci95_resamples": pair.drawn.resampled("houses", "logs") if pair.drawn else None,
@@ -157,8 +158,8 @@ def _row(pair: Pair) -> dict[str, Any]:
             {
                 "log": d.log,
                 "verdict": d.verdict,
-                "lower": d.least,
-                "upper": d.most,
+                "lower": finite(d.least),
+                "upper": finite(d.most),
                 "paired": d.paired,
                 "chance_a_cheaper": d.chance[0] if d.chance else None,
                 "true": d.true,
@@ -170,12 +171,18 @@ def _row(pair: Pair) -> dict[str, Any]:
 
 def _shown(row: dict[str, Any]) -> dict[str, Any]:
     shown = {name: row[name] for name in ("a", "b", "logs", "wins", "equal", "undecided", "loses")}
-    shown["certain difference"] = f"{row['difference_lower']:.1f} to {row['difference_upper']:.1f}"
+    shown["certain difference"] = _range(row["difference_lower"], row["difference_upper"])
     shown["drawn difference"] = _interval(row["drawn_difference"], row["drawn_ci95"])
     shown["chance a is cheaper"] = row["chance_a_cheaper"]
     if row["true_difference"] is not None:
         shown["true difference"] = _interval(row["true_difference"], row["true_ci95"])
     return shown
+
+
+def _range(least: float | None, most: float | None) -> str:
+    if least is None:
+        return "unknown" if most is None else f"at most {most:.1f}"
+    return f"at least {least:.1f}" if most is None else f"{least:.1f} to {most:.1f}"
 
 
 def _interval(value: float | None, ci: tuple[float, float] | None) -> str | None:

@@ -233,6 +233,7 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
     from itertools import combinations
 
     from replayers.comparing import difference
+    from replayers.intervals import finite
     from replayers.stored_replays import StoredReplay
 
     bounded = [o for o in outcomes if isinstance(o, StoredReplay) and o.bounds is not None]
@@ -241,7 +242,7 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
         if a.sha256 == b.sha256:
             apart = difference(a, b)
             found.append({"log": a.log, "a": a.strategy, "b": b.strategy, "verdict": apart.verdict,
-                          "difference_lower": apart.least, "difference_upper": apart.most,
+                          "difference_lower": finite(apart.least), "difference_upper": finite(apart.most),
                           "chance_a_cheaper": apart.chance[0] if apart.chance else None,
                           "chance_equal": apart.chance[1] if apart.chance else None})  # fmt: skip
     return found
@@ -307,8 +308,11 @@ def _interval(row: dict[str, Any]) -> str | None:
     return f"{low:.1f} to {high:.1f}{holds}"
 
 
-def _between(bounds: dict[str, float] | None) -> str | None:
-    return f"{bounds['lower']:.1f} to {bounds['upper']:.1f}" if bounds else None
+def _between(bounds: dict[str, float | None] | None) -> str | None:
+    if not bounds:
+        return None
+    lower, upper = bounds["lower"], bounds["upper"]
+    return f"at least {lower:.1f}" if upper is None else f"{lower:.1f} to {upper:.1f}"
 
 
 def _seconds(row: dict[str, Any]) -> str | None:
@@ -324,8 +328,10 @@ def _proof(row: dict[str, Any]) -> str | None:
         return None
     if row["exact"]:
         return "exact"
-    sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] != "exact"]
-    return "both sides reached" if not sides else f"{' and '.join(sides)}: outer"
+    sides = [side for side in ("lower", "upper") if row[f"{side}_proof"] not in ("exact", "none")]
+    outer = f"{' and '.join(sides)}: outer" if sides else ""
+    unbounded = "no upper bound" if row["upper_proof"] == "none" else ""
+    return ", ".join(words for words in (outer, unbounded) if words) or "both sides reached"
 
 
 def _unlike(rows: list[dict[str, Any]]) -> list[str]:

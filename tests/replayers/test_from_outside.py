@@ -41,8 +41,8 @@ def outside(evidence: Evidence, *, memory: Memory | None = None, nearest_first: 
     relevance = relevance_of(evidence, (), Assumptions())
     options = {"nearest_first": nearest_first, "empty_handed": True}
     if memory is None:
-        return FromOutside(evidence, relevance, max_steps=500, **options)
-    return memory.outside(evidence, relevance, max_steps=500, **options)
+        return FromOutside(evidence, relevance, **options)
+    return memory.outside(evidence, relevance, **options)
 
 
 @pytest.mark.parametrize("goal", GOALS)

@@ -81,7 +81,7 @@ def knows(evidence: Evidence, *items: str) -> Knowledge:
 
 def test_nobody_looks_when_nothing_is_missing(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, TWO)
-    most = MostToWalk(evidence, max_steps=500)
+    most = MostToWalk(evidence)
     assert not most.nothing_missing(knows(evidence, "Mug|1"))
     assert most.nothing_missing(knows(evidence, "Mug|1", "Book|1"))
     assert (
@@ -92,7 +92,7 @@ def test_nobody_looks_when_nothing_is_missing(tmp_path: Path) -> None:
 def test_an_instance_is_needed_for_each_part(tmp_path: Path) -> None:
     two_mugs = task_of(AllOf(parts=(delivered("Mug", BED), delivered("Mug", COUNTER))))
     evidence = toy_evidence(tmp_path, two_mugs)
-    most = MostToWalk(evidence, max_steps=500)
+    most = MostToWalk(evidence)
     assert not most.nothing_missing(knows(evidence, "Mug|1"))
     assert most.nothing_missing(knows(evidence, "Mug|1", "Mug|2"))
 
@@ -100,17 +100,17 @@ def test_an_instance_is_needed_for_each_part(tmp_path: Path) -> None:
 def test_with_alternatives_something_may_be_sought_though_something_is_known(tmp_path: Path) -> None:
     either = task_of(AnyOf(parts=(delivered("Mug", BED), delivered("Book", COUNTER))))
     evidence = toy_evidence(tmp_path, either)
-    assert not MostToWalk(evidence, max_steps=500).nothing_missing(knows(evidence, "Mug|1", "Book|1"))
+    assert not MostToWalk(evidence).nothing_missing(knows(evidence, "Mug|1", "Book|1"))
 
 
 def test_what_refuses_to_be_picked_is_missing(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, find_task(MUG, START))
-    assert MostToWalk(evidence, max_steps=500).nothing_missing(knows(evidence, "Mug|1"))
+    assert MostToWalk(evidence).nothing_missing(knows(evidence, "Mug|1"))
     for refusing in (
         replace(evidence, stuck=MappingProxyType({item("Mug|1").id: "too heavy"})),
         replace(evidence, barred=MappingProxyType({LocationId(TABLE): "blocked"})),
     ):
-        assert not MostToWalk(refusing, max_steps=500).nothing_missing(knows(refusing, "Mug|1"))
+        assert not MostToWalk(refusing).nothing_missing(knows(refusing, "Mug|1"))
 
 
 def test_who_looks_nearest_first_is_known_by_its_policy() -> None:
@@ -127,7 +127,7 @@ def test_who_looks_nearest_first_is_known_by_its_policy() -> None:
 def test_nearest_first_is_never_bounded_worse(tmp_path: Path, kind: ItemType) -> None:
     evidence = toy_evidence(tmp_path, find_task(kind, START))
     start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
-    any_order, nearest = (MostToWalk(evidence, max_steps=500, nearest_first=n) for n in (False, True))
+    any_order, nearest = (MostToWalk(evidence, nearest_first=n) for n in (False, True))
     assert nearest.going_straight(start) <= any_order.going_straight(start)
 
 
@@ -135,12 +135,10 @@ def test_a_look_with_the_hand_full_may_begin_where_an_item_stood(tmp_path: Path)
     """With a mug known far off, who may look while carrying it may go dearer ways than who looks empty-handed."""
     evidence = toy_evidence(tmp_path, TWO)
     known = knows(evidence, "Mug|1")
-    free, full = (MostToWalk(evidence, max_steps=500, empty_handed=e).going_straight(known) for e in (True, False))
+    free, full = (MostToWalk(evidence, empty_handed=e).going_straight(known) for e in (True, False))
     assert full >= free
     only_fetching = knows(evidence, "Mug|1", "Book|1")
-    free, full = (
-        MostToWalk(evidence, max_steps=500, empty_handed=e).going_straight(only_fetching) for e in (True, False)
-    )
+    free, full = (MostToWalk(evidence, empty_handed=e).going_straight(only_fetching) for e in (True, False))
     assert full >= free
     assert looks_empty_handed(strategy("model-lios"))
     assert not looks_empty_handed(strategy("scout-lios"))
