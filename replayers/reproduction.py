@@ -16,6 +16,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import canonical_name, needs_truth, strategy
+from workbench.plugins import NameOrigin
 from workbench.runs.codec import to_wire
 from workbench.runs.vocabulary import ActionFinished, Outcome, PlanComputed
 
@@ -59,7 +60,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
         return Reproduction(same=None, why=why)
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
-    planner = strategy(name)
+    planner = strategy(name, origin=NameOrigin.LOG)
     world = LoggedWorld(evidence, with_ways=False)
     events = run_task(
         world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=_no_time

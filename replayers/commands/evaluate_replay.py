@@ -121,12 +121,13 @@ def _estimators(text: str) -> tuple[str, ...]:
     """The estimators that a comma-separated list means, each once; what is none is refused."""
     from workbench.beliefs.estimators import estimator
     from workbench.errors import BadValue
+    from workbench.plugins import NameOrigin
 
     names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
     if not names:
         raise BadValue("--estimator", text, "names with commas between them: fcnn,counts,best")
     for name in names:
-        estimator(name)
+        estimator(name, origin=NameOrigin.USER)
     return names
 
 

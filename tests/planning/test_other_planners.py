@@ -145,7 +145,7 @@ def test_a_planner_that_is_not_installed_is_refused_by_name(name: str, said: str
 def test_without_fast_downward_its_names_say_what_to_install(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("workbench.planning.fast_downward.find_spec", lambda _: None)
+    monkeypatch.setattr("workbench.planning.fast_downward.installed_module", lambda _: None)
     downward_home.cache_clear()
     try:
         for make in (installed_solver, strategy):

@@ -29,7 +29,6 @@ def test_searched_and_known_containers_are_certain_and_the_others_open(tmp_path:
     assert set(evidence.known) == {FRIDGE}
     assert set(evidence.contents) == {FRIDGE, TABLE, COUNTER}
     assert evidence.open == (BED, DESK)
-    assert evidence.instances("Mug") == 1
     assert evidence.notes == ()
 
 

@@ -38,6 +38,7 @@ def _warm() -> set[str]:
 def _plan_once(knowledge: Knowledge) -> None:
     """Bring a thing to where the robot stands, as these two would: together they use all that is compiled."""
     from workbench.planning.strategies import strategy
+    from workbench.plugins import NameOrigin
 
     knowledge = Knowledge(plan=knowledge.plan, travel=knowledge.travel)  # a known thing may be out of reach
     kind = ItemType("Mug")
@@ -51,4 +52,4 @@ def _plan_once(knowledge: Knowledge) -> None:
     task = Task(scenario="none", goal=goal, failure_cost=0.0, budget_s=1.0)
     view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=1.0)
     for name in ("scout-lios", "model-lios-per-find"):
-        strategy(name).decide(view)
+        strategy(name, origin=NameOrigin.USER).decide(view)
