@@ -1,4 +1,4 @@
-"""Which options do several commands share? Each has one name, one meaning and one sentence of help, told here.
+"""Options that several commands share, each with one name, one meaning and one help text.
 
 A command takes what it needs as an annotation: `houses: Houses = None`. It imports this at run time, not for types
 alone, since typer reads annotations when the command is built.
@@ -15,7 +15,7 @@ Houses = Annotated[
     Path | None, typer.Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
 ]
 Split = Annotated[
-    str, typer.Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
+    str, typer.Option("--split", help="train, validation, test or all; a file without splits is used whole.")
 ]
 Assets = Annotated[Path | None, typer.Option("--assets", help="Asset table (CSV) with exact sizes.")]
 AssetsOrBeside = Annotated[
@@ -24,14 +24,14 @@ AssetsOrBeside = Annotated[
 ]
 FoldCount = Annotated[
     int | None,
-    typer.Option("--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."),
+    typer.Option("--folds", help="Cross-validate: retrain per fold and evaluate on the held-out houses."),
 ]
 AlsoLearnt = Annotated[
     list[Path] | None,
-    typer.Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
+    typer.Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
 ]
 Workers = Annotated[int, typer.Option("--workers", "-j", min=1, help="Processes on this machine.")]
 RecordTrials = Annotated[bool, typer.Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be run, and stop.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the output.")]
-Json = Annotated[bool, typer.Option("--json", help="Answer as JSON on standard output.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")]

@@ -1,4 +1,4 @@
-"""Which solvers are there? By name, as `--solver` and `STRATEGY@SOLVER` give them."""
+"""Solvers by name, as `--solver` and `STRATEGY@SOLVER` give them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COMMAND = "command:"
 
 
 class PlannerMissing(Unsupported):
-    """A planner that is not installed."""
+    """A planner is not installed."""
 
     def __init__(self, name: str, why: str) -> None:
         super().__init__(f"solver {name}: {why}.")
@@ -38,11 +38,11 @@ class PlannerMissing(Unsupported):
 def solver(name: str) -> Solver:
     """The solver of that name.
 
-    One that is not installed says so by the status of its plans.
+    A solver that is not installed reports this in the status of its plans.
 
     Raises:
         UnknownName: no such solver; lists the known ones.
-        BadValue: a command line without {domain} and {problem}.
+        BadValue: a command line without {domain} or {problem}.
     """
     if name in SOLVERS:
         return SOLVERS[name]()
@@ -54,12 +54,13 @@ def solver(name: str) -> Solver:
 
 
 def installed_solver(name: str) -> Solver:
-    """The solver of that name, for runs: one that is not installed is told at once, and not by a table of failures.
+    """The solver of that name for a run; a missing installation is reported at once instead of as a table of
+    failures.
 
     Raises:
-        PlannerMissing: a planner that is not installed here.
-        MissingExtra: unified-planning is not.
-        UnknownName, BadValue: as solver.
+        PlannerMissing: the planner is not installed.
+        MissingExtra: unified-planning is not installed.
+        UnknownName, BadValue: as for `solver`.
     """
     made = solver(name)
     if isinstance(made, PddlCommand) and made.program is None:

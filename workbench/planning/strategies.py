@@ -1,8 +1,8 @@
-"""Which strategies are there? One table by name; a third party's come in through `lios.strategies`.
+"""The table of strategies by name, and the loading of third-party strategies.
 
-The paper's five are find cost + search policy, by its definitions and its candidates; the oracle knows the house;
-conditioned-lios and scout-lios are ours. A strategy of your own is an entry point in the group "lios.strategies"
-whose value is a StrategyFactory, or "module:Class" given where a name is.
+The paper's five combine a find cost with a search policy, by its definitions; the oracle knows the house;
+conditioned-lios and scout-lios are ours. Third-party strategies are entry points of the group "lios.strategies"
+whose value is a StrategyFactory, or are named as "module:Class".
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ Plans = TypeVar("Plans", Composed, Oracle)
 
 
 class OracleNeedsHouse(Unsupported):
-    """The oracle was asked for where no truth is at hand."""
+    """The oracle was requested where no true house is available."""
 
     def __init__(self) -> None:
         super().__init__("the oracle knows the house, and no house is given here. Choose another strategy.")
 
 
 class StrategyNotLoaded(Unsupported):
-    """A plug-in or "module:Class" under which no strategy can be made.
+    """A plug-in or "module:Class" that does not yield a strategy.
 
     Args:
-        name: as it was asked for.
+        name: the requested name.
         why: what went wrong, without a full stop.
     """
 
@@ -62,7 +62,8 @@ def _conditioned(name: str) -> Composed:
 
 
 def _whole_search(name: str) -> Composed:
-    """Find costs that count the whole search under the `marginal` belief, with the policy of that name."""
+    """A strategy with find costs that count the whole search under the `marginal` belief, and the policy of that
+    name."""
     return Composed(name=name, pricing=WholeSearch(), policy=policy(name))
 
 
@@ -78,7 +79,7 @@ STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
         "oracle": _oracle,
     }
 )
-"""In the order of tables: the paper's five, ours, the oracle."""
+"""In the order of the tables: the paper's five, ours, the oracle."""
 
 VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
     {
@@ -86,10 +87,10 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
         "full-lios": lambda _: _whole_search("full-lios"),
     }
 )
-"""Known by name, and left out of "all": parts of ours by themselves."""
+"""Ablations of our strategies; selectable by name, but not part of "all"."""
 
 EVERYWHERE = "everywhere"
-"""STRATEGY@everywhere plans over all places, and says with each plan what is proven."""
+"""STRATEGY@everywhere plans over all locations and states the proven gap with each plan."""
 
 NEEDS_TRUTH = ("oracle",)
 
@@ -109,14 +110,14 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
         "oracle": "Oracle",
     }
 )
-"""How tables and figures spell them."""
+"""The spelling in tables and figures."""
 
 
 def strategy(name: str, *, house: House | None = None) -> Strategy:
     """The strategy of that name, alias, paper's spelling, installed plug-in, or "module:Class".
 
     Args:
-        house: the truth, for the oracle alone; no other built-in looks at it.
+        house: the true house, used by the oracle only.
 
     Raises:
         UnknownName: no such strategy or solver; lists the known ones.
@@ -143,7 +144,7 @@ def _with_solver(made: Strategy, solver_name: str) -> Strategy:
 
     Raises:
         UnknownName: no such solver.
-        BadValue: a strategy that takes none.
+        BadValue: a strategy without a replaceable solver.
     """
     name = f"{made.name}@{solver_name}"
     if isinstance(made, Composed):
@@ -157,7 +158,7 @@ def _with_solver(made: Strategy, solver_name: str) -> Strategy:
 
 
 def _planning(part: Plans, solver_name: str) -> Plans:
-    """The part that plans, with that solver or over all places."""
+    """The planning component with that solver, or over all locations."""
     from workbench.planning.solvers import installed_solver
 
     if solver_name == EVERYWHERE:
@@ -166,7 +167,7 @@ def _planning(part: Plans, solver_name: str) -> Plans:
 
 
 def canonical_name(name: str) -> str | None:
-    """The table's name for a name, alias or the paper's spelling; None for what is not in the table."""
+    """The canonical name for a name, an alias or the paper's spelling; None if it is not in the table."""
     wanted = name.strip().lower()
     wanted = ALIASES.get(wanted, wanted)
     if wanted in STRATEGIES or wanted in VARIANTS:
@@ -175,21 +176,21 @@ def canonical_name(name: str) -> str | None:
 
 
 def needs_truth(name: str) -> bool:
-    """Whether a strategy, with whichever solver, must be given the house."""
+    """Whether a strategy, with any solver, needs the true house."""
     return canonical_name(name.partition("@")[0]) in NEEDS_TRUTH
 
 
 def resolved_name(name: str) -> str:
-    """The name that logs and tables give for it: an alias or the paper's spelling is the table's, others are kept."""
+    """The name used in logs and tables: canonical for aliases and the paper's spellings, otherwise unchanged."""
     base, at, solver_name = name.partition("@")
     return f"{canonical_name(base) or base}{at}{solver_name}"
 
 
 def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
-    """Every strategy by name: the table's order, then installed ones, sorted.
+    """All strategy names: the table in its order, then installed plug-ins, sorted.
 
     Args:
-        with_truth: whether those that need the house are among them.
+        with_truth: whether to include strategies that need the true house.
     """
     ours = tuple(name for name in STRATEGIES if with_truth or name not in NEEDS_TRUTH)
     others = sorted({entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(STRATEGIES))
@@ -202,7 +203,8 @@ def _imported(name: str) -> object:
 
 
 def _from_outside(name: str, load: Callable[[], object]) -> Strategy:
-    """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
+    """The strategy made from a plug-in: a class without arguments, a factory of a house, or a ready instance. A
+    plug-in never receives the true house."""
     try:
         with redirect_stdout(sys.stderr):
             factory = made = load()
@@ -220,6 +222,6 @@ def _from_outside(name: str, load: Callable[[], object]) -> Strategy:
 
 
 def is_strategy(thing: object) -> bool:
-    """Whether a thing has what a strategy has: a name, relevant_types(task) and decide(view)."""
+    """Whether an object has the interface of a strategy: a name, relevant_types(task) and decide(view)."""
     named = isinstance(getattr(thing, "name", None), str)
     return named and all(callable(getattr(thing, method, None)) for method in ("relevant_types", "decide"))
