@@ -1,4 +1,4 @@
-"""Which estimators are there? One readable table: a name and how its weights become an estimator."""
+"""The table of estimators: names, and how weights become an estimator."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from workbench.beliefs.weights import Weights, read_weights
 from workbench.errors import UnknownName
 
 EstimatorFactory = Callable[[Weights], Estimator]
-"""Makes an estimator of its weights."""
+"""Makes an estimator from its weights."""
 
 ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
     {"counts": counts_from, "fcnn": fcnn_from, "best": best_from}
 )
-"""The estimators by name: smoothed counts, the paper's network, and the best one here."""
+"""The estimators by name: smoothed counts, the paper's network, and this project's best."""
 
 WEIGHTS_SUFFIX = ".safetensors"
 
@@ -29,7 +29,7 @@ def estimator(name: str, *, weights: Path | None = None) -> Estimator:
     """An estimator by name, with the shipped weights unless others are given.
 
     Args:
-        name: of the table; or a path that ends in .safetensors: weights name their estimator themselves.
+        name: a name in the table, or a path that ends in .safetensors (a weights file names its estimator).
 
     Raises:
         UnknownName: no such estimator.
@@ -46,7 +46,7 @@ def estimator(name: str, *, weights: Path | None = None) -> Estimator:
 
 @lru_cache(maxsize=16)
 def _of_file(path: Path, version: tuple[int, int]) -> Estimator:
-    """The estimator of a weights file, read once as long as the file stays what it is."""
+    """The estimator of a weights file; cached until the file changes."""
     del version
     held = read_weights(path)
     if held.header.estimator not in ESTIMATORS:
@@ -55,7 +55,7 @@ def _of_file(path: Path, version: tuple[int, int]) -> Estimator:
 
 
 def _version(path: Path) -> tuple[int, int]:
-    """What changes when a file is replaced; zeros where there is none."""
+    """A fingerprint that changes when the file is replaced; zeros if there is no file."""
     try:
         stat = path.stat()
     except OSError:

@@ -21,7 +21,7 @@ INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 """How R comes from sums: remaining.still_missing; marginal is as exists."""
 
 STEPS, CLOSE = 60, 1e-14
-"""Newton's steps at most, and the step that is none any more."""
+"""Most Newton steps, and the step size at which iteration stops."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

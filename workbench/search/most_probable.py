@@ -1,4 +1,5 @@
-"""Look where the object is most likely, however far that is: a baseline that loses to Greedy (FINDINGS.md)."""
+"""The search policy MostProbable: the most probable container first, at any distance; a baseline that is worse than
+Greedy."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ class MostProbable:
     name: str = "most-probable"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
-        """By falling probability; equal ones by distance from the origin, then in the plan's order."""
+        """Order by decreasing probability; ties by distance from the origin, then in the plan's order."""
         here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
         order = np.lexsort((here.from_m[0], -here.probability[item]))

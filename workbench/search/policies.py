@@ -1,7 +1,7 @@
-"""Which search policies are there? One table by name; a third party's come in through `lios.policies`.
+"""The table of search policies by name, and the loading of third-party policies.
 
-A policy of your own is an entry point in the group "lios.policies" whose value is a function without arguments
-that returns a SearchPolicy, or a "module:function" given where a name is.
+A third-party policy is an entry point of the group "lios.policies" whose value is a function without arguments that
+returns a SearchPolicy, or is named as "module:function".
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
         "full-lios": lambda: FullTour(),
     }
 )
-"""Policies that see no truth. The oracle needs the house: oracle_policy(house)."""
+"""Policies that do not know the true house. For the oracle see oracle_policy(house)."""
 
 ENTRY_POINTS = "lios.policies"
 
@@ -57,14 +57,15 @@ def policy(name: str) -> SearchPolicy:
 
 
 def canonical_policy(name: str) -> str | None:
-    """The table's name for a name in any case or in the paper's spelling (ConditionedLIOS); None for others."""
+    """The canonical name of a policy, given in any case or in the paper's spelling (ConditionedLIOS); None for
+    others."""
     joined = {ours.replace("-", ""): ours for ours in POLICIES}
     wanted = name.strip().lower()
     return wanted if wanted in POLICIES else joined.get(wanted)
 
 
 def policy_names() -> tuple[str, ...]:
-    """Every policy that needs no truth: ours in the table's order, then installed ones, sorted."""
+    """All policies that do not need the true house: the table in its order, then installed plug-ins, sorted."""
     others = sorted({entry.name for entry in entry_points(group=ENTRY_POINTS)} - set(POLICIES))
     return (*POLICIES, *others)
 
