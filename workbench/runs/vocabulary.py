@@ -1,7 +1,7 @@
-"""What stands in a log? One frozen class a topic, written and checked by msgspec, with its JSON Schema.
+"""The messages of a log: one frozen class per topic, validated by msgspec, with its JSON Schema.
 
-Wire names follow DESIGN.md section 5; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
-brings a reader for the old one.
+Topics and fields are described in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning increments
+SCHEMA_VERSION and adds a reader for the old version.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from types import MappingProxyType
 import msgspec
 
 SCHEMA_VERSION = 2
-"""1: a plan that was not found expected a cost of 0.0. 2: it expects none (null)."""
+"""1: if no plan was found, the expected cost is 0.0. 2: it is null."""
 
 NANO = 1_000_000_000
 
@@ -38,7 +38,7 @@ class SeenItem(msgspec.Struct, frozen=True):
 
 
 class Observation(msgspec.Struct, frozen=True, kw_only=True):
-    """A container's content became known."""
+    """The contents of a container became known."""
 
     stamp: Stamp
     decision: int
@@ -96,7 +96,7 @@ class Step(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stop(msgspec.Struct, frozen=True, kw_only=True):
-    """A container in the order in which the search policy intends to look."""
+    """A container in the search order of the policy."""
 
     container: str
     probability: float
@@ -111,7 +111,7 @@ class WayNotTaken(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
-    """expected_cost is of the whole plan; None where status says that there is none."""
+    """expected_cost is that of the whole plan; None if status says that there is no plan."""
 
     stamp: Stamp
     decision: int
@@ -131,7 +131,8 @@ class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Timing(msgspec.Struct, frozen=True, kw_only=True):
-    """Wall-clock seconds of a decision; apart from the others, so that the same seed gives the same bytes."""
+    """Wall-clock times of a decision in seconds; a separate topic, so that the other topics have the same bytes for
+    the same seed."""
 
     stamp: Stamp
     decision: int
@@ -160,7 +161,7 @@ class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):
-    """cost is what is charged: own_cost when done, the failure cost otherwise."""
+    """cost is the charged cost: own_cost if done, the failure cost otherwise."""
 
     stamp: Stamp
     decision: int
@@ -174,21 +175,21 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
-    """What every container held at the start; simulation only, hidden by readers unless asked."""
+    """True initial contents of all containers; simulation only, hidden by readers unless requested."""
 
     stamp: Stamp
     contents: dict[str, tuple[SeenItem, ...]]
 
 
 class Dropped(msgspec.Struct, frozen=True, kw_only=True):
-    """Messages that the recorder had to drop since the file began, by topic, because writing could not keep up."""
+    """Number of messages per topic dropped since the file began, because writing could not keep up."""
 
     stamp: Stamp
     counts: dict[str, int]
 
 
 class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """Metadata record `lios.run`, every value printed as text in MCAP."""
+    """The metadata record `lios.run`; every value is stored as text in MCAP."""
 
     run_id: str
     schema_version: int
@@ -202,7 +203,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     source: str = "simulation"
     """simulation, spot, import, or replay."""
     origin_run: str = ""
-    """For a replay, the run id of the log that it was made from."""
+    """For a replay: the run id of the source log."""
     origin_sha256: str = ""
     code_version: str = ""
     code_revision: str = ""
@@ -228,7 +229,7 @@ TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
         "/recorder/dropped": Dropped,
     }
 )
-"""Topic by topic. The schema's name is "lios." and the class's name."""
+"""Event classes by topic. The schema's name is "lios." and the class's name."""
 
 TOPIC_OF: Mapping[type[msgspec.Struct], str] = MappingProxyType({cls: topic for topic, cls in TOPICS.items()})
 
