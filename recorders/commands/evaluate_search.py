@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 def search(
     houses: Houses = None,
     policies: Annotated[
-        str, typer.Option("--policies", "-p", help="all, or names separated by commas; module:function is one's own.")
+        str, typer.Option("--policies", "-p", help="all, or names separated by commas; module:function for your own.")
     ] = "all",
     queries: Annotated[
-        str, typer.Option("--queries", help="all pairs of house and item type, or how many to draw.")
+        str, typer.Option("--queries", help="all pairs of house and item type, or the number to draw.")
     ] = "all",
     part: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    estimator: Annotated[str, typer.Option("--estimator", help="What the policies believe.")] = "best",
+    estimator: Annotated[str, typer.Option("--estimator", help="Estimator of the policies.")] = "best",
     paper_estimator: Annotated[
-        str, typer.Option("--paper-estimator", help="What the paper's policy, lios, believes.")
+        str, typer.Option("--paper-estimator", help="Estimator of the paper's policy, lios.")
     ] = "fcnn",
     look: Annotated[
         float, typer.Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")
     ] = 0.0,
     workers: Workers = 1,
-    seed: Annotated[int, typer.Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A folder for the table, the trials and the figures.")
@@ -119,7 +119,7 @@ def _write(report: SearchReport, answer: dict[str, Any], folder: Path, *, figure
 
 
 def _record(report: SearchReport, folder: Path, *, force: bool) -> int:
-    """How many logs were written."""
+    """Record the trials; returns the number of logs."""
     from recorders.search_recording import record_search_trials
     from workbench.terminal import progress
 

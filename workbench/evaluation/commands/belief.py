@@ -22,7 +22,7 @@ def belief(
     folds: FoldCount = None,
     also: AlsoLearnt = None,
     seen: Annotated[
-        float, typer.Option("--seen", help="Share of the containers that were looked into before the question.")
+        float, typer.Option("--seen", help="Share of containers searched before the query.")
     ] = 0.0,
     assets: AssetsOrBeside = None,
     figures: Annotated[
@@ -32,7 +32,7 @@ def belief(
     items: Annotated[
         str, typer.Option("--items", help="Item types of the heat maps, separated by commas.")
     ] = "Mug,Egg,Pillow,RemoteControl,ToiletPaper,Book",
-    seed: Annotated[int, typer.Option("--seed", help="Of what was seen and of the bootstrap.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the searched containers and of the bootstrap.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace files in the folder of figures.")] = False,
     json: Json = False,
 ) -> None:
@@ -82,7 +82,7 @@ def belief(
 
 
 def _draw(request: BeliefRequest, report: BeliefReport, folder: Path, items: str) -> list[str]:
-    """The figures; heat maps of these item types. The files that were written."""
+    """Draw the figures, with heat maps of the given item types; returns the files written."""
     from workbench.evaluation.figures.belief_figures import draw_all
     from workbench.terminal import progress
 

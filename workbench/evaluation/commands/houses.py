@@ -1,4 +1,4 @@
-"""`lios houses generate | info | stats`: houses of one's own, what is in a house, generated and real side by side."""
+"""`lios houses generate | info | stats`: generate houses, show their contents, compare generated and real ones."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def generate(
         "houses.jsonl.gz"
     ),
     count: Annotated[int, typer.Option("--count", "-n", help="How many houses.")] = 24,
-    rooms: Annotated[str, typer.Option("--rooms", help="How many rooms: 5, or from-to: 2-10.")] = "2-10",
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed; drawn and shown when not given.")] = None,
+    rooms: Annotated[str, typer.Option("--rooms", help="Number of rooms: 5, or a range: 2-10.")] = "2-10",
+    seed: Annotated[int | None, typer.Option("--seed", help="Seed; random and shown if not given.")] = None,
     stocked: Annotated[
         bool, typer.Option("--stocked", help="Kitchens get what the scenarios need: egg, toaster, kettle, ...")
     ] = False,
@@ -59,7 +59,7 @@ def generate(
 
 def info(
     house: Annotated[
-        str, typer.Argument(help="FILE:index or a house's .json; a whole FILE sums up its houses; default: shipped.")
+        str, typer.Argument(help="FILE:index or a house's .json; a whole FILE is summarised; default: shipped.")
     ] = "",
     assets: Assets = None,
     json: Json = False,
@@ -98,18 +98,18 @@ def stats(
     split: Annotated[
         str, typer.Option("--split", help="Of the shared ProcTHOR files: train, validation, test, all.")
     ] = "all",
-    count: Annotated[int, typer.Option("--generated", "-n", help="Also generate so many houses.")] = 0,
+    count: Annotated[int, typer.Option("--generated", "-n", help="Also generate this many houses.")] = 0,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the generated houses.")] = 0,
     rooms: Annotated[str, typer.Option("--rooms", help="Rooms of the generated houses: 5, or from-to.")] = "2-10",
     least: Annotated[int, typer.Option("--at-least", help="Leave out houses of fewer rooms.")] = 1,
     assets: Assets = None,
     measure: Annotated[
-        Path | None, typer.Option("--measure", help="Write the generator's figures, measured on the files' houses.")
+        Path | None, typer.Option("--measure", help="Write the generator's statistics, measured on these houses.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the output of --measure.")] = False,
     json: Json = False,
 ) -> None:
-    """Set houses side by side: sizes, contents, and what a search costs in them.
+    """Compare houses: sizes, contents, and search costs.
 
     Examples:
 
@@ -222,7 +222,7 @@ def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
 
 
 def _columns(files: list[Path], *, split: str, assets: Path | None) -> dict[str, list[House]]:
-    """Houses by file, of the part asked for."""
+    """The houses of the requested part, by file."""
     from workbench.evaluation.splits import is_shared, split_indices
     from workbench.worlds.house_files import house_stem
     from workbench.worlds.procthor import load_houses
