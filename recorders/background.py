@@ -165,9 +165,7 @@ class Background:
         except LiosError as error:
             self._stop(error)
         finally:
-            if (
-                not finished and self.trouble is None
-            ):  # a programming error: report it, and let threading print it
+            if not finished and self.trouble is None:  # a programming error: report it, and let threading print it
                 self._stop(RecorderStopped(self._inner.path))
 
     def _take_all(self) -> bool:

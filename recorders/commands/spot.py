@@ -1,4 +1,4 @@
-"""`lios spot simulate`, `record` and `run`: a Spot that is not there, a session recorded, a task on the robot."""
+"""`lios spot simulate`, `record` and `run`: simulate a Spot, record a session, run a task on the robot."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ Certificate = Annotated[
 def simulate(
     site: SiteOption = "paper_home",
     configuration: Annotated[
-        str, typer.Option("--configuration", help="Where things lie and the robot starts (configurations.yaml).")
+        str, typer.Option("--configuration", help="Items and start pose, by name (configurations.yaml).")
     ] = "A",
     port: Annotated[
         int, typer.Option("--port", min=0, max=65535, help="Port on loopback; 0 for a free one.")
     ] = 50443,
-    speed_up: Annotated[float, typer.Option("--speed-up", help="The body lives this many times faster.")] = 1.0,
+    speed_up: Annotated[float, typer.Option("--speed-up", help="Speed-up of the simulated body.")] = 1.0,
     fault: Annotated[
         list[str] | None,
         typer.Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew. May be given again.",
+            "dropped, estop, clock-skew. Repeatable.",
         ),
     ] = None,
     certificate: Annotated[
@@ -44,7 +44,7 @@ def simulate(
     seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise.")] = 0,
     for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
 ) -> None:
-    """Simulate a Spot in a site: the official client connects to it as to the robot.
+    """Simulate a Spot in a site; the official client connects to it as to a real robot.
 
     User "user", password "simulated"; loopback only. Ctrl-C ends it.
 
@@ -86,13 +86,13 @@ def simulate(
             while ends is None or time.monotonic() < ends:
                 time.sleep(0.1)
         except KeyboardInterrupt:
-            say("Stopped.")  # as asked for: no failure
+            say("Stopped.")  # requested by the user: not a failure
 
 
 def record(
     robot: Robot,
     site: Annotated[
-        str, typer.Option("--site", help="Survey file or shipped site; leave it out where there is none yet.")
+        str, typer.Option("--site", help="Survey file or shipped site; omit it if there is none yet.")
     ] = "",
     output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
     images_hz: Annotated[
@@ -102,16 +102,17 @@ def record(
         str, typer.Option("--cameras", help="Image sources, comma-separated.")
     ] = "frontleft_fisheye_image,frontright_fisheye_image",
     state_hz: Annotated[float, typer.Option("--state-hz", help="Robot states per second.")] = 10.0,
-    raw: Annotated[bool, typer.Option("--raw/--no-raw", help="Also bosdyn's messages as they came.")] = True,
+    raw: Annotated[bool, typer.Option("--raw/--no-raw", help="Also record bosdyn's original messages.")] = True,
     task: Annotated[
-        Path | None, typer.Option("--task", help="The task that is tried (YAML), for later replays.")
+        Path | None, typer.Option("--task", help="The task of the session (YAML), for later replays.")
     ] = None,
     for_s: Annotated[float | None, typer.Option("--for", help="Stop after this many seconds.")] = None,
     split_mb: Annotated[
-        float | None, typer.Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+        float | None,
+        typer.Option("--split-mb", help="Continue in another file (NAME_0001.mcap, ...) beyond this size."),
     ] = None,
     split_s: Annotated[
-        float | None, typer.Option("--split-s", help="Go on in another file after so many seconds.")
+        float | None, typer.Option("--split-s", help="Continue in another file after this many seconds.")
     ] = None,
     keep_last: Annotated[
         float | None,
@@ -123,9 +124,9 @@ def record(
 ) -> None:
     """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
 
-    Takes no lease and never holds up the robot. Keys: n opens a line for a note, m marks the moment; d ends as done,
-    f as failed, q and Ctrl-C by whether the task's goal is met.
-    Name and password come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
+    Takes no lease and never delays the robot. Keys: n opens a line for a note, m marks the moment; d ends the
+    session as done, f as failed, q and Ctrl-C by whether the goal is met. User name and password come from
+    BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
 
     Examples:
 
@@ -177,18 +178,18 @@ def run(
     robot: Robot,
     site: SiteOption,
     task: Annotated[
-        Path | None, typer.Option("--task", help="What to do (YAML); default: deliver.yaml of the site.")
+        Path | None, typer.Option("--task", help="The task (YAML); default: deliver.yaml of the site.")
     ] = None,
     strategy: Annotated[str, typer.Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[str, typer.Option("--estimator", help="Estimator: counts, fcnn, best.")] = "best",
     output: Annotated[Path, typer.Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     speed: Annotated[float | None, typer.Option("--speed", help="Speed limit in m/s.")] = None,
-    look: Annotated[float, typer.Option("--look", help="Seconds that a look takes.")] = 6.0,
+    look: Annotated[float, typer.Option("--look", help="Duration of a look in seconds.")] = 6.0,
     images_hz: Annotated[
         float, typer.Option("--images-hz", help="Pictures per second and camera; 0 for none.")
     ] = 2.0,
-    take_lease: Annotated[bool, typer.Option("--take-lease", help="Take the lease from whoever has it.")] = False,
-    own_estop: Annotated[bool, typer.Option("--own-estop", help="Set up an e-stop endpoint of our own.")] = False,
+    take_lease: Annotated[bool, typer.Option("--take-lease", help="Take the lease from its current owner.")] = False,
+    own_estop: Annotated[bool, typer.Option("--own-estop", help="Set up a separate e-stop endpoint.")] = False,
     map_folder: Annotated[
         Path | None, typer.Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
     ] = None,
@@ -197,14 +198,14 @@ def run(
     ),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed handed to the strategy.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed passed to the strategy.")] = 0,
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Run a task on a Spot and record it; the lease is returned whatever happens.
+    """Run a task on a Spot and record it; the lease is always returned.
 
-    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key.
-    A robot that hears nothing from here for three seconds stops by itself.
+    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key. A
+    robot that gets no command for three seconds stops by itself.
 
     Examples:
 
@@ -253,7 +254,7 @@ def run(
 
 
 def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
-    """What the robot would do first; nothing moves."""
+    """Print the first decision without moving the robot."""
     from recorders.spot.spot_run import first_decision
     from recorders.spot.telling import in_words
     from workbench.terminal import say
@@ -264,7 +265,7 @@ def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
 
 
 def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
-    """The run, told as it goes, with the operator at the keys."""
+    """Run with progress output and keyboard control."""
     from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
     from recorders.spot.spot_run import run_and_record
     from recorders.spot.telling import in_words

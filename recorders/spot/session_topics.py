@@ -1,12 +1,12 @@
-"""What does a robot session add to a log? Small facts of our own as JSON, beside Foxglove's and bosdyn's messages.
+"""The topics of a robot session: our own JSON messages, beside Foxglove's and bosdyn's.
 
 /robot/status       battery, motors, emergency stop, faults, lease owner            json  lios.spot.RobotStatus
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
 /session/gap        from when to when the robot was away                            json  lios.spot.Gap
-/session/note       what the operator noted                                         json  lios.spot.Note
-/notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
-/spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
-/tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
+/session/note       what the operator noted                                         json  lios.spot.Note /notes
+the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event /spot/...
+bosdyn's messages as they came                                  protobuf, bosdyn.api.* /tf /robot/pose
+/robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials",
 
 
 class RobotStatus(msgspec.Struct, frozen=True, kw_only=True):
-    """battery_percent is 0 to 100; faults are the robot's own words."""
+    """battery_percent is 0 to 100; faults are the robot's messages."""
 
     stamp: Stamp
     battery_percent: float
@@ -38,7 +38,7 @@ class RobotStatus(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ClockSkew(msgspec.Struct, frozen=True, kw_only=True):
-    """robot time = our time + skew_ns; round_trip_ns is of the exchange that it was measured with."""
+    """robot time = our time + skew_ns; round_trip_ns is the round trip of the measurement."""
 
     stamp: Stamp
     skew_ns: int
@@ -46,7 +46,7 @@ class ClockSkew(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Gap(msgspec.Struct, frozen=True, kw_only=True):
-    """The robot did not answer between start and end; reason is the first error, in a few words."""
+    """The robot did not answer between start and end; reason is the first error."""
 
     stamp: Stamp
     start: Stamp
@@ -56,7 +56,7 @@ class Gap(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True):
-    """What an operator noted."""
+    """An operator's note."""
 
     stamp: Stamp
     text: str
@@ -68,7 +68,7 @@ TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {RobotStatus: STATUS, ClockSkew
 
 @cache
 def fact_channel(fact_class: type[msgspec.Struct]) -> ChannelSpec:
-    """The channel of a fact; gaps and notes are never dropped first."""
+    """The channel of a message class; gaps and notes are marked important."""
     return ChannelSpec(
         topic=TOPIC_OF_FACT[fact_class],
         message_encoding="json",

@@ -96,7 +96,7 @@ def train_fcnn(
         examples, held_out: of different houses.
         watch: called after every epoch.
     """
-    torch.set_num_threads(1)  # One thread: so small a network gains nothing from more, and sums keep their order on any machine.
+    torch.set_num_threads(1)  # more threads gain nothing here and change the order of sums
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     device = chosen_device()

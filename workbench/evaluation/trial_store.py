@@ -69,7 +69,7 @@ class TrialStore:
             _same_request(self.folder, read_request(settings), request)
         settings.write_bytes(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
         rows = read_rows(trials, torn_is_fine=True) if trials.exists() else []
-        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # an incomplete row after a crash is dropped; complete rows never are
+        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # drops only an incomplete last row
         whole.write_bytes(b"".join(msgspec.json.encode(row) + b"\n" for row in rows))
         whole.replace(trials)
         return rows

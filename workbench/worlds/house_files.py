@@ -38,7 +38,7 @@ class HouseIndexMissing(NotFound):
 
 
 def split_address(address: str) -> tuple[Path, int | None]:
-    """"FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped
+    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped
     file.
 
     Raises:

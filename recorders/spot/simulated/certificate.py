@@ -1,9 +1,9 @@
-"""Whom does a client of the simulated robot trust? A certificate made anew for every server, on no disk but a test's.
+"""TLS certificates of the simulated robot, created anew for every server.
 
 bosdyn-client speaks only TLS and checks the server's name against the authorities of the robot (auth.spot.robot and
-others). A simulated robot therefore makes its own self-signed certificate (X.509 v3, ECDSA over P-256, RFC 5280 and
-5480) in the standard library alone. Its key lives as long as the process and protects nothing: the server listens on
-loopback.
+others). The simulated robot therefore creates a self-signed certificate (X.509 v3, ECDSA over P-256, RFC 5280 and
+5480) with the standard library alone. Its key exists only as long as the process and protects nothing, since the
+server listens on loopback.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Identity:
 
 
 def new_identity(names: Sequence[str], *, days: int = 7) -> Identity:
-    """A fresh key and a certificate that is its own root, valid for the given DNS names from yesterday on."""
+    """A new key with a self-signed certificate, valid for the given DNS names from yesterday on."""
     secret = secrets.randbelow(N - 1) + 1
     public = _times(secret, G)
     assert public is not None

@@ -21,9 +21,7 @@ def belief(
     part: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    seen: Annotated[
-        float, typer.Option("--seen", help="Share of containers searched before the query.")
-    ] = 0.0,
+    seen: Annotated[float, typer.Option("--seen", help="Share of containers searched before the query.")] = 0.0,
     assets: AssetsOrBeside = None,
     figures: Annotated[
         Path | None,
