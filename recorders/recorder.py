@@ -113,7 +113,8 @@ class RunRecorder:
 
     @property
     def sink(self) -> Sink:
-        """The sink for further topics of the same log (images, robot state). Write to it from the recording thread."""
+        """The sink for further topics of the same log (images, robot state). Write to it from the recording
+        thread."""
         return self._background or self._files
 
     @property

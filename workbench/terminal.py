@@ -1,4 +1,5 @@
-"""Terminal output of commands: results on standard output, messages on standard error, progress on a terminal only."""
+"""Terminal output of commands: results on standard output, messages on standard error, progress on a
+terminal only."""
 
 from __future__ import annotations
 

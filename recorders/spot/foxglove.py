@@ -148,7 +148,8 @@ def local_grid(grid: local_grid_pb2.LocalGrid, stamp_ns: int) -> Grid | None:
 
 
 def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | None:
-    """A bosdyn local grid as an array of shape (cells along y, cells along x); None if its data has the wrong size."""
+    """A bosdyn local grid as an array of shape (cells along y, cells along x); None if its data has the
+    wrong size."""
     kind = _CELLS.get(grid.cell_format)
     cells = grid.extent.num_cells_x * grid.extent.num_cells_y
     if kind is None or len(grid.data) % np.dtype(kind).itemsize:

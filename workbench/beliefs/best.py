@@ -53,7 +53,8 @@ class Names:
     _formed: dict[_Asked, Opinions] = field(default_factory=dict["_Asked", Opinions], repr=False)
 
     def opinions(self, scene: Scene, items: tuple[str, ...]) -> Opinions:
-        """Name-based opinions about items in all containers of a scene; only the similarities change between looks."""
+        """Name-based opinions about items in all containers of a scene; only the similarities change between
+        looks."""
         asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), scene.stands, items)
         if asked not in self._formed:
             if len(self._formed) >= MOST_FORMED:

@@ -139,7 +139,8 @@ def solve(
 
 @dataclass(slots=True, kw_only=True)
 class _Passes:
-    """State of the two passes: the best plan so far, the smallest cost not yet excluded, and the recipes not taken."""
+    """State of the two passes: the best plan so far, the smallest cost not yet excluded, and the recipes
+    not taken."""
 
     problem: Problem
     deadline: float

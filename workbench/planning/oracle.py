@@ -77,7 +77,8 @@ class Oracle:
         return solve_widening(whole, problem.locations, budget_s=min(view.budget_s, EVERYWHERE_S)).plan
 
     def _looked(self, plan: Plan, problem: Problem, view: View) -> _Tour:
-        """The plan's cost including the looks needed to observe that the goal is met, and the first of these looks."""
+        """The plan's cost including the looks needed to observe that the goal is met, and the first of these
+        looks."""
         if plan.status is not PlanStatus.SOLVED:
             return _Tour(plan=plan, cost=float("inf"))
         places = _to_be_seen(plan, problem, view)

@@ -49,7 +49,8 @@ class Side:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hole:
-    """A door or window in a side, from `low` to `high` metres along it; `opened` if the whole side is an open wall."""
+    """A door or window in a side, from `low` to `high` metres along it; `opened` if the whole side is an
+    open wall."""
 
     side: Side
     low: float

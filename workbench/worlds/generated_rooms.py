@@ -52,7 +52,8 @@ class PlannedRoom:
 
 
 def draw_kinds(statistics: HouseStatistics, rooms: int, rng: np.random.Generator) -> list[str]:
-    """Draw the kinds of so many rooms with their frequencies in real houses; unseen numbers extend the nearest one."""
+    """Draw the kinds of so many rooms with their frequencies in real houses; unseen numbers extend the
+    nearest one."""
     known = sorted(statistics.rooms, key=lambda n: (abs(int(n) - rooms), int(n)))
     sets = statistics.rooms[known[0]]
     weights = np.array(list(sets.values()), dtype=float)

@@ -133,7 +133,8 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
 def distance_to_box(
     grid: OccupancyGrid, thing: Container | Furniture, *, reach_m: float
 ) -> tuple[npt.NDArray[np.float64], tuple[slice, slice]]:
-    """Distances in metres from cells to the footprint of an object (0 inside), in the window of cells within reach."""
+    """Distances in metres from cells to the footprint of an object (0 inside), in the window of cells
+    within reach."""
     pose, (depth, width, _) = thing.pose, thing.size_m
     c, s = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
     half_x = abs(c) * depth / 2 + abs(s) * width / 2 + reach_m

@@ -114,7 +114,8 @@ def pose_in_map(body: Body, frame: str, x: float, y: float, yaw_rad: float) -> P
 
 
 def point_in_map(body: Body, frame: str, point: Position) -> Position | None:
-    """A point in odom, vision or body, converted to the map with its height above the floor; None for other frames."""
+    """A point in odom, vision or body, converted to the map with its height above the floor; None for
+    other frames."""
     pose = pose_in_map(body, frame, point[0], point[1], 0.0)
     if pose is None:
         return None
