@@ -1,8 +1,8 @@
 """Sinks of recorded messages, and the one that writes to one file or to parts of bounded size or duration.
 
-LogFiles        to one file, or to parts of bounded size or time, each of which opens alone RingBuffer      the last
-seconds in memory, saved on demand                              (ring_buffer.py) Background      to another sink by
-a thread of its own, without blocking the caller       (background.py)
+LogFiles        to one file, or to parts of bounded size or time, each of which opens alone
+RingBuffer      the last seconds in memory, saved on demand                        (ring_buffer.py)
+Background      to another sink by a thread of its own, without blocking the caller (background.py)
 """
 
 from __future__ import annotations

@@ -3,10 +3,12 @@
 /robot/status       battery, motors, emergency stop, faults, lease owner            json  lios.spot.RobotStatus
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
 /session/gap        from when to when the robot was away                            json  lios.spot.Gap
-/session/note       what the operator noted                                         json  lios.spot.Note /notes
-the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event /spot/...
-bosdyn's messages as they came                                  protobuf, bosdyn.api.* /tf /robot/pose
-/robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
+/session/note       what the operator noted                                         json  lios.spot.Note
+/notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
+/spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
+/tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
+
+Class docstrings are part of the JSON Schemas in logs (as descriptions): changing one changes the bytes of logs.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials",
 
 
 class RobotStatus(msgspec.Struct, frozen=True, kw_only=True):
-    """battery_percent is 0 to 100; faults are the robot's messages."""
+    """battery_percent is 0 to 100; faults are the robot's own words."""
 
     stamp: Stamp
     battery_percent: float
@@ -38,7 +40,7 @@ class RobotStatus(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ClockSkew(msgspec.Struct, frozen=True, kw_only=True):
-    """robot time = our time + skew_ns; round_trip_ns is the round trip of the measurement."""
+    """robot time = our time + skew_ns; round_trip_ns is of the exchange that it was measured with."""
 
     stamp: Stamp
     skew_ns: int
@@ -46,7 +48,7 @@ class ClockSkew(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Gap(msgspec.Struct, frozen=True, kw_only=True):
-    """The robot did not answer between start and end; reason is the first error."""
+    """The robot did not answer between start and end; reason is the first error, in a few words."""
 
     stamp: Stamp
     start: Stamp
@@ -56,7 +58,7 @@ class Gap(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True):
-    """An operator's note."""
+    """What an operator noted."""
 
     stamp: Stamp
     text: str

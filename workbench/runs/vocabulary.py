@@ -2,6 +2,8 @@
 
 Topics and fields are described in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning increments
 SCHEMA_VERSION and adds a reader for the old version.
+
+Class docstrings are part of the JSON Schemas in logs (as descriptions): changing one changes the bytes of logs.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ class SeenItem(msgspec.Struct, frozen=True):
 
 
 class Observation(msgspec.Struct, frozen=True, kw_only=True):
-    """The contents of a container became known."""
+    """A container's content became known."""
 
     stamp: Stamp
     decision: int
@@ -96,7 +98,7 @@ class Step(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stop(msgspec.Struct, frozen=True, kw_only=True):
-    """A container in the search order of the policy."""
+    """A container in the order in which the search policy intends to look."""
 
     container: str
     probability: float
@@ -111,7 +113,7 @@ class WayNotTaken(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
-    """expected_cost is that of the whole plan; None if status says that there is no plan."""
+    """expected_cost is of the whole plan; None where status says that there is none."""
 
     stamp: Stamp
     decision: int
@@ -131,8 +133,7 @@ class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Timing(msgspec.Struct, frozen=True, kw_only=True):
-    """Wall-clock times of a decision in seconds; a separate topic, so that the other topics have the same bytes for
-    the same seed."""
+    """Wall-clock seconds of a decision; apart from the others, so that the same seed gives the same bytes."""
 
     stamp: Stamp
     decision: int
@@ -161,7 +162,7 @@ class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):
-    """cost is the charged cost: own_cost if done, the failure cost otherwise."""
+    """cost is what is charged: own_cost when done, the failure cost otherwise."""
 
     stamp: Stamp
     decision: int
@@ -175,21 +176,21 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
-    """True initial contents of all containers; simulation only, hidden by readers unless requested."""
+    """What every container held at the start; simulation only, hidden by readers unless asked."""
 
     stamp: Stamp
     contents: dict[str, tuple[SeenItem, ...]]
 
 
 class Dropped(msgspec.Struct, frozen=True, kw_only=True):
-    """Number of messages per topic dropped since the file began, because writing could not keep up."""
+    """Messages that the recorder had to drop since the file began, by topic, because writing could not keep up."""
 
     stamp: Stamp
     counts: dict[str, int]
 
 
 class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """The metadata record `lios.run`; every value is stored as text in MCAP."""
+    """Metadata record `lios.run`, every value printed as text in MCAP."""
 
     run_id: str
     schema_version: int
