@@ -1,1 +1,1 @@
-"""The only code that writes MCAP."""
+"""Recording of runs and robots: the only package that writes MCAP."""

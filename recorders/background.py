@@ -1,8 +1,8 @@
-"""How is recording kept from ever holding up the robot? A thread writes; the caller only hands over.
+"""A sink that writes in a thread of its own, so that recording never blocks the robot.
 
-The queue is bounded by bytes. When the disk cannot keep up, messages of ordinary channels are refused first, those
-of important ones (decisions) only at twice the bound; what was refused is counted by topic and written into the log
-as /recorder/dropped. When the disk is full, recording stops and the robot goes on: `on_trouble` tells.
+The queue is bounded in bytes. If the disk cannot keep up, messages of ordinary channels are dropped first, those of
+important ones (decisions) only at twice the bound; dropped messages are counted by topic and logged as
+/recorder/dropped. If the disk is full, recording stops while the robot goes on, and `on_trouble` is called.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from workbench.terminal import say
 QUEUE_BYTES = 64 << 20
 SYNC_S = 1.0
 GATHER_S = 0.02
-"""How long the thread lets messages gather before it takes them."""
+"""Time in seconds for which messages are collected before the thread takes them."""
 JOB_BYTES = 4096
-"""What a job counts in the queue."""
+"""Size of a job in the queue, in bytes."""
 Order = Kept | Callable[[], None]
 
 
 class RecorderStopped(Failed):
-    """The recording thread met an error that should not happen."""
+    """The recording thread stopped with an unexpected error."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(f"{path}: recording stopped by an error in the recorder. What was flushed is kept.")
@@ -40,17 +40,17 @@ class RecorderStopped(Failed):
 
 @final
 class Background:
-    """A Sink that hands everything to another sink, in a thread of its own. `write` neither blocks nor raises.
+    """A Sink that passes everything to another sink in a thread of its own. `write` neither blocks nor raises.
 
     Args:
-        inner: what really writes; from now on only this thread touches it.
-        queue_bytes: message data that may wait; important channels may use twice as much.
-        sync_s: at least this often everything taken is on disk.
-        on_trouble: told once, in words, when recording stops; by default a line on standard error.
-        clock_ns: stamps of /recorder/dropped.
+        inner: the sink that writes; from now on used only by this thread.
+        queue_bytes: limit on queued message data in bytes; important channels may use twice as much.
+        sync_s: longest time in seconds between syncs to disk.
+        on_trouble: called once with a message if recording stops; by default it prints to standard error.
+        clock_ns: time source for the stamps of /recorder/dropped.
 
     Attributes:
-        trouble: why recording stopped; None while it goes on.
+        trouble: why recording stopped; None while it runs.
     """
 
     def __init__(
@@ -82,17 +82,17 @@ class Background:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Messages refused so far, by topic."""
+        """Number of messages dropped so far, by topic."""
         with self._lock:
             return dict(self._dropped)
 
     @property
     def waiting_bytes(self) -> int:
-        """Handed over and not yet taken by the thread."""
+        """Size in bytes of messages not yet taken by the thread."""
         return self._waiting_bytes
 
     def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
-        """Hands over a message; False when it was refused and counted."""
+        """Queue a message; False if it was dropped and counted."""
         bound = self._queue_bytes * (2 if channel.important else 1)
         with self._lock:
             if self.trouble is not None or self._closing or self._waiting_bytes + len(data) > bound:
@@ -102,7 +102,7 @@ class Background:
         return True
 
     def submit(self, job: Callable[[], None]) -> None:
-        """Has the thread do a job between messages, in order; what the job writes, it writes to the inner sink."""
+        """Queue a job that the thread executes between messages, in order; it writes to the inner sink."""
         with self._lock:
             if self.trouble is None and not self._closing:
                 self._hand_over(job, JOB_BYTES)
@@ -115,12 +115,12 @@ class Background:
         self.submit(lambda: self._inner.describe(name, kept))
 
     def flush(self) -> None:
-        """Has everything handed over so far brought to the disk at once; does not wait for it."""
+        """Request that everything queued so far is synced to disk soon; does not wait for it."""
         self._flush_wanted = True
         self._urgent.set()
 
     def wait(self, timeout_s: float = 60.0) -> bool:
-        """Waits until all that was handed over is on disk; False when that took too long or recording stopped."""
+        """Wait until everything queued is on disk; False after a timeout or if recording stopped."""
         done = threading.Event()
         self.submit(lambda: (self._inner.flush(), done.set())[0])
         self._urgent.set()
@@ -130,7 +130,7 @@ class Background:
         return done.is_set()
 
     def close(self) -> None:
-        """Writes what waits, closes the inner sink and ends the thread. Safe to call twice."""
+        """Write the rest of the queue, close the inner sink and end the thread. Safe to call twice."""
         self._closing = True
         self._urgent.set()
         if self._thread is not threading.current_thread():
@@ -165,13 +165,11 @@ class Background:
         except LiosError as error:
             self._stop(error)
         finally:
-            if (
-                not finished and self.trouble is None
-            ):  # a mistake of ours: threading prints it, nobody is left unaware
+            if not finished and self.trouble is None:  # a programming error: report it, and let threading print it
                 self._stop(RecorderStopped(self._inner.path))
 
     def _take_all(self) -> bool:
-        """Works off what is in the queue now; True when there was something."""
+        """Process everything in the queue now; True if there was anything."""
         count = len(self._queue)
         for _ in range(count):
             order, size = self._queue.popleft()
@@ -197,5 +195,5 @@ class Background:
             self._queue.clear()
             self._waiting_bytes = 0
         with suppress(LiosError):
-            self._inner.close()  # so that what was written has its index, where there is room for one
+            self._inner.close()  # so that the written data gets its index, if there is room for one
         self._on_trouble(str(error))

@@ -1,4 +1,4 @@
-"""What is a channel, before there is a file? Topic, encoding and schema as one value, the same in every file."""
+"""Channel descriptions (topic, encoding and schema), independent of any file."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class ChannelSpec:
     """A channel.
 
     Attributes:
-        message_encoding: "json", "protobuf", "cdr", "ros1", ... as MCAP's registry names them.
-        schema_name, schema_encoding, schema_data: as MCAP wants them; an empty schema_name is no schema.
-        metadata: pairs, sorted.
+        message_encoding: "json", "protobuf", "cdr", "ros1", ..., as in the MCAP registry.
+        schema_name, schema_encoding, schema_data: as in MCAP; an empty schema_name means no schema.
+        metadata: sorted key-value pairs.
         latched: the last message is repeated at the start of every part of a split log.
-        important: dropped last when writing cannot keep up.
+        important: dropped last if writing cannot keep up.
     """
 
     topic: str
@@ -37,7 +37,7 @@ class ChannelSpec:
 
 @cache
 def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) -> ChannelSpec:
-    """The channel of a class of the vocabulary: JSON with its JSON Schema; decisions are never dropped first."""
+    """The channel of an event class of the log schema: JSON with its JSON Schema; decisions are marked important."""
     return ChannelSpec(
         topic=TOPIC_OF[event_class],
         message_encoding="json",

@@ -1,4 +1,4 @@
-"""How do messages become a chunk? Gathered in memory, packed with their checksum and index, written in one piece."""
+"""Chunks of messages: collected in memory, then encoded with checksum and message index and written in one piece."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ZSTD_LEVEL = 3
 
 @dataclass(slots=True)
 class Chunk:
-    """Messages that are not on disk yet, with the schemas and channels that they were the first to need."""
+    """Messages not yet on disk, with the schemas and channels that they use for the first time."""
 
     body: bytearray = field(default_factory=bytearray)
     index: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
@@ -53,8 +53,8 @@ class Chunk:
         """The chunk with its message indexes as bytes, and its entry for the summary.
 
         Args:
-            offset: where in the file the chunk will stand.
-            repeated: declarations of the chunk before, written once more: a damaged chunk costs only itself.
+            offset: byte offset of the chunk in the file.
+            repeated: declarations of the previous chunk, written again so that a damaged chunk affects only itself.
         """
         again = b"".join(record_bytes(record) for record in repeated)
         body = again + bytes(self.body)

@@ -1,4 +1,4 @@
-"""Who may write a log's file? One process at a time, and nothing that exists unless it was told to."""
+"""Creating and locking log files: one writer at a time, and no overwriting unless requested."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from workbench.file_lock import locked
 
 
 class CannotCreate(Failed):
-    """A file cannot be made there."""
+    """A file cannot be created at this path."""
 
     def __init__(self, path: Path | str, reason: str) -> None:
         self.reason = reason
@@ -20,20 +20,20 @@ class CannotCreate(Failed):
 
 
 class BeingWritten(InputError):
-    """Another process writes this file."""
+    """Another process is writing this file."""
 
     def __init__(self, path: Path | str) -> None:
         super().__init__(f"{path}: another process is writing it. Stop that one, or give another -o/--output.")
 
 
 def create(path: Path, *, force: bool) -> BinaryIO:
-    """A new file, or with force an empty one instead of what was there.
+    """Create a file; with force, replace an existing one.
 
     Raises:
         OutputExists: it exists, and force is not set.
         WrongKind: it is a folder.
-        CannotCreate: no permission, or a part of its path is a file.
-        BeingWritten: by another process.
+        CannotCreate: no permission, or a component of its path is a file.
+        BeingWritten: another process is writing it.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -49,20 +49,20 @@ def create(path: Path, *, force: bool) -> BinaryIO:
         raise CannotCreate(path, error.strerror or str(error)) from error
     reserve(stream, path)
     if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-        stream.truncate(0)  # only now: what another process is writing stays as it is
+        stream.truncate(0)  # truncate only after locking, so that a file in use stays unchanged
     return stream
 
 
 def reopen(path: Path, *, size: int | None) -> BinaryIO:
-    """A log's file, to be gone on with.
+    """Open an existing log to append to it.
 
     Args:
-        size: in bytes, when it was read; None is any.
+        size: its expected size in bytes, as when it was read; None for any.
 
     Raises:
-        FileMissing: there is none.
-        CannotCreate: it may not be written to.
-        BeingWritten: by somebody else, now or since it was read.
+        FileMissing: it does not exist.
+        CannotCreate: it is not writable.
+        BeingWritten: another process is writing it, or has changed it since it was read.
     """
     try:
         stream = open(path, "r+b", buffering=0)  # noqa: SIM115
@@ -83,12 +83,13 @@ def part_path(path: Path, number: int) -> Path:
 
 
 def remove_parts(path: Path, *, beyond: int) -> None:
-    """Takes away what an earlier, longer log of that name left, from a part on: it would be taken for the new log's.
+    """Remove left-over parts of an earlier, longer log of the same name, which would be taken for parts of the new
+    one.
 
-    Only parts that follow without a gap; a file that merely has a number in its name stays.
+    Only consecutive parts are removed, not other files with a number in their name.
 
     Raises:
-        BeingWritten: the last of them, by another process; then all are left.
+        BeingWritten: another process is writing the last of them; then none is removed.
     """
     there: list[Path] = []
     while (part := part_path(path, beyond + len(there))).is_file():
@@ -99,10 +100,10 @@ def remove_parts(path: Path, *, beyond: int) -> None:
 
 
 def reserve(stream: BinaryIO, path: Path) -> None:
-    """Keeps other writers away until this one closes the file or ends, where the system and the disk can.
+    """Lock a file against other writers until it is closed, where the system supports it.
 
     Raises:
-        BeingWritten: another one was first.
+        BeingWritten: another process holds the lock.
     """
     if not locked(stream):
         stream.close()

@@ -1,4 +1,4 @@
-"""What is where in a log? The index that stands at its end, kept while writing and filled again when reading."""
+"""The index of a log (its summary section), kept while writing and rebuilt when reading."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ MAGIC = b"\x89MCAP0\r\n"
 
 @dataclass(slots=True)
 class LogIndex:
-    """Everything that a summary section holds.
+    """The contents of a summary section.
 
     Attributes:
         counts: messages per channel id.
-        first_ns, last_ns: log times of all messages; 0 when there are none.
-        data_end: offset of the DataEnd record: where more could be appended.
-        data_crc: of all bytes before it; 0 when it was not computed.
+        first_ns, last_ns: first and last log time in nanoseconds; 0 without messages.
+        data_end: offset of the DataEnd record, where appending starts.
+        data_crc: checksum of all bytes before it; 0 if not computed.
     """
 
     header: Header | None = None
@@ -53,7 +53,7 @@ class LogIndex:
         return sum(self.counts.values())
 
     def count(self, channel_id: int, log_time: int) -> int:
-        """Counts a message; returns how many its channel had before."""
+        """Count a message; returns the previous count of its channel."""
         if self.counts:
             self.first_ns, self.last_ns = min(self.first_ns, log_time), max(self.last_ns, log_time)
         else:
@@ -63,7 +63,7 @@ class LogIndex:
         return before
 
     def learn(self, record: object) -> None:
-        """Takes note of a schema or channel; of anything else nothing."""
+        """Register a schema or channel; other records are ignored."""
         if isinstance(record, Schema):
             self.schemas[record.id] = record
         elif isinstance(record, Channel):

@@ -1,4 +1,4 @@
-"""What would a person want to see and read while a run goes on? Viewer messages for every event of the loop."""
+"""Messages for Foxglove-compatible viewers (scene, robot, path, text) for every event of the loop."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ ViewerMessage = tuple[str, Message, int]
 
 MAP, SCENE, TF, POSE, PATH, LOG = "/map", "/viz/scene", "/tf", "/robot/pose", "/robot/path", "/log"
 LATCHED = (MAP, SCENE, TF)
-"""Repeated at the start of every part of a split log."""
+"""Channels whose last message is repeated at the start of every part of a split log."""
 POSE_EVERY_M = 0.5
-"""Along a walked path, a pose at every corner and at least this often."""
+"""Largest distance in metres between poses along a path; corners always have one."""
 
 
 @final
 class Narrator:
-    """Keeps what a scene needs: the last belief, what was searched, which item is sought.
+    """Builds viewer messages and keeps the state of the scene: last belief, searched containers, item sought.
 
     Args:
-        paths: the ways that the plan takes; the place's own if not given.
-        motion: tell the robot's pose from its actions.
+        paths: paths between locations; by default those of the place.
+        motion: derive the robot's pose from its actions.
     """
 
     def __init__(self, place: Place, task: Task, *, paths: Paths | None = None, motion: bool = True) -> None:
@@ -49,7 +49,7 @@ class Narrator:
         self._title = task.title or task.scenario
 
     def opening(self, stamp_ns: int) -> Iterator[ViewerMessage]:
-        """The map, the scene and the robot at its start."""
+        """The initial messages: map, scene and robot pose."""
         if self._place.occupancy is not None:
             yield MAP, viewer.map_grid(self._place.occupancy, stamp_ns), stamp_ns
         yield SCENE, viewer.scene(self._place.plan, stamp_ns), stamp_ns
@@ -58,7 +58,7 @@ class Narrator:
         yield LOG, viewer.words(f"Task: {self._title}", stamp_ns), stamp_ns
 
     def tell(self, event: Event) -> Iterator[ViewerMessage]:
-        """The viewer messages of one event, in the order of their stamps."""
+        """The viewer messages of one event, sorted by stamp."""
         match event:
             case Observed():
                 yield from self._observed(event)
@@ -95,7 +95,7 @@ class Narrator:
         yield PATH, viewer.path_ahead(self._ahead(event), stamp), stamp
 
     def _ahead(self, event: Planned) -> list[Point]:
-        """The way of the plan: to where its find looks first, and on through its targets."""
+        """The path ahead: to the first stop of the plan's find, and on through its targets."""
         stops = [event.robot_at]
         for step in event.made.plan.steps:
             if step.action == "find" and event.made.search_order and step is _first_find(event):
@@ -131,7 +131,7 @@ class Narrator:
 
 
 def walked(event: Acted) -> Iterator[tuple[Pose, int]]:
-    """The robot's poses during an action, with stamps spread over its time by the metres walked."""
+    """The robot's poses during an action, with stamps interpolated by distance."""
     points = [*event.path[:1], *(p for a, b in pairwise(event.path) for p in _between(a, b))]
     poses = viewer.facing(points)
     gone = [0.0]

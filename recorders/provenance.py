@@ -1,4 +1,4 @@
-"""With which code was this recorded? The revision of the source tree, where there is one."""
+"""The git revision of the running code, recorded with every run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SOURCE = Path(__file__).resolve().parents[1]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Revision:
-    """A git commit and whether the tree differed from it; empty for an installed package."""
+    """A git commit, and whether the working tree was modified; empty for an installed package."""
 
     commit: str = ""
     dirty: bool = False
@@ -20,7 +20,7 @@ class Revision:
 
 @cache
 def revision() -> Revision:
-    """The revision of the running source tree; empty when it is no git checkout or git is not there."""
+    """The revision of the running source tree; empty if it is not a git checkout or git is missing."""
     if not (SOURCE / ".git").exists():
         return Revision()
     commit = _git("rev-parse", "HEAD")

@@ -1,8 +1,9 @@
-"""How is a run recorded? Every event of the loop to its topic, the viewer's channels beside it, on disk at once.
+"""The recorder of runs: writes every event of the loop to its topic, with viewer channels beside it, and syncs it
+to disk.
 
-The file explains itself: the run's identity as metadata, place, task and settings as attachments, a schema for every
-topic. Every decision, and at least every second, is flushed and synced; a crash loses what came after that.
-In simulation `log_time` is the event's own stamp, so that the same seed gives the same bytes.
+The file is self-describing: the run's identity is metadata; place, task and settings are attachments; every topic
+has a schema. Data is flushed and synced at every decision and at least every second, so that at most 1.0 s is lost
+in a crash. In simulation `log_time` is the event's own stamp, so that the same seed gives the same bytes.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from workbench.worlds.house import Contents
 from workbench.worlds.travel import Paths
 
 SYNC_S = 1.0
-"""At least this often what was recorded is on disk."""
+"""Longest time in seconds between syncs to disk."""
 WORLD_CLOCK, COMPUTER_CLOCK = "the world's clock", "the computer's clock"
-"""Whose time log_time is; the world's may run faster than the computer's, as in simulation."""
+"""Metadata key of the clock of log_time; the world's clock may run faster than the computer's, as in simulation."""
 
 
 @final
@@ -42,26 +43,27 @@ class RunRecorder:
     """Records one run; a context manager.
 
     Args:
-        path: the log to make.
+        path: the log to write.
         info: identity of the run.
-        place: stored as an attachment, as the next two, so that the run can be replayed from the log alone.
-        task: what is to be done.
-        costs: what actions cost.
-        truth: what every container really holds; simulation only, hidden by readers unless asked.
-        force: replace a log that exists.
-        paths: draws the way ahead; the place's own ways if not given.
-        settings: more facts for settings.json.
+        place: the place; stored as an attachment like the next two, so that the log alone suffices for replay.
+        task: the task.
+        costs: the action costs.
+        truth: true contents of every container; simulation only, hidden by readers unless requested.
+        force: replace an existing log.
+        paths: paths for drawing the path ahead; by default those of the place.
+        settings: further entries of settings.json.
         viewer: write the Foxglove channels.
-        motion: write the robot's pose and transforms from its actions; by default where no robot reports its own.
-        sync_s: the longest time that a message waits for the disk.
+        motion: write the robot's pose and transforms derived from its actions; by default if no robot reports
+            its own.
+        sync_s: longest time in seconds before a message is on disk.
         background: write in a thread, so that `record` never waits for the disk and never raises for it.
         split: continue in further files.
-        sink: where everything goes instead of to `path`: a ring buffer, or files shared with other topics.
-        receipt_ns: a clock for log_time; by default the event's own stamp, which publish_time always is.
+        sink: sink used in place of `path`: a ring buffer, or files shared with other topics.
+        receipt_ns: clock for log_time; by default the event's stamp, which publish_time always is.
 
     Raises:
         OutputExists, CannotCreate: nothing was written.
-        DiskFull: no room; what was recorded is kept. With background it is raised by `close` alone.
+        DiskFull: the disk is full; recorded data is kept. With `background`, only `close` raises it.
     """
 
     def __init__(
@@ -111,7 +113,8 @@ class RunRecorder:
 
     @property
     def sink(self) -> Sink:
-        """Where further topics of the same log go: images, robot state. Written to from the recording thread."""
+        """The sink for further topics of the same log (images, robot state). Write to it from the recording
+        thread."""
         return self._background or self._files
 
     @property
@@ -119,9 +122,9 @@ class RunRecorder:
         return self._files.path
 
     def record(self, event: Event) -> None:
-        """Writes an event and what a viewer draws of it; a look, a decision and the end are synced at once.
+        """Write an event and its viewer messages; looks, decisions and the end are synced at once.
 
-        A look, because planning follows it, which may take minutes in which nothing is recorded.
+        Looks are synced because planning follows them, which may take minutes without recording.
         """
         if self._background is None:
             self._write(event)
@@ -132,12 +135,12 @@ class RunRecorder:
             self.sync()
 
     def sync(self) -> None:
-        """Brings everything recorded so far to the disk; in the background, without waiting."""
+        """Sync everything recorded so far; with `background`, without waiting."""
         self.sink.flush()
         self._synced = time.monotonic()
 
     def close(self) -> None:
-        """Writes the index and closes the log. Safe to call twice.
+        """Write the index and close the log. Safe to call twice.
 
         Raises:
             DiskFull: the background thread had to stop.
@@ -153,11 +156,11 @@ class RunRecorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if isinstance(error, DiskFull):
-            return  # the writer closed what it could
+            return  # the writer has closed the file as far as possible
         self.close()
 
     def _write(self, event: Event) -> None:
-        """Writes an event and its views, in the order of their stamps: an action's poses come before its end."""
+        """Write an event and its viewer messages by stamp: the poses of an action come before its end."""
         told = () if self._narrator is None else tuple(self._narrator.tell(event))
         if isinstance(event, Acted):
             self._write_viewer(self._files, told)
@@ -182,7 +185,7 @@ class RunRecorder:
 
 
 def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> Ended | None:
-    """Records all events of a run; returns its end, or None when the events stopped short of one.
+    """Record all events of a run; returns its Ended event, or None if the events stop before it.
 
     Args:
         options: as for RunRecorder.
@@ -195,7 +198,7 @@ def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> End
 
 
 def recorded(events: Iterable[Event], recorder: RunRecorder) -> Iterator[Event]:
-    """The events again, each recorded before it is handed on."""
+    """Yield the events, each after it has been recorded."""
     for event in events:
         recorder.record(event)
         yield event

@@ -1,4 +1,4 @@
-"""How can a moment be saved after it has happened? The last seconds wait in memory and become a log on demand."""
+"""A ring buffer that keeps the last seconds in memory and saves them as a log on demand."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ BUFFER_BYTES = 256 << 20
 
 @final
 class RingBuffer:
-    """A Sink that keeps the last seconds, bounded by bytes as well; safe to use from several threads.
+    """A Sink that keeps the last seconds, also bounded in bytes; thread-safe.
 
     Args:
-        path: where `save` writes unless told otherwise.
+        path: default output of `save`.
         keep_s: seconds of log time to keep.
-        keep_bytes: at most this much message data is kept, whatever its age.
+        keep_bytes: limit on kept message data in bytes.
     """
 
     def __init__(self, path: Path | str, *, keep_s: float, keep_bytes: int = BUFFER_BYTES) -> None:
@@ -66,7 +66,7 @@ class RingBuffer:
             self._standing.metadata[name] = dict(values)
 
     def flush(self) -> None:
-        """Nothing goes to the disk before `save`."""
+        """Does nothing: data is written only by `save`."""
 
     def close(self) -> None:
         with self._lock:
@@ -74,10 +74,10 @@ class RingBuffer:
             self._bytes = 0
 
     def save(self, path: Path | str | None = None, *, force: bool = False) -> Path:
-        """Writes what is kept to a log that opens alone; recording goes on meanwhile. Returns its path.
+        """Write the kept data as a self-contained log and return its path; recording continues meanwhile.
 
         Raises:
-            OutputExists, CannotCreate, DiskFull: as McapWriter.
+            OutputExists, CannotCreate, DiskFull: as for McapWriter.
         """
         with self._lock:
             kept = list(self._kept)

@@ -1,4 +1,4 @@
-"""How is the object-search experiment recorded? Every trial once more through the closed loop, one MCAP file each."""
+"""Recording of the object-search experiment: every trial run again in the closed loop, one MCAP file each."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from workbench.planning.tasks import find_task
 from workbench.worlds.house import START, House
 
 AGREEMENT = 1e-6
-"""A recorded run and its trial differ by rounding at most, in cost units."""
+"""Largest difference in cost units, by rounding, between a recorded run and its trial."""
 
 
 class RecordingDiffers(Failed):
-    """The closed loop did something else than the trial."""
+    """The cost of the closed loop differs from that of the trial."""
 
     def __init__(self, path: Path, recorded: float, measured: float) -> None:
         super().__init__(
@@ -31,11 +31,11 @@ class RecordingDiffers(Failed):
 def record_search_trials(
     trials: Iterable[SearchTrial], houses: Iterable[House], experiment: Experiment, folder: Path, *, force: bool
 ) -> Iterator[Path]:
-    """Records the trials, house by house, and yields the logs.
+    """Record the trials, house by house; yields the log files.
 
     Raises:
-        OutputExists: a log exists and force is not given.
-        RecordingDiffers: a run that cost something else than its trial.
+        OutputExists: a log exists and `force` is false.
+        RecordingDiffers: a run's cost differs from that of its trial.
     """
     by_house: dict[str, list[SearchTrial]] = {}
     for trial in trials:
@@ -46,7 +46,7 @@ def record_search_trials(
 
 
 def log_path(folder: Path, trial: SearchTrial) -> Path:
-    """FOLDER/<house>/<item type>.<policy>.mcap, without characters that a file system refuses."""
+    """FOLDER/<house>/<item type>.<policy>.mcap, without characters that file systems refuse."""
     return folder / _plain(trial.house) / f"{_plain(trial.item_type)}.{_plain(trial.policy)}.mcap"
 
 

@@ -1,8 +1,8 @@
-"""Where do recorded messages go? A Sink takes channels, messages, attachments and metadata, and keeps them.
+"""Sinks of recorded messages, and the one that writes to one file or to parts of bounded size or duration.
 
 LogFiles        to one file, or to parts of bounded size or time, each of which opens alone
-RingBuffer      the last seconds in memory, saved on demand                              (ring_buffer.py)
-Background      to another sink, by a thread of its own, without ever blocking the caller (background.py)
+RingBuffer      the last seconds in memory, saved on demand                        (ring_buffer.py)
+Background      to another sink by a thread of its own, without blocking the caller (background.py)
 """
 
 from __future__ import annotations
@@ -21,48 +21,48 @@ from recorders.writer import CHUNK_BYTES, KEEP_FREE_BYTES, McapWriter
 from workbench.errors import BadValue, OutputExists
 
 PART_METADATA = "lios.part"
-"""Which part of a split log a file is: part (from 0), before (the file before it)."""
+"""Metadata record of a part of a split log: part (from 0), before (the previous file)."""
 
 REPEATED = ("lios.repeated", "true")
-"""Channel metadata of what a part only says once more: on the topic as ever, and left out when parts are merged."""
+"""Channel metadata of messages that a part repeats; such messages are dropped when parts are merged."""
 
 
 class Sink(Protocol):
-    """Takes what is recorded."""
+    """A destination of recorded messages."""
 
     @property
     def path(self) -> Path:
-        """The file that is being written, or will be."""
+        """The current or future output file."""
         ...
 
     def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
-        """Takes a message; False when it had to be dropped. Stamps in nanoseconds."""
+        """Write a message; False if it was dropped. Stamps are in nanoseconds."""
         ...
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time: int) -> None:
-        """Takes an attachment, which every part carries."""
+        """Write an attachment, which every part repeats."""
         ...
 
     def describe(self, name: str, values: Mapping[str, str]) -> None:
-        """Takes a metadata record, which every part carries."""
+        """Write a metadata record, which every part repeats."""
         ...
 
     def flush(self) -> None:
-        """Brings all that was taken to the disk, or sees to it that this happens at once."""
+        """Sync all data to disk, or request that this happens soon."""
         ...
 
     def close(self) -> None:
-        """Finishes; safe to call twice."""
+        """Finish writing; safe to call twice."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Split:
-    """When a log is continued in another file; None is never.
+    """When a log is continued in another file; None means never.
 
     Attributes:
-        part_bytes: after a file has grown beyond this.
-        part_s: after a file spans this many seconds of log time.
+        part_bytes: size in bytes after which a new file begins.
+        part_s: log time in seconds after which a new file begins.
     """
 
     part_bytes: int | None = None
@@ -91,14 +91,14 @@ class Kept:
 
 @dataclass(slots=True)
 class Standing:
-    """What every part must carry: attachments, metadata, and the last message of every latched channel."""
+    """Data that every part repeats: attachments, metadata, and the last message of every latched channel."""
 
     attachments: dict[str, tuple[str, bytes, int]] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     latched: dict[ChannelSpec, Kept] = field(default_factory=dict)
 
     def write_to(self, part: Part, log_time: int) -> None:
-        """Everything once more; messages with the time at which the part begins."""
+        """Write all repeated data; messages get the start time of the part."""
         for name, values in self.metadata.items():
             part.writer.add_metadata(name, values)
         for name, (media_type, data, stamp) in self.attachments.items():
@@ -111,7 +111,7 @@ class Standing:
 
 @final
 class Part:
-    """One file of a log: a writer, and which id each channel has in it."""
+    """One file of a log: a writer with its channel ids."""
 
     def __init__(self, writer: McapWriter) -> None:
         self.writer = writer
@@ -139,8 +139,8 @@ class LogFiles:
     """Writes to one file, or to parts `name_0000.mcap`, `name_0001.mcap`, ...; nothing is lost between parts.
 
     Raises:
-        OutputExists: also when parts of an earlier log of that name are there: the two would be taken for one.
-        CannotCreate, DiskFull: as McapWriter.
+        OutputExists: also if parts of an earlier log of that name exist, which could be confused with the new ones.
+        CannotCreate, DiskFull: as for McapWriter.
     """
 
     def __init__(
@@ -198,7 +198,7 @@ class LogFiles:
         self._part.writer.close()
 
     def abandon(self) -> None:
-        """Leaves the file as a crash would."""
+        """Stop writing without finishing, as in a crash."""
         self._part.writer.abandon()
 
     def _is_full(self, log_time: int) -> bool:

@@ -1,4 +1,4 @@
-"""How are task trials recorded while they are evaluated? Each to OUTPUT/logs/SCENARIO/TRIAL-STRATEGY.mcap."""
+"""Recording of task trials while they are evaluated, to OUTPUT/logs/SCENARIO/TRIAL-STRATEGY.mcap."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo, Stamp
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordTo:
-    """A tap that writes what goes by. It travels to workers, so it holds a folder and nothing open."""
+    """A tap that records events. It is pickled for workers, so it holds only a folder and no open file."""
 
     folder: Path
 
     def log_of(self, row: TaskRow) -> Path:
-        """Where the log of a trial stands."""
+        """The log file of a row's trial."""
         return log_path(self.folder, row.scenario, row.trial, row.strategy)
 
     def __call__(
@@ -52,7 +52,7 @@ class RecordTo:
 
 
 def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
-    """Where a trial's log stands: no two scenarios or strategies share one, whatever they are called."""
+    """The log file of a trial, unique for every scenario and strategy."""
     return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 

@@ -1,4 +1,4 @@
-"""How is one simulated run recorded? A house, a task, a strategy and a seed in; one MCAP file and its end out."""
+"""One simulated run: from house, task, strategy and seed to an MCAP file and its final event."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from workbench.worlds.simulated import SimulatedWorld
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One run to be made: the same trial gives the same events.
+    """The settings of a simulated run; the same settings give the same events.
 
     Attributes:
-        house: the truth, for the simulated world (and the oracle).
+        house: the true house, for the simulated world and the oracle.
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
     """
@@ -53,7 +53,7 @@ class Trial:
 
 
 class NotOneTask(InputError):
-    """A run does exactly one task."""
+    """Not exactly one task was given."""
 
     def __init__(self, what: str) -> None:
         super().__init__(f"{what}. Give one of --find ITEM, --scenario NAME, --task FILE.")
@@ -61,7 +61,7 @@ class NotOneTask(InputError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wish:
-    """What a person asks a robot to do: exactly one of an item type to find, a scenario, or a task file.
+    """A task as given by the user: exactly one of an item type to find, a scenario, or a task file.
 
     Raises:
         NotOneTask: none or more than one of them.
@@ -87,14 +87,14 @@ def trial_for(
     seed: int = 0,
     most_known: float | None = None,
 ) -> Trial:
-    """The trial that a wish means in a house.
+    """The trial for a task request in a house.
 
     Args:
-        most_known: at most this share of containers is known at the start; by default none for a find, and
+        most_known: largest share of containers known at the start; by default 0 for a find, and
             MOST_KNOWN_SHARE for a task.
 
     Raises:
-        UnknownName: an item type or scenario that is not there.
+        UnknownName: an unknown item type or scenario.
         Unsupported: a scenario that the house cannot support.
     """
     if wish.find:
@@ -119,7 +119,7 @@ class _Ready:
 
 
 def trial_events(trial: Trial) -> Iterator[Event]:
-    """Runs a trial without recording it."""
+    """Run a trial without recording it."""
     return _events(trial, _prepare(trial))
 
 
@@ -131,14 +131,14 @@ def record_trial(
     sink: Sink | None = None,
     begun: Callable[[], None] | None = None,
 ) -> Ended:
-    """Runs a trial and records it, ground truth included.
+    """Run a trial and record it, including the ground truth.
 
     Args:
-        sink: where the log goes instead of to `path`, such as to several files.
-        begun: called once when all is found and loaded, before the first event.
+        sink: sink used in place of `path`, such as several files.
+        begun: called once after everything is loaded, before the first event.
 
     Raises:
-        OutputExists: the file exists and force is not given.
+        OutputExists: the file exists and `force` is false.
     """
     ready = _prepare(trial)
     info = _info(trial, ready)
@@ -162,10 +162,10 @@ def record_trial(
 
 
 def item_type_in(house: House, name: str) -> ItemType:
-    """The item type that a person means by a name, whatever its case and spacing.
+    """The item type for a name as typed by a user, ignoring case and spacing.
 
     Raises:
-        UnknownName: the house holds no such type; lists the nearest.
+        UnknownName: the house holds no such type; suggests similar names.
     """
     known = house.item_types()
     for item_type in known:
@@ -219,7 +219,7 @@ def _info(trial: Trial, ready: _Ready) -> RunInfo:
 
 
 def _run_id(trial: Trial, ready: _Ready) -> str:
-    """Twelve hexadecimal digits that name this trial: the same trial has the same id."""
+    """A run id of twelve hexadecimal digits; the same trial has the same id."""
     identity = (
         place_to_json(ready.place),
         task_to_json(trial.task),

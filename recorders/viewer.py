@@ -1,7 +1,7 @@
-"""What do Foxglove, Lichtblick and Rerun draw of a run? The published Foxglove schemas, filled from domain events.
+"""Foxglove messages of a run (map, scene, robot, path, text) for Foxglove, Lichtblick and Rerun.
 
-Every scene is whole, with stable entity ids: a viewer that jumps to a time shows the last message of each topic and
-nothing before it.
+Every scene message is complete, with stable entity ids, because a viewer that seeks to a time shows only the last
+message of each topic.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from workbench.worlds.occupancy import OccupancyGrid
 MAP_FRAME, ODOM_FRAME, BODY_FRAME = "map", "odom", "base_link"
 WALL_M = 0.08
 FINE = 1024
-"""Scenes are drawn in steps of 1/1024 m: nobody sees it, and binary fractions make a log half as large."""
+"""Scene coordinates are rounded to 1/1024 m: this is invisible, and binary fractions halve the size of a log."""
 SEARCHED = Color(r=0.625, g=0.625, b=0.625, a=0.5)
 UNKNOWN = Color(r=0.875, g=0.8125, b=0.75, a=0.875)
 WALLS = Color(r=0.875, g=0.875, b=0.875, a=0.5)
@@ -52,7 +52,7 @@ FLOORS: Mapping[str, Color] = {
 }
 OTHER_FLOOR = Color(r=0.93, g=0.93, b=0.93, a=1.0)
 BELIEF_STOPS = ((0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14))
-"""Viridis at 0, 1/4, 1/2, 3/4 and 1, against the square root of the probability."""
+"""Viridis at 0, 1/4, 1/2, 3/4 and 1, over the square root of the probability."""
 
 
 def timestamp(stamp_ns: int) -> Timestamp:
@@ -60,7 +60,7 @@ def timestamp(stamp_ns: int) -> Timestamp:
 
 
 def map_grid(occupancy: OccupancyGrid, stamp_ns: int) -> Grid:
-    """The occupancy as a grid of one byte a cell: 0 free, 100 occupied."""
+    """The occupancy grid with one byte per cell: 0 free, 100 occupied."""
     cells = occupancy.occupied.astype(np.uint8) * 100
     return Grid(
         timestamp=timestamp(stamp_ns),
@@ -83,12 +83,12 @@ def scene(
     probability: Mapping[str, float] | None = None,
     searched: Mapping[str, Sequence[str]] | None = None,
 ) -> SceneUpdate:
-    """The whole scene: rooms, walls, furniture, and containers coloured by the belief in the item sought.
+    """The complete scene: rooms, walls, furniture, and containers coloured by the belief about the item sought.
 
     Args:
-        sought: the item type that the belief is about; "" for none.
-        probability: per unsearched container, of finding it there.
-        searched: per searched container, the item types that it held.
+        sought: the item type of the belief; "" for none.
+        probability: probability of the item in each unsearched container.
+        searched: the item types in each searched container.
     """
     at, p, seen = timestamp(stamp_ns), probability or {}, searched or {}
     entities = [
@@ -104,7 +104,7 @@ def scene(
 
 
 def belief_colour(probability: float) -> Color:
-    """From dark violet for 0 to yellow for 1."""
+    """A colour from dark violet (0) to yellow (1)."""
     at = min(max(probability, 0.0), 1.0) ** 0.5 * (len(BELIEF_STOPS) - 1)
     low = min(int(at), len(BELIEF_STOPS) - 2)
     share = at - low
@@ -140,7 +140,7 @@ def robot_transforms(pose: Pose, stamp_ns: int) -> FrameTransforms:
 
 
 def path_ahead(points: Iterable[Point], stamp_ns: int) -> PosesInFrame:
-    """Where the plan leads, as poses that face along the way."""
+    """The planned path as poses that face along it."""
     return PosesInFrame(
         timestamp=timestamp(stamp_ns), frame_id=MAP_FRAME, poses=[_pose(pose) for pose in facing(list(points))]
     )
@@ -230,7 +230,7 @@ def triangulated(floor: Sequence[Point]) -> list[tuple[int, int, int]]:
     triangles: list[tuple[int, int, int]] = []
     while len(left) > 3:
         ear = next((k for k in range(len(left)) if _is_ear(floor, left, k)), None)
-        if ear is None:  # a polygon that crosses itself: draw the rest as a fan
+        if ear is None:  # a self-intersecting polygon: draw the rest as a fan
             break
         triangles.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
         left.pop(ear)
@@ -288,7 +288,7 @@ def _wall(wall: Wall, plan: FloorPlan) -> list[CubePrimitive]:
 
 
 def _pose(pose: Pose, z_m: float = 0.0) -> PoseMessage:
-    """A pose with all its digits: the robot's."""
+    """A pose without rounding, for the robot."""
     return PoseMessage(
         position=Vector3(x=pose.x_m, y=pose.y_m, z=z_m),
         orientation=Quaternion(x=0.0, y=0.0, z=sin(pose.yaw_rad / 2), w=cos(pose.yaw_rad / 2)),
@@ -296,7 +296,7 @@ def _pose(pose: Pose, z_m: float = 0.0) -> PoseMessage:
 
 
 def _drawn(pose: Pose, z_m: float = 0.0) -> PoseMessage:
-    """A pose as it is drawn, in steps of 1/FINE."""
+    """A pose rounded to 1/FINE, for drawing."""
     z, w = sin(pose.yaw_rad / 2), cos(pose.yaw_rad / 2)
     return PoseMessage(
         position=_vector(pose.x_m, pose.y_m, z_m),
@@ -305,7 +305,7 @@ def _drawn(pose: Pose, z_m: float = 0.0) -> PoseMessage:
 
 
 def _turned(pose: Pose) -> bool:
-    """Whether the pose is turned by anything but 0 or half a turn."""
+    """Whether the pose is rotated by anything but 0 or 180 degrees."""
     return abs(sin(pose.yaw_rad)) > 1e-9
 
 

@@ -1,11 +1,11 @@
-"""How does a log reach the disk, and stay readable whatever happens? The one file that writes MCAP.
+"""The MCAP writer: crash-safe, appendable, and the only module that writes MCAP.
 
-Messages gather in a chunk; `flush` writes the chunk with its index in one write and syncs it. What was flushed is
-on disk and can be read even when the process is killed in the next instant. The record layer is mcap's; the file
-layer is ours, because mcap's own writer keeps a chunk in memory until it is full, and cannot append.
+Messages are collected in a chunk; `flush` writes the chunk with its index in one write and syncs it, so that
+flushed data stays readable even if the process is killed right afterwards. Records are encoded by the mcap library;
+the file layer is our own, because mcap's writer keeps a chunk in memory until it is full, and cannot append.
 
-Schemas and channels are declared in the chunk that first needs them and once more in the next one, so that a
-single damaged chunk costs its own messages and no others.
+Schemas and channels are declared in the chunk that first uses them and again in the next one, so that a damaged
+chunk loses only its own messages.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from workbench.errors import Failed
 LIBRARY = f"lios-workbench/{__version__} mcap-python/{version('mcap')}"
 CHUNK_BYTES = 1 << 20
 KEEP_FREE_BYTES = 16 << 20
-"""Recording stops while this much of the disk is still free, so that the log can be closed properly."""
+"""Free disk space in bytes at which recording stops, so that the log can still be closed properly."""
 
 
 class DiskFull(Failed):
-    """The disk has no room left; what was flushed is safe."""
+    """The disk is full; flushed data is safe."""
 
     def __init__(self, path: Path | str, reason: str) -> None:
         self.reason = reason
@@ -41,7 +41,7 @@ class DiskFull(Failed):
 
 
 class AlreadyClosed(Failed):
-    """Writing to a log that was closed or stopped."""
+    """The log has been closed or stopped."""
 
     def __init__(self, path: Path | str) -> None:
         super().__init__(f"{path}: this log is closed. Open another one to record more.")
@@ -49,20 +49,20 @@ class AlreadyClosed(Failed):
 
 @final
 class McapWriter:
-    """Writes one MCAP file. Not thread-safe: one thread owns it.
+    """Writes one MCAP file. Not thread-safe.
 
     Args:
-        path: the file to make.
-        chunk_bytes: a chunk is written, but not synced, when it grows beyond this.
+        path: the file to create.
+        chunk_bytes: size in bytes beyond which a chunk is written, but not synced.
         compression: "zstd", "lz4" or "" for none.
         force: replace a file that exists.
-        profile, library: of the header.
-        keep_free_bytes: stop, and close properly, when the disk has less left.
+        profile, library: header fields.
+        keep_free_bytes: free disk space in bytes below which the file is closed properly and writing stops.
 
     Raises:
         OutputExists: the file exists and force is not set.
-        CannotCreate: no permission, no room for the first bytes, or the folder is a file; nothing is left.
-        DiskFull: no room in any later call; the file ends with its last whole record.
+        CannotCreate: no permission, no room for the first bytes, or the folder is a file; no file is left behind.
+        DiskFull: no room in a later call; the file ends with its last complete record.
     """
 
     def __init__(
@@ -100,16 +100,16 @@ class McapWriter:
     def append_to(
         cls, path: Path | str, index: LogIndex, *, size: int | None = None, compression: Compression = "zstd"
     ) -> Self:
-        """A writer that goes on where a closed log ends; only the summary is written anew.
+        """A writer that appends to a closed log; only the summary is rewritten.
 
-        When that fails, because the disk is full, the log is again what it was.
+        If that fails because the disk is full, the log is restored.
 
         Args:
-            index: of that log, as read.
-            size: of that log when its index was read, in bytes.
+            index: the index of the log, as read.
+            size: size of the log in bytes when its index was read.
 
         Raises:
-            BeingWritten: by somebody else, now or since its index was read.
+            BeingWritten: another process is writing it, or has changed it since its index was read.
         """
         writer = object.__new__(cls)
         writer.path = Path(path)
@@ -124,7 +124,7 @@ class McapWriter:
 
     @property
     def index(self) -> LogIndex:
-        """What the file holds so far, messages in hand included."""
+        """The index of the file so far, including buffered messages."""
         return self._index
 
     @property
@@ -133,7 +133,7 @@ class McapWriter:
 
     @property
     def bytes_in_hand(self) -> int:
-        """What a crash would lose now."""
+        """Size of the buffered data, which a crash would lose."""
         return len(self._chunk.body)
 
     @property
@@ -141,7 +141,7 @@ class McapWriter:
         return self._closed
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
-        """Declares a schema; returns its id, the same one for the same schema."""
+        """Declare a schema; returns its id, which is the same for equal schemas."""
         for known in self._index.schemas.values():
             if (known.name, known.encoding, known.data) == (name, encoding, data):
                 return known.id
@@ -154,7 +154,7 @@ class McapWriter:
     def add_channel(
         self, topic: str, message_encoding: str, schema_id: int, metadata: Mapping[str, str] | None = None
     ) -> int:
-        """Declares a channel; returns its id. Two channels may share a topic. Schema 0 is none."""
+        """Declare a channel; returns its id. Channels may share a topic. Schema id 0 means no schema."""
         channel = Channel(
             id=max(self._index.channels, default=0) + 1,
             topic=topic,
@@ -176,11 +176,11 @@ class McapWriter:
         publish_time: int | None = None,
         sequence: int | None = None,
     ) -> None:
-        """Adds a message to the chunk in hand.
+        """Add a message to the current chunk.
 
         Args:
-            log_time, publish_time: nanoseconds; publish_time is log_time unless given.
-            sequence: counts per channel unless given.
+            log_time, publish_time: nanoseconds; publish_time defaults to log_time.
+            sequence: defaults to a count per channel.
         """
         self._check_open()
         before = self._index.count(channel_id, log_time)
@@ -195,7 +195,7 @@ class McapWriter:
             self.flush(sync=False)
 
     def add_attachment(self, name: str, media_type: str, data: bytes, *, log_time: int, create_time: int = 0) -> None:
-        """Writes an attachment at once, outside chunks; messages in hand stay in hand."""
+        """Write an attachment at once, outside chunks; buffered messages stay buffered."""
         self._check_open()
         record = record_bytes(
             Attachment(create_time=create_time, log_time=log_time, name=name, media_type=media_type, data=data)
@@ -213,7 +213,7 @@ class McapWriter:
         self._index.attachments.append(entry)
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Writes a metadata record at once, outside chunks; messages in hand stay in hand."""
+        """Write a metadata record at once, outside chunks; buffered messages stay buffered."""
         self._check_open()
         record = record_bytes(Metadata(name=name, metadata=dict(values)))
         entry = MetadataIndex(offset=self._offset, length=len(record), name=name)
@@ -221,7 +221,7 @@ class McapWriter:
         self._index.metadata.append(entry)
 
     def flush(self, *, sync: bool = True) -> None:
-        """Writes what is in hand as one chunk with its index; with sync, waits until the disk has it."""
+        """Write buffered messages as one chunk with its index; with `sync`, wait until they are on disk."""
         self._check_open()
         if self._chunk.body:
             data, entry = self._chunk.packed(self._offset, self._compression, repeated=self._repeat)
@@ -234,14 +234,14 @@ class McapWriter:
             self._sync()
 
     def close(self) -> None:
-        """Flushes, writes the summary and closes. Safe to call twice."""
+        """Flush, write the summary and close. Safe to call twice."""
         if self._closed:
             return
         self.flush(sync=False)
         self._finish()
 
     def abandon(self) -> None:
-        """Closes the file as it is, without a summary: what a crash would leave. Safe to call twice."""
+        """Close the file without a summary, as a crash would leave it. Safe to call twice."""
         self._closed = True
         self._file.close()
 
@@ -278,7 +278,7 @@ class McapWriter:
         return disk.f_bavail * disk.f_frsize < self._keep_free_bytes + size and disk.f_blocks > 0
 
     def _stop_in_time(self, reason: str) -> None:
-        """Drops what is in hand, closes the file properly, and says so."""
+        """Discard buffered messages, close the file properly, and raise DiskFull."""
         self._forget_messages_in_hand()
         self._finish()
         raise DiskFull(self.path, reason)
@@ -293,7 +293,7 @@ class McapWriter:
         self._chunk = Chunk()
 
     def _put(self, data: bytes) -> None:
-        """Writes all or nothing: after a failure the file ends with its last whole record."""
+        """Write all or nothing: after a failure the file ends with its last complete record."""
         view = memoryview(data)
         try:
             while view:
@@ -302,7 +302,7 @@ class McapWriter:
             self._cut_back()
             raise DiskFull(self.path, error.strerror or str(error)) from error
         self._offset += len(data)
-        if self._data_crc is not None:  # None: appending to a log that was written without one
+        if self._data_crc is not None:  # None: appending to a log without a checksum
             self._data_crc = zlib.crc32(data, self._data_crc)
 
     def _cut_back(self) -> None:
@@ -314,6 +314,6 @@ class McapWriter:
                 self._offset += self._file.write(end) or 0
             self._file.truncate(self._offset)
         except OSError:
-            pass  # a device cannot be cut; its end tells that the record is not whole
+            pass  # a device cannot be truncated; readers detect the incomplete record
         finally:
             self._file.close()

@@ -8,7 +8,8 @@ __version__: str
 
 
 def __getattr__(name: str) -> str:
-    """`__version__`, looked up when it is asked for: that takes longer than all else that a start imports."""
+    """Look up `__version__` on first access: reading it from the package metadata takes longer than all other
+    start-up imports."""
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib.metadata import PackageNotFoundError, version

@@ -1,4 +1,7 @@
-"""`lios` and `python -m workbench`: the command line. Its imports take a moment, which Ctrl-C may interrupt too."""
+"""Entry point of `lios` and `python -m workbench`.
+
+Importing the command line takes a moment; Ctrl-C during the import is handled here too.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Where are results kept that can be worked out again? In `~/.cache/lios-workbench`, in `$LIOS_CACHE`, or nowhere."""
+"""The folder of the on-disk cache: `~/.cache/lios-workbench`, or what `LIOS_CACHE` names.
+
+The cache holds only results that can be recomputed.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from pathlib import Path
 
 
 def cache_folder() -> Path | None:
-    """The folder; None where nothing is to be kept (`LIOS_CACHE=off`), or where nobody's home is known."""
+    """The cache folder; None if caching is off (`LIOS_CACHE=off`) or no home directory is known."""
     chosen = os.environ.get("LIOS_CACHE", "")
     if chosen.lower() == "off":
         return None

@@ -30,7 +30,7 @@ PANELS: dict[str, tuple[str, ...]] = {
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
     "Places": ("houses", "site", "spot"),
 }
-"""In which group of the help a command stands; a user's own stand under "More"."""
+"""The help group of each command; plug-in commands are listed under "More"."""
 
 ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "evaluate": ("belief", "search", "tasks", "replay", "spot"),
@@ -39,7 +39,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "site": ("check", "from-log"),
     "spot": ("simulate", "record", "run"),
 }
-"""In which order a group's own help lists its commands: as one uses them. A user's own come last."""
+"""The order of commands in a group's help: the order of use. Plug-in commands come last."""
 
 GROUP_HELP = {
     "evaluate": "Measure beliefs, search policies, planners, replay, Spot runs.",
@@ -51,18 +51,18 @@ GROUP_HELP = {
 
 EPILOG = """\b
 Examples:
-  lios demo                                  the main job, on what ships with the project
+  lios demo                                  a complete example on the shipped data
   lios record --find mug -o run.mcap         one search, simulated
   lios replay run.mcap                       what the other strategies would have cost
   lios view run.mcap                         the run in 3D
-  lios record --find mug --strategy '?'      a name that is not known lists those that are
+  lios record --find mug --strategy '?'      an unknown name lists the known ones
 
 \b
 Exit codes:
   0  fine
   1  failed, or stopped
-  2  bad usage or bad input: one line says what, where, and what to do
-  3  finished with loss: something had to be dropped
+  2  bad usage or bad input: one line says what, where, and how to fix it
+  3  finished with loss: some data was dropped
 
 \b
 Environment:
@@ -74,11 +74,11 @@ Environment:
                  for lios spot record and run
   NO_COLOR       plain tables
 
-lios COMMAND --help shows examples of each. --json answers machines on standard output."""
+lios COMMAND --help shows examples of each. --json prints machine-readable output."""
 
 
 class Commands(click.Group):
-    """A group whose commands are entry points; each is imported only when it is needed."""
+    """A command group whose commands are entry points, each imported only when needed."""
 
     def __init__(self, name: str | None, found: dict[str, EntryPoint], **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
@@ -102,7 +102,7 @@ class Commands(click.Group):
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
-            # Whoever read the output has seen enough (| head).
+            # The reader closed the pipe (| head).
             raise click.exceptions.Exit(0) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -146,11 +146,11 @@ def _load(name: str, entry: EntryPoint) -> click.Command:
 
 
 def _examples_unwrapped(text: str) -> str:
-    """Help in which no example is broken over two lines, so that each can be copied."""
+    """Help text whose example lines are never wrapped, so that each can be copied."""
     words, found, examples = text.partition("Examples:")
     if not found:
         return text
-    # click keeps the lines of a paragraph that a backspace character begins.
+    # click does not rewrap a paragraph that starts with a backspace character.
     paragraphs = [f"\b\n{paragraph.strip()}" for paragraph in examples.split("\n\n") if paragraph.strip()]
     return "\n\n".join([words + found, *(p.replace("\n", "\n  ", 1) for p in paragraphs)])
 
@@ -194,7 +194,7 @@ def main(argv: list[str] | None = None) -> None:
     args = list(sys.argv[1:] if argv is None else argv)
     with ExitStack() as stack:
         for name in ("stdout", "stderr"):
-            if getattr(sys, name) is None:  # closed by whoever started this
+            if getattr(sys, name) is None:  # the parent process closed the stream
                 setattr(sys, name, stack.enter_context(open(os.devnull, "w", encoding="utf-8")))
         if "--debug" in args:
             logging.basicConfig(format="%(message)s")
@@ -204,7 +204,10 @@ def main(argv: list[str] | None = None) -> None:
 
 
 def _code_after_output(code: int) -> int:
-    """The exit code once all output is written; what nobody takes is dropped, or the interpreter complains of it."""
+    """Flush all output and return the exit code.
+
+    Output that cannot be written is discarded, since the interpreter would otherwise report an error at shutdown.
+    """
     lost = _what_is_not_taken(sys.stdout)
     if code == 0 and lost is not None and not isinstance(lost, BrokenPipeError):
         say(_os_error_line(lost))
@@ -214,7 +217,7 @@ def _code_after_output(code: int) -> int:
 
 
 def _what_is_not_taken(stream: TextIO) -> OSError | None:
-    """Why a stream's last words cannot be written; they go nowhere then."""
+    """Flush a stream and return the error if that fails; the unwritten rest is then discarded."""
     try:
         stream.flush()
     except OSError as error:
@@ -264,7 +267,7 @@ def run(args: list[str], *, debug: bool = False) -> int:
 
 
 def _wrong_kind(error: OSError) -> WrongKind | None:
-    """What an error of the system says of a path that the user gave: a file for a folder, or the other way round."""
+    """The error for a path of the wrong kind: a file in place of a folder, or the reverse."""
     if error.filename is None:
         return None
     if isinstance(error, IsADirectoryError):
@@ -275,7 +278,7 @@ def _wrong_kind(error: OSError) -> WrongKind | None:
 
 
 def _first_file(path: str | bytes) -> Path:
-    """The part of a path that is a file where a folder would have to be."""
+    """The first component of a path that is a file although a folder is needed there."""
     whole = Path(os.fsdecode(path))
     return next((part for part in reversed(whole.parents) if part.is_file()), whole)
 

@@ -1,17 +1,17 @@
-"""What can go wrong, said in one line: what, where, what to do next.
+"""The base classes of all errors, and the errors that several packages share.
 
 The family:
 
     LiosError
       InputError            bad usage or bad input; the command line exits with 2
-        NotFound            a file, an index, a name that is not there
-        Malformed           a file or value that is not what it should be
-        Unsupported         a request that this house, log or install cannot serve
+        NotFound            a file, an index or a name that does not exist
+        Malformed           a file or value of the wrong form
+        Unsupported         a request that this house, log or installation cannot serve
       Lossy                 finished, but something was lost; exits with 3
       Failed                the work itself failed; exits with 1
 
-Every error composes its own message from facts, so that a caller passes values and not prose.
-Each room adds its own errors beside the code that raises them, as a subclass of one of these.
+Every error composes its own message (what, where, what to do), so that a caller passes values and not prose. Each
+package adds its own errors beside the code that raises them, as subclasses of these.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from pathlib import Path
 
 
 class LiosError(Exception):
-    """Any mistake that this project reports to a person in one line.
+    """Base class of all errors that are reported to the user in one line.
 
-    It travels between processes as its message and attributes; made again, it would compose a message of a message.
+    Pickling keeps the message and the attributes: calling the constructor again would compose the message twice.
     """
 
     exit_code = 1
@@ -44,15 +44,15 @@ class NotFound(InputError):
 
 
 class Malformed(InputError):
-    """Something is not what it should be."""
+    """A file or value has the wrong form."""
 
 
 class Unsupported(InputError):
-    """A request that cannot be served here."""
+    """A valid request that this house, log or installation cannot serve."""
 
 
 class Lossy(LiosError):
-    """The work finished with loss."""
+    """The work finished, but some data was lost."""
 
     exit_code = 3
 
@@ -62,21 +62,21 @@ class Failed(LiosError):
 
 
 class FileMissing(NotFound):
-    """There is no such file."""
+    """A file does not exist."""
 
     def __init__(self, path: Path | str) -> None:
         super().__init__(f"{_short(str(path), 300)}: no such file. Check the path.")
 
 
 class OutputExists(InputError):
-    """An output would overwrite something."""
+    """The output exists already."""
 
     def __init__(self, path: Path | str) -> None:
         super().__init__(f"{path} exists. Give another -o/--output, or --force to replace it.")
 
 
 class WrongKind(InputError):
-    """A file where a folder is needed, or a folder where a file is."""
+    """A file was given where a folder is needed, or the reverse."""
 
     def __init__(self, path: Path | str, *, needed: str) -> None:
         other = "file" if needed == "folder" else "folder"
@@ -84,7 +84,7 @@ class WrongKind(InputError):
 
 
 class MalformedFile(Malformed):
-    """A file cannot be read as what it should be.
+    """A file does not have the expected format.
 
     Args:
         path: the file.
@@ -97,12 +97,12 @@ class MalformedFile(Malformed):
 
 
 class BadValue(Malformed):
-    """A value is outside what it may be.
+    """A value is not allowed.
 
     Args:
         where: the field, option or argument.
-        value: what was given; None for nothing.
-        allowed: what may be given.
+        value: the value given; None if missing.
+        allowed: the allowed values, as a phrase that follows "must be".
     """
 
     def __init__(self, where: str, value: object, allowed: str) -> None:
@@ -111,17 +111,17 @@ class BadValue(Malformed):
 
 
 MOST_LISTED = 24
-"""Known names in one line; "?" as a name lists all, however many."""
+"""Most known names listed in one message; the name "?" lists all of them."""
 
 
 class UnknownName(NotFound):
-    """A name that is not in a table; lists the nearest, or else the known ones.
+    """A name that is not in a table; the message suggests similar names, or lists the known ones.
 
     Args:
         kind: what the name should name ("strategy", "item type").
         name: the name given.
-        known: all names that would do.
-        where: in which house, file or table, if that helps.
+        known: all valid names.
+        where: the house, file or table concerned, if that helps.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
@@ -137,11 +137,11 @@ class UnknownName(NotFound):
 
 
 class MissingExtra(Unsupported):
-    """A part that needs an optional install.
+    """A feature that needs an optional dependency.
 
     Args:
         what: what was asked for.
-        extra: the extra of this distribution that brings it.
+        extra: the extra of this distribution that installs it.
     """
 
     def __init__(self, what: str, extra: str) -> None:
@@ -149,7 +149,7 @@ class MissingExtra(Unsupported):
 
 
 def _arrived(kind: type[LiosError], args: tuple[object, ...], attributes: dict[str, object]) -> LiosError:
-    """An error as it was in the process that raised it."""
+    """Rebuild an error as it was in the process that raised it."""
     error = kind.__new__(kind, *args)
     error.args = args
     error.__dict__.update(attributes)
@@ -157,5 +157,5 @@ def _arrived(kind: type[LiosError], args: tuple[object, ...], attributes: dict[s
 
 
 def _short(text: str, limit: int) -> str:
-    """The text, cut where it would fill a screen."""
+    """The text, shortened to `limit` characters."""
     return text if len(text) <= limit else text[: limit - 3] + "..."

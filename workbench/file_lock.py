@@ -1,4 +1,7 @@
-"""How is a file kept for one writer? By a lock of the system, which ends with the process that holds it."""
+"""An advisory lock of the operating system that reserves a file for one writer.
+
+The lock ends with the process that holds it.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,15 @@ from typing import BinaryIO
 
 try:
     import fcntl
-except ImportError:  # not every system has it
+except ImportError:  # absent on Windows
     fcntl = None
 
 
 def locked(stream: BinaryIO) -> bool:
-    """Keeps other writers away until the stream is closed, where system and disk can; False if one was first."""
+    """Lock an open file until it is closed; False if another process holds the lock.
+
+    Where the system or the file system has no locks, nothing is locked and the answer is True.
+    """
     if fcntl is None:
         return True
     try:

@@ -1,10 +1,10 @@
-"""How is work spread over processes of this machine? In a pool that ends with the process that made it.
+"""A pool of worker processes that ends with the process that made it.
 
-Ctrl-C, an error or the end of this process, even by a kill, ends the workers at once: a stopped evaluation leaves
-nothing behind that goes on computing.
+Ctrl-C, an error or the death of the parent, even by a kill, ends the workers at once: a stopped evaluation leaves
+no process running.
 
-Workers start afresh, which takes the second that imports take, or inherit what is loaded here (`inherit=True`), which
-takes hundredths. Only a process that can be copied is: see `can_inherit`.
+Workers are spawned, which takes about a second of imports, or forked with all loaded modules (`inherit=True`),
+which takes hundredths of a second. A process is forked only when that is safe: see `can_inherit`.
 """
 
 from __future__ import annotations
@@ -21,20 +21,22 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 NOT_TO_BE_COPIED = ("libgomp", "libomp", "libiomp", "libtbb", "libtorch", "libarrow")
-"""Libraries whose own threads a copy would wait for in vain. OpenBLAS, under NumPy and SciPy, ends its threads before
-a fork and starts them again when they are needed."""
+"""Libraries with thread pools that do not survive a fork. OpenBLAS, used by NumPy and SciPy, is not among them: it
+ends its threads before a fork and restarts them on demand."""
 
 
 @contextmanager
 def process_pool(
     workers: int, *, initializer: Callable[[], None] | None = None, inherit: bool = False
 ) -> Generator[ProcessPoolExecutor]:
-    """A pool of processes; left in haste, it drops what is waiting and stops what is running.
+    """A pool of processes as a context manager; when left by an exception, it cancels pending tasks and stops
+    running ones.
 
     Args:
-        workers: how many.
-        initializer: what each worker does first.
-        inherit: they inherit what is loaded here, where that can be done; all start with the first task.
+        workers: number of processes.
+        initializer: called first in each worker.
+        inherit: fork the workers where that is safe, so that they share all loaded modules; all start with the
+            first task.
     """
     context = get_context("fork" if inherit and can_inherit() else "spawn")
     pool = ProcessPoolExecutor(max_workers=workers, mp_context=context, initializer=_begin, initargs=(initializer,))
@@ -50,10 +52,10 @@ def process_pool(
 
 
 def can_inherit() -> bool:
-    """Whether workers can be copies of this process: on Linux, and while nothing runs here besides this thread.
+    """Whether forking is safe: on Linux, and while no other thread runs in this process.
 
-    A fork copies the calling thread alone; a lock that another one holds stays locked in the copy for ever. Whether
-    there are others, Python knows of its own threads; of those of libraries, the libraries that are loaded tell.
+    A fork copies only the calling thread; a lock held by another thread stays locked in the copy for ever. Python
+    reports its own threads; those of native libraries are inferred from which libraries are loaded.
     """
     if sys.platform != "linux" or threading.active_count() > 1:
         return False
@@ -71,7 +73,7 @@ def _children() -> frozenset[BaseProcess]:
 
 
 def _begin(initializer: Callable[[], None] | None) -> None:
-    """In a worker: Ctrl-C is for the parent, which ends this one; when the parent is gone, so is this."""
+    """Runs in a worker: leaves Ctrl-C to the parent, which ends the worker, and exits when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()

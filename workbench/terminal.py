@@ -1,4 +1,5 @@
-"""How commands talk: data to standard output, words for people to standard error, progress on a terminal only."""
+"""Terminal output of commands: results on standard output, messages on standard error, progress on a
+terminal only."""
 
 from __future__ import annotations
 
@@ -18,14 +19,14 @@ from rich.table import Table
 
 T = TypeVar("T")
 WHOLE = (18, 12, 8, 4)
-"""Words of so many characters stay whole in a table; the first that its terminal is wide enough for."""
-FIRST_USE = "Still at work. The first use on a machine compiles the search, which takes up to half a minute, once."
+"""Word lengths that a table keeps unbroken; the first value that fits the terminal's width is used."""
+FIRST_USE = "Still working. The first use on a machine compiles the search once, which takes up to half a minute."
 
 
 def say(text: str) -> None:
-    """A line for people, on standard error. Markup in it is shown, never interpreted.
+    """Print a message on standard error. Markup in it is shown, never interpreted.
 
-    Where nobody reads it any more (2>&1 | head) it is lost, and the exit code stays what it is.
+    If the reader has closed the pipe (2>&1 | head), the message is lost and the exit code does not change.
     """
     with suppress(BrokenPipeError):
         _Console(stderr=True, soft_wrap=True).print(escape(_as_text(text)), highlight=False)
@@ -37,9 +38,9 @@ def counted(number: int, thing: str) -> str:
 
 
 def emit_json(answer: Any) -> None:
-    """A machine's answer, on standard output: one JSON document, keys in the order given.
+    """Print a result as one JSON document on standard output, keys in the given order.
 
-    Names of files that are no UTF-8 are shown with a replacement character, as JSON has no other way.
+    File names that are not valid UTF-8 are printed with replacement characters, since JSON cannot represent them.
     """
     try:
         document = msgspec.json.encode(answer)
@@ -51,16 +52,16 @@ def emit_json(answer: Any) -> None:
 
 
 def emit_text(text: str) -> None:
-    """A person's answer, on standard output."""
+    """Print a result as text on standard output."""
     sys.stdout.write(_as_text(text) + "\n")
     sys.stdout.flush()
 
 
 def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | None = None, title: str = "") -> None:
-    """Rows as a table on standard output; numbers to the right, missing values as a dash.
+    """Print rows as a table on standard output; numbers right-aligned, missing values as a dash.
 
-    On a narrow terminal sentences wrap first, then the rules between columns go, then long names are broken over
-    lines; nothing is cut off.
+    On a narrow terminal, sentences wrap first, then the column separators are dropped, then long names are broken
+    over several lines; nothing is truncated.
     """
     names = list(columns or (rows[0].keys() if rows else ()))
     console = _Console(file=sys.stdout)
@@ -72,7 +73,7 @@ def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | No
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Column:
-    """A column as it is shown, and how narrow it may be."""
+    """A formatted column and its minimum width."""
 
     heading: str
     cells: tuple[str, ...]
@@ -84,7 +85,7 @@ class _Column:
         return cls(heading=name.replace("_", " "), cells=tuple(map(_shown, values)), numeric=numeric)
 
     def least(self, longest: int) -> int:
-        """The width at which no number is broken, and no word of up to so many characters."""
+        """The smallest width at which no number, and no word of up to `longest` characters, is broken."""
         heading = min(longest, _longest_word([self.heading]))
         inside = _longest_word(self.cells)
         return max(heading, inside if self.numeric else min(longest, inside), 1)
@@ -95,7 +96,7 @@ def _longest_word(texts: Iterable[str]) -> int:
 
 
 def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
-    """The roomiest table that fits: with rules, then without, then with words broken."""
+    """The first layout that fits the width: with column separators, without them, with broken words."""
     rules: box.Box | None = box.HEAVY_HEAD
     room, least = width - 3 * len(columns) - 1, [column.least(WHOLE[0]) for column in columns]
     if sum(least) > room:
@@ -112,7 +113,7 @@ def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
 
 
 def _widths(columns: Sequence[_Column], least: Sequence[int], room: int) -> list[int]:
-    """Each column as wide as it wants; what there is no room for is taken from those with most to spare."""
+    """Column widths: the natural ones if they fit; otherwise the columns with most slack are narrowed first."""
     widths = [max(map(cell_len, (column.heading, *column.cells))) for column in columns]
     while sum(widths) > room:
         most = max(range(len(widths)), key=lambda i: widths[i] - least[i])
@@ -123,8 +124,8 @@ def _widths(columns: Sequence[_Column], least: Sequence[int], room: int) -> list
 
 
 class _Console(Console):
-    """A console that shows what it is given (houses:-1 is no thumb), and leaves it to the command line what a
-    reader that is gone means."""
+    """A console that prints text literally (no emoji codes such as in `houses:-1`), and leaves a broken pipe to the
+    command line."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(emoji=False, **options)
@@ -134,7 +135,7 @@ class _Console(Console):
 
 
 def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Iterator[T]:
-    """The items again, with a progress bar on standard error when that is a terminal."""
+    """Iterate over the items, with a progress bar if standard error is a terminal."""
     console = _Console(stderr=True)
     if not console.is_terminal:
         yield from items
@@ -146,7 +147,7 @@ def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Ite
 
 @contextmanager
 def patience(words: str = FIRST_USE, *, after_s: float = 3.0) -> Generator[None]:
-    """Says words when what is done inside takes longer than that, when standard error is a terminal."""
+    """Print `words` if the body takes longer than `after_s` seconds and standard error is a terminal."""
     if not _Console(stderr=True).is_terminal:
         yield
         return

@@ -116,7 +116,7 @@ def _write(report: SearchReport, answer: dict[str, Any], folder: Path, *, figure
 
 
 def _record(report: SearchReport, folder: Path, *, force: bool) -> int:
-    """How many logs were written."""
+    """Record the trials; returns the number of logs."""
     from recorders.search_recording import record_search_trials
     from workbench.terminal import progress
 

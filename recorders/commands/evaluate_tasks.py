@@ -65,8 +65,8 @@ def tasks(
 ) -> None:
     """Measure strategies on tasks: the paper's table of five scenarios.
 
-    The same trials for every strategy, the oracle always among them. A run that was stopped goes on where it was
-    when the same command is given again; costs are the same at any number of workers.
+    All strategies, the oracle among them, run the same trials. To resume a stopped evaluation, give the same
+    command again; costs do not depend on the number of workers.
 
     Examples:
 
@@ -129,7 +129,7 @@ def tasks(
 
 
 class _How(NamedTuple):
-    """How the trials of a request are run."""
+    """How the trials are run."""
 
     meant: CellFilter
     dealt: Dealt | None
@@ -140,7 +140,7 @@ class _How(NamedTuple):
 
 
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
-    """The rows that were there and those that were missing."""
+    """Run the missing trials; returns all rows."""
     from recorders.task_recording import RecordTo
     from workbench.evaluation import task_experiment as experiment
     from workbench.evaluation.fold_weights import trained

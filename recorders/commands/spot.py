@@ -1,4 +1,4 @@
-"""`lios spot simulate`, `record` and `run`: a Spot that is not there, a session recorded, a task on the robot."""
+"""`lios spot simulate`, `record` and `run`: simulate a Spot, record a session, run a task on the robot."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def simulate(
         Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew. May be given again.",
+            "dropped, estop, clock-skew. Repeatable.",
         ),
     ] = None,
     certificate: Annotated[
@@ -41,7 +41,7 @@ def simulate(
     seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise.")] = 0,
     for_s: Annotated[float | None, Option("--for", help="Stop after this many seconds.")] = None,
 ) -> None:
-    """Simulate a Spot in a site: the official client connects to it as to the robot.
+    """Simulate a Spot in a site; the official client connects to it as to a real robot.
 
     User "user", password "simulated"; loopback only. Ctrl-C ends it.
 
@@ -83,7 +83,7 @@ def simulate(
             while ends is None or time.monotonic() < ends:
                 time.sleep(0.1)
         except KeyboardInterrupt:
-            say("Stopped.")  # as asked for: no failure
+            say("Stopped.")  # requested by the user: not a failure
 
 
 def record(
@@ -114,9 +114,9 @@ def record(
 ) -> None:
     """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
 
-    Takes no lease and never holds up the robot. Keys: n opens a line for a note, m marks the moment; d ends as done,
-    f as failed, q and Ctrl-C by whether the task's goal is met.
-    Name and password come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
+    Takes no lease and never delays the robot. Keys: n opens a line for a note, m marks the moment; d ends the
+    session as done, f as failed, q and Ctrl-C by whether the goal is met. User name and password come from
+    BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
 
     Examples:
 
@@ -190,10 +190,10 @@ def run(
     force: Force = False,
     json: Json = False,
 ) -> None:
-    """Run a task on a Spot and record it; the lease is returned whatever happens.
+    """Run a task on a Spot and record it; the lease is always returned.
 
-    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key.
-    A robot that hears nothing from here for three seconds stops by itself.
+    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key. A
+    robot that gets no command for three seconds stops by itself.
 
     Examples:
 
@@ -242,7 +242,7 @@ def run(
 
 
 def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
-    """What the robot would do first; nothing moves."""
+    """Print the first decision without moving the robot."""
     from recorders.spot.spot_run import first_decision
     from recorders.spot.telling import in_words
     from workbench.terminal import say
@@ -253,7 +253,7 @@ def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
 
 
 def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
-    """The run, told as it goes, with the operator at the keys."""
+    """Run with progress output and keyboard control."""
     from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
     from recorders.spot.spot_run import run_and_record
     from recorders.spot.telling import in_words

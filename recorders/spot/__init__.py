@@ -1,1 +1,1 @@
-"""Spot: connect, record, run, and a Spot that is not there. bosdyn is imported inside, where it is needed."""
+"""Spot support: connecting, recording, running tasks, and a simulated robot. bosdyn is imported lazily."""

@@ -1,7 +1,7 @@
-"""What time was it here when the robot's clock showed that? Time sync, and waiting.
+"""Clocks of a robot session: conversion of robot time by time sync, and waiting.
 
 bosdyn-client estimates the skew between the robot's clock and ours from round trips (TimeSyncService); robot stamps
-minus the skew are ours. Waiting goes through the clock too, so that a simulated robot can be stepped.
+minus the skew are in our time. Waiting also goes through the clock, so that a simulated robot can be stepped.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ if TYPE_CHECKING:
 
 
 class SessionClock(Protocol):
-    """Our side's time during a session with a robot."""
+    """The client's clock during a robot session."""
 
     def now_ns(self) -> int: ...
 
     def sleep(self, seconds: float) -> None: ...
 
     def from_robot(self, robot_ns: int) -> int:
-        """Our time of a robot's stamp, both nanoseconds."""
+        """Convert a robot stamp to our time, both in nanoseconds."""
         ...
 
     def skew_ns(self) -> int:
-        """By how much the robot's clock is ahead of ours."""
+        """How far the robot's clock is ahead of ours, in nanoseconds."""
         ...
 
     def refresh(self) -> None:
-        """Compares the clocks again where that is needed before a command with a deadline."""
+        """Update the time sync, where needed, before a command with a deadline."""
         ...
 
 
 @final
 class SyncedClock:
-    """Wall time here, bosdyn's time sync for the robot's. Keeps the last skew when the network is away."""
+    """Wall-clock time, with bosdyn's time sync for robot time. Keeps the last skew while the network is down."""
 
     def __init__(self, endpoint: TimeSyncEndpoint) -> None:
         self._endpoint = endpoint
@@ -61,19 +61,19 @@ class SyncedClock:
         return self._skew_ns
 
     def round_trip_ns(self) -> int:
-        """How long the quickest exchange took from which the skew is known; 0 before the first."""
+        """Shortest round trip of the time sync in nanoseconds; 0 before the first."""
         duration = self._endpoint.round_trip_time
         return 0 if duration is None else duration.seconds * NANO + duration.nanos
 
     def refresh(self) -> None:
-        """The time-sync thread does it."""
+        """Does nothing: the time-sync thread updates the skew."""
 
 
 @final
 class Stepped:
-    """Stepped time, shared with the simulated robot: it passes when somebody waits.
+    """Stepped time shared with the simulated robot: it advances only while waiting.
 
-    `on_step` hears every step; the session's recorder samples there.
+    `on_step` is called at every step, where the session samples its sensors.
     """
 
     def __init__(self, clock: SteppedClock, endpoint: TimeSyncEndpoint | None = None) -> None:

@@ -1,7 +1,7 @@
-"""How is a robot reached? Address, certificate, credentials, time sync; the one door to bosdyn-client.
+"""The connection to a robot: address, certificate, login and time sync; the only module that opens bosdyn clients.
 
-Credentials come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD (the SDK's own names) or a prompt, and are in
-no log: `Credentials` does not print its password.
+Credentials come from BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD (the SDK's names) or a prompt, and are never
+logged: the repr of `Credentials` hides the password.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from recorders.spot.simulated.clock import SteppedClock
 from workbench.errors import BadValue, FileMissing, MalformedFile
 
 ROBOT_ERRORS = (BosdynError, LeaseClientError)
-"""What bosdyn-client raises: its errors have two roots."""
+"""The two base classes of errors raised by bosdyn-client."""
 
 USERNAME, PASSWORD, CERTIFICATE = "BOSDYN_CLIENT_USERNAME", "BOSDYN_CLIENT_PASSWORD", "LIOS_SPOT_CERTIFICATE"
 TIME_SYNC_EVERY_S = 5.0
@@ -45,14 +45,14 @@ CHANNEL_OPTIONS = (
     ("grpc.http2.ping_timeout_ms", 4000),
     ("grpc.http2.max_pings_without_data", 0),
 )
-"""A network that comes back is used again within seconds. gRPC's default waits up to two minutes between attempts;
-without keep-alive, a connection that died silently (a robot out of the access point's reach) is believed in until the
-kernel gives up on it, which takes many minutes."""
+"""gRPC options for reconnecting within seconds. By default gRPC waits up to two minutes between attempts, and
+without keep-alive a connection that died silently (a robot out of Wi-Fi range) is kept until the kernel gives up
+after many minutes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Credentials:
-    """Name and password of a user of the robot."""
+    """User name and password for the robot."""
 
     username: str
     password: str = field(repr=False)
@@ -60,7 +60,7 @@ class Credentials:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotAddress:
-    """HOST or HOST:PORT."""
+    """The address of a robot: HOST or HOST:PORT."""
 
     host: str
     port: int = 443
@@ -79,10 +79,10 @@ class RobotAddress:
 
 
 def find_credentials() -> Credentials:
-    """From the environment, else by asking on a terminal.
+    """Credentials from the environment, else from a prompt on the terminal.
 
     Raises:
-        BadValue: neither is possible.
+        BadValue: neither is available.
     """
     username, password = os.environ.get(USERNAME, ""), os.environ.get(PASSWORD, "")
     if username and password:
@@ -94,14 +94,14 @@ def find_credentials() -> Credentials:
 
 
 class Connection:
-    """A robot that answers, its user logged in, its clock compared with ours. A context manager.
+    """A logged-in, time-synced connection to a robot. A context manager.
 
     Args:
-        address: where the robot is.
-        credentials: who asks.
-        certificate: the root certificate to trust; Boston Dynamics' own unless given.
-        stepped: the clock of a simulated robot in this process, when it is stepped.
-        timeout_s: for each call.
+        address: address of the robot.
+        credentials: user name and password.
+        certificate: the root certificate to trust; default: Boston Dynamics' own.
+        stepped: the clock of a stepped simulated robot in this process.
+        timeout_s: timeout of each call in seconds.
 
     Raises:
         RobotUnreachable, BadLogin, NoTimeSync, FileMissing.
@@ -138,16 +138,16 @@ class Connection:
             raise
 
     def client(self, service: str) -> Any:
-        """The SDK's client of a service; its methods have no types. Threads that ask at once get the same one."""
+        """The SDK's client of a service (untyped); shared by all threads."""
         with self._clients:
             return self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
 
     def log_in_again(self) -> None:
-        """After a robot's reboot its old tokens are worth nothing."""
+        """Log in again, for example after a reboot, which invalidates tokens."""
         self._log_in()
 
     def close(self) -> None:
-        """Ends background threads and closes channels. Safe to call twice."""
+        """End background threads and close channels. Safe to call twice."""
         self.robot.__exit__(None, None, None)  # ends its threads
         self.robot.shutdown()  # closes its channels
         self.robot.channels_by_authority.clear()
@@ -195,7 +195,7 @@ def _shipped_root() -> Path:
 
 
 def reason_of(error: Exception) -> str:
-    """A bosdyn error in a few words: its class as words, without the gRPC dump."""
+    """A bosdyn error in a few words: its class name as words, without gRPC details."""
     name = type(error).__name__.removesuffix("Error")
     words = "".join(f" {ch.lower()}" if ch.isupper() and i else ch.lower() for i, ch in enumerate(name))
     return words.strip()
@@ -203,7 +203,7 @@ def reason_of(error: Exception) -> str:
 
 @contextmanager
 def talking_to(host: RobotAddress) -> Generator[None]:
-    """Turns what bosdyn raises into one line."""
+    """Convert bosdyn errors into one-line errors."""
     try:
         yield
     except RpcError as error:

@@ -1,7 +1,7 @@
-"""Who commands the robot, and how is that ended? Lease, emergency stop, motors; given back whatever happens.
+"""Control of a robot as a context: lease, emergency stop and motors, always released at the end.
 
-Entering takes the lease, makes sure that the robot may move, powers it on and has it stand. Leaving stops it, has it
-sit down with its motors off, and returns the lease: tried again for GIVE_BACK_S when the network is away.
+Entering takes the lease, checks that the robot may move, powers it on and lets it stand up. Leaving stops it, lets
+it sit down, powers its motors off and returns the lease, retrying for GIVE_BACK_S seconds if the network is down.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ from recorders.spot.errors import Estopped, LeaseTaken, NotReady, RobotUnreachab
 GIVE_BACK_S = 20.0
 SIT_S = 10.0
 ESTOP_TIMEOUT_S, STEPPED_ESTOP_TIMEOUT_S = 9.0, 600.0
-"""An endpoint silent for so long stops the robot. Where time is stepped, a slow machine must not."""
+"""Seconds of silence after which the e-stop endpoint stops the robot; longer with stepped time, where a slow
+machine must not trigger it."""
 READY_S = 30.0
 POLL_S = 0.2
 
@@ -51,21 +52,21 @@ _IN_WORDS = {
 
 
 def why_not_ready(error: Exception) -> str:
-    """What keeps a robot from powering on and standing up, and what a person does about it."""
+    """Why a robot cannot power on or stand up, and how to fix it."""
     return _IN_WORDS.get(type(error).__name__, reason_of(error))
 
 
 class Control:
-    """The right to command, held. A context manager.
+    """Holds the right to command the robot. A context manager.
 
     Args:
         connection: the robot.
-        take: take the lease from whoever has it.
-        own_estop: set up an emergency-stop endpoint of ours, replacing the robot's configuration.
+        take: take the lease from its current owner.
+        own_estop: set up a separate emergency-stop endpoint, which replaces the robot's configuration.
         stand: power on and stand up; off for tests of the lease alone.
 
     Attributes:
-        lost: set when the lease is no longer ours.
+        lost: an event, set when the lease is lost.
 
     Raises:
         LeaseTaken, Estopped, NotReady, RobotUnreachable.
@@ -106,15 +107,15 @@ class Control:
 
     @property
     def held(self) -> bool:
-        """Whether the lease was taken and not given back yet."""
+        """Whether the lease is currently held."""
         return self._lease is not None
 
     def stop(self) -> None:
-        """Stops the robot where it stands, if it listens."""
+        """Stop the robot where it is, if it is reachable."""
         self._tell(RobotCommandBuilder.stop_command())
 
     def give_back(self) -> None:
-        """Stops, sits, powers off and returns the lease. Safe to call twice; never raises for the robot's sake."""
+        """Stop, sit down, power off and return the lease. Safe to call twice; never raises because of the robot."""
         if self._lease is not None and not self.lost.is_set() and self._stand:
             self.stop()
             self._tell(RobotCommandBuilder.safe_power_off_command())
@@ -143,7 +144,7 @@ class Control:
         )
 
     def _on_failure(self, error: Exception) -> None:
-        """Called by the keep-alive: a lease that another client took is lost, a missed call is not."""
+        """Keep-alive callback: a lease taken by another client is lost, but a failed call does not lose it."""
         if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
             self.lost.set()
 
@@ -199,14 +200,15 @@ class Control:
             clock.sleep(POLL_S)
 
     def _tell(self, command: robot_command_pb2.RobotCommand) -> None:
-        """A command that may fail: the robot may be away, or no longer ours."""
+        """Send a command, tolerating failure: the robot may be unreachable, or the lease lost."""
         try:
             self._connection.client("robot-command").robot_command(command, timeout=2.0)
         except ROBOT_ERRORS as error:
             log.warning("the robot did not take a command: %s", reason_of(error))
 
     def _await_motors_off(self) -> None:
-        """The robot sits down first; its lease must not go before, or it would stop halfway."""
+        """Wait until the robot has sat down and its motors are off; returning the lease earlier would stop it
+        halfway."""
         client, clock = self._connection.client("robot-state"), self._connection.clock
         end, off = clock.now_ns() + round(SIT_S * 1e9), robot_state_pb2.PowerState.STATE_OFF
         try:
@@ -216,7 +218,7 @@ class Control:
             log.warning("the robot does not say whether its motors are off: %s", reason_of(error))
 
     def _return_lease(self, lease: Lease) -> bool:
-        """True when the lease is no longer ours, because we returned it or someone else has it."""
+        """Return the lease; True once we no longer hold it."""
         client = self._connection.client("lease")
         end = time.monotonic() + GIVE_BACK_S
         while True:

@@ -1,8 +1,8 @@
-"""What did a robot do that nobody narrated? Moves, looks, picks and places, from its pose, the tags, its gripper.
+"""Actions (moves, looks, picks, places) derived from a robot's pose, the tags it sees and its gripper.
 
-A robot that stands still near a location's standing pose is at that location; what it sees of a container while it
-stands there is what it found in it. A gripper that begins to hold took the nearest thing known here, one that lets go
-put it down here. Used for sessions that an operator drives, and for bags.
+A robot that stands still near the standing pose of a location is at that location; items that it sees in a
+container meanwhile are the result of a look. A gripper that closes has picked the nearest known item here, and one
+that opens has placed it here. Used for operator-driven sessions and for imported bags.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from workbench.worlds.site import Site
 Position = tuple[float, float, float]
 
 STILL_M = 0.15
-"""A robot that stays within this of a point stands still."""
+"""A robot that stays within this many metres of a point stands still."""
 NEAR_M = 0.8
-"""So near to a standing pose is at that location."""
+"""A robot within this many metres of a standing pose is at that location."""
 DWELL_S, LOOK_S = 2.0, 4.0
 """Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
 MARGIN_M = 0.35
@@ -40,11 +40,11 @@ MARGIN_M = 0.35
 @final
 @dataclass(slots=True, kw_only=True)
 class Derivation:
-    """Turns what comes in, in any order of senses, into events; thread-safe.
+    """Derives events from sensor data; thread-safe.
 
     Args:
-        tell: told every event, in the order of their ends.
-        given_moves: leave moves out, because something else tells them.
+        tell: called with every event, in the order of their ends.
+        given_moves: do not derive moves, because they are reported by `moved`.
     """
 
     site: Site
@@ -73,7 +73,7 @@ class Derivation:
         self.knowledge = knowledge_at_start(self.site.plan, self.site.travel, {})
 
     def pose(self, stamp_ns: int, point: Point) -> None:
-        """Where the robot is on the map."""
+        """Report the robot's position on the map."""
         with self._lock:
             self._heard(stamp_ns)
             self._walk.add(point)
@@ -88,7 +88,7 @@ class Derivation:
                 self._look_is_over(stamp_ns)
 
     def tag(self, stamp_ns: int, number: int, position: Position) -> None:
-        """A tag was seen at a place of the map."""
+        """Report a tag seen at a position on the map."""
         with self._lock:
             self._heard(stamp_ns)
             item = self.site.tags.get(number)
@@ -96,7 +96,7 @@ class Derivation:
                 self._tags_here[item.id] = (stamp_ns, position)
 
     def holding(self, stamp_ns: int, holds: bool) -> None:
-        """The gripper holds something, or not."""
+        """Report whether the gripper holds something."""
         with self._lock:
             self._heard(stamp_ns)
             if holds is self._holds:
@@ -110,7 +110,7 @@ class Derivation:
     def moved(
         self, start_ns: int, end_ns: int, target: LocationId, *, success: bool = True, reason: str = ""
     ) -> None:
-        """A move that something else tells: its goal and result."""
+        """Report a move with its goal and result."""
         with self._lock:
             self._heard(end_ns)
             self._look_is_over(start_ns)
@@ -123,7 +123,7 @@ class Derivation:
                 self._still_ns, self.visits = end_ns, self.visits + 1
 
     def picked(self, start_ns: int, end_ns: int, item: Item | None) -> None:
-        """Something was picked up here."""
+        """Report a pick at the current location."""
         with self._lock:
             self._look_is_over(end_ns)
             here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
@@ -136,7 +136,7 @@ class Derivation:
             self._carried.add(item.id)
 
     def placed(self, start_ns: int, end_ns: int) -> None:
-        """What was held was put down here."""
+        """Report a place at the current location."""
         with self._lock:
             self._look_is_over(start_ns)
             held, at = self.knowledge.holding, self.knowledge.robot_at
@@ -147,7 +147,7 @@ class Derivation:
             self.knowledge = self.knowledge.placed()
 
     def end(self, *, status: RunStatus | None = None, reason: str = "") -> Ended:
-        """The end of the session: as told, or by whether the goal is met."""
+        """End the session, with the given status or by whether the goal is met."""
         with self._lock:
             self._look_is_over(self._last_ns)
             has_goal = self.task.goal != AllOf(parts=())
@@ -172,7 +172,7 @@ class Derivation:
 
     @property
     def spans_s(self) -> float:
-        """Seconds from the first to the last thing heard."""
+        """Time in seconds between the first and the last report."""
         return (self._last_ns - self._first_ns) / NANO
 
     def _heard(self, stamp_ns: int) -> None:
@@ -188,7 +188,7 @@ class Derivation:
         self.knowledge, self.visits = self.knowledge.moved(location), self.visits + 1
 
     def _look_is_over(self, now_ns: int) -> None:
-        """Having stood at a container long enough, what was seen of it is what it holds."""
+        """Finish a look: after standing at a container long enough, the items seen in it are its contents."""
         at = self.knowledge.robot_at
         long_enough = now_ns - self._still_ns >= DWELL_S * NANO
         if at == START or self._still_at is None or not long_enough or at in self.knowledge.first_seen:
@@ -227,7 +227,7 @@ class Derivation:
         return best[1] if best is not None and best[0] <= NEAR_M else None
 
     def _nearest_known(self) -> Item | None:
-        """The thing known here whose tag is nearest to the robot."""
+        """The known item at the current location whose tag is nearest to the robot."""
         here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
         if self._still_at is None or not here:
             return None

@@ -1,4 +1,4 @@
-"""What can go wrong between us and a robot, each said in one line."""
+"""The errors of the connection to and control of a robot."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from workbench.errors import Failed, InputError, MissingExtra, Unsupported
 
 
 class RobotUnreachable(Failed):
-    """Nobody answers at the address, or the answer is no robot's."""
+    """There is no answer at the address, or not from a robot."""
 
     def __init__(self, host: str, reason: str) -> None:
         super().__init__(
@@ -18,7 +18,7 @@ class RobotUnreachable(Failed):
 
 
 class BadLogin(InputError):
-    """The robot refuses name and password."""
+    """The robot refuses the user name and password."""
 
     def __init__(self, host: str) -> None:
         super().__init__(
@@ -28,7 +28,7 @@ class BadLogin(InputError):
 
 
 class NoTimeSync(Failed):
-    """The robot's clock could not be compared with ours."""
+    """Time sync with the robot failed."""
 
     def __init__(self, host: str) -> None:
         super().__init__(
@@ -37,7 +37,7 @@ class NoTimeSync(Failed):
 
 
 class LeaseTaken(Failed):
-    """Someone else commands the robot."""
+    """Another client holds the lease."""
 
     def __init__(self, host: str, owner: str) -> None:
         super().__init__(
@@ -46,7 +46,7 @@ class LeaseTaken(Failed):
 
 
 class Estopped(Failed):
-    """The emergency stop is engaged and it is not ours to release."""
+    """The emergency stop is engaged by another endpoint."""
 
     def __init__(self, host: str) -> None:
         super().__init__(f"{host}: the robot is e-stopped. Release it at the tablet, or give --own-estop.")
@@ -69,7 +69,7 @@ class NoMap(Unsupported):
 
 
 class MapRefused(Failed):
-    """The robot does not take a map that was uploaded."""
+    """The robot refuses an uploaded map."""
 
     def __init__(self, host: str, reason: str) -> None:
         super().__init__(
@@ -79,7 +79,7 @@ class MapRefused(Failed):
 
 
 class WaypointMissing(Unsupported):
-    """The site names waypoints that the robot's map does not have, or has several of."""
+    """The site names waypoints that are missing or ambiguous in the robot's map."""
 
     def __init__(self, host: str, missing: list[str], ambiguous: list[str]) -> None:
         listed = ", ".join(missing[:6]) + (", ..." if len(missing) > 6 else "")
@@ -91,7 +91,7 @@ class WaypointMissing(Unsupported):
 
 
 class NotLocalized(Failed):
-    """The robot does not find itself on its map."""
+    """The robot cannot localise on its map."""
 
     def __init__(self, host: str) -> None:
         super().__init__(
@@ -101,7 +101,7 @@ class NotLocalized(Failed):
 
 
 class RunStopped(Failed):
-    """A run on the robot cannot go on: a key, a lost lease, a network that stays away. Ends as a status."""
+    """A run on the robot cannot continue: stop key, lost lease, or network down. The run ends with a status."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
@@ -109,7 +109,11 @@ class RunStopped(Failed):
 
 
 def require_bosdyn() -> None:
-    """Raises MissingExtra when the Spot SDK is not installed; keeps gRPC's own lines from standard error."""
+    """Check that the Spot SDK is installed, and silence gRPC's messages on standard error.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     try:
         import bosdyn.client  # noqa: F401  # pyright: ignore[reportUnusedImport] (whether it is there)

@@ -1,4 +1,4 @@
-"""What do viewers draw of a robot? bosdyn's messages as Foxglove's: transforms, poses, tags, pictures, grids.
+"""Conversion of bosdyn messages to Foxglove messages: transforms, poses, tags, images, grids.
 
 Spot's body frame is REP-105's base_link; its GraphNav seed frame is the site's map. Quaternions are xyzw in both.
 """
@@ -40,12 +40,12 @@ from workbench.worlds.house import Item
 TAG_SIDE_M = 0.15
 TAG_LIFETIME_S = 2
 BosdynPose = geometry_pb2.SE3Pose | SE3Pose
-"""As a message, or as the SDK's helper."""
+"""A pose as a protobuf message, or as the SDK's helper class."""
 INK = Color(r=0.1, g=0.1, b=0.1, a=1.0)
 
 
 def pose_message(pose: BosdynPose) -> Pose:
-    """A pose of bosdyn's as one of Foxglove's."""
+    """A bosdyn pose as a Foxglove pose."""
     helper = pose if isinstance(pose, SE3Pose) else SE3Pose.from_proto(pose)
     return Pose(
         position=Vector3(x=helper.x, y=helper.y, z=helper.z),
@@ -54,7 +54,7 @@ def pose_message(pose: BosdynPose) -> Pose:
 
 
 def note_event(text: str, stamp_ns: int) -> Event:
-    """A note as an event of a moment."""
+    """A note as an instantaneous event."""
     at = timestamp(stamp_ns)
     pairs = [KeyValuePair(key="note", value=text), KeyValuePair(key="author", value="operator")]
     return Event(start_time=at, end_time=at, metadata=pairs)
@@ -65,7 +65,7 @@ def in_frame(pose: BosdynPose, frame: str, stamp_ns: int) -> PoseInFrame:
 
 
 def map_from_odom(map_tform_body: geometry_pb2.SE3Pose, snapshot: geometry_pb2.FrameTreeSnapshot) -> SE3Pose | None:
-    """Where the origin of odom is on the map, from a localisation and the frames of the same moment."""
+    """map_tform_odom, from a localisation and the frame tree of the same time."""
     body_tform_odom = tform(snapshot, BODY_FRAME_NAME, ODOM_FRAME_NAME)
     return None if body_tform_odom is None else SE3Pose.from_proto(map_tform_body).mult(body_tform_odom)
 
@@ -73,7 +73,7 @@ def map_from_odom(map_tform_body: geometry_pb2.SE3Pose, snapshot: geometry_pb2.F
 def transforms(
     snapshot: geometry_pb2.FrameTreeSnapshot, map_tform_odom: SE3Pose | None, stamp_ns: int
 ) -> FrameTransforms:
-    """map -> odom -> base_link, and vision below odom; without map while the robot is not localised."""
+    """map -> odom -> base_link, and vision below odom; without map if the robot is not localised."""
     odom_tform_body = tform(snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
     odom_tform_vision = tform(snapshot, ODOM_FRAME_NAME, VISION_FRAME_NAME)
     links = (
@@ -92,7 +92,7 @@ def tag_scene(sightings: Sequence[TagSighting], items: dict[int, Item], stamp_ns
 
 
 def picture(shot: image_pb2.ImageCapture, stamp_ns: int) -> CompressedImage | None:
-    """A camera's JPEG as it came; None for what is no JPEG."""
+    """A camera's JPEG, unchanged; None for other formats."""
     if shot.image.format != shot.image.FORMAT_JPEG:
         return None
     return CompressedImage(
@@ -101,14 +101,14 @@ def picture(shot: image_pb2.ImageCapture, stamp_ns: int) -> CompressedImage | No
 
 
 def camera_link(shot: image_pb2.ImageCapture, stamp_ns: int) -> FrameTransforms | None:
-    """Where the camera sits on the body as the picture is taken, for viewers to place it; None without frames."""
+    """The transform from body to camera at the time of the image; None without frames."""
     name = shot.frame_name_image_sensor
     pose = tform(shot.transforms_snapshot, BODY_FRAME_NAME, name) if name else None
     return None if pose is None else FrameTransforms(transforms=[_transform(BODY_FRAME, name, pose, stamp_ns)])
 
 
 def calibration(source: image_pb2.ImageSource, shot: image_pb2.ImageCapture, stamp_ns: int) -> CameraCalibration:
-    """The pinhole model of a camera, scaled to the picture's size; distortion is left out."""
+    """The pinhole calibration of a camera, scaled to the image size, without distortion."""
     model = source.WhichOneof("camera_models")
     lens = source.pinhole.intrinsics
     if model in ("pinhole_brown_conrady", "kannala_brandt"):
@@ -128,7 +128,7 @@ def calibration(source: image_pb2.ImageSource, shot: image_pb2.ImageCapture, sta
 
 
 def local_grid(grid: local_grid_pb2.LocalGrid, stamp_ns: int) -> Grid | None:
-    """A local grid in odom, its values in metres (obstacle_distance); None when it cannot be placed or read."""
+    """A local grid in odom, its values in metres (obstacle_distance); None if it cannot be placed or decoded."""
     corner = tform(grid.transforms_snapshot, ODOM_FRAME_NAME, grid.frame_name_local_grid_data)
     values = grid_values(grid)
     if corner is None or values is None:
@@ -148,7 +148,8 @@ def local_grid(grid: local_grid_pb2.LocalGrid, stamp_ns: int) -> Grid | None:
 
 
 def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | None:
-    """A bosdyn local grid as an array of shape (cells along y, cells along x); None when its bytes do not fit."""
+    """A bosdyn local grid as an array of shape (cells along y, cells along x); None if its data has the
+    wrong size."""
     kind = _CELLS.get(grid.cell_format)
     cells = grid.extent.num_cells_x * grid.extent.num_cells_y
     if kind is None or len(grid.data) % np.dtype(kind).itemsize:
@@ -166,7 +167,7 @@ def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | Non
 
 
 def faults_of(state: robot_state_pb2.RobotState) -> tuple[str, ...]:
-    """The robot's faults in its own words, sorted."""
+    """The robot's fault messages, sorted."""
     system = (f"{f.name}: {f.error_message}" for f in state.system_fault_state.faults)
     behaviour = (f"behaviour fault {f.behavior_fault_id}" for f in state.behavior_fault_state.faults)
     service = (f"{f.fault_id.fault_name}: {f.error_message}" for f in state.service_fault_state.faults)
@@ -174,7 +175,7 @@ def faults_of(state: robot_state_pb2.RobotState) -> tuple[str, ...]:
 
 
 def without_pixels(response: image_pb2.ImageResponse) -> image_pb2.ImageResponse:
-    """A response whose picture is stored elsewhere in the same log."""
+    """An image response without pixel data, which is stored elsewhere in the same log."""
     bare = image_pb2.ImageResponse()
     bare.CopyFrom(response)
     bare.shot.image.ClearField("data")
@@ -210,4 +211,4 @@ def _transform(parent: str, child: str, pose: SE3Pose, stamp_ns: int) -> FrameTr
 
 
 _CELLS = {1: "<f4", 2: "<f8", 3: "<i1", 4: "<u1", 5: "<i2", 6: "<u2"}
-"""bosdyn.api.LocalGrid.CellFormat as numpy types."""
+"""numpy types of bosdyn.api.LocalGrid.CellFormat."""

@@ -1,4 +1,4 @@
-"""Where is one of the robot's frames, seen from another? An empty or broken frame tree of bosdyn is no answer."""
+"""Lookup of transforms in bosdyn frame trees that may be empty or invalid."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bosdyn.client.math_helpers import SE3Pose
 
 
 def tform(snapshot: geometry_pb2.FrameTreeSnapshot, frame: str, other: str) -> SE3Pose | None:
-    """frame_tform_other of a FrameTreeSnapshot; None when it does not hold both, or is no tree."""
+    """frame_tform_other of a FrameTreeSnapshot; None if a frame is missing or the tree is invalid."""
     try:  # the SDK declares no type; a Vec3, which pyright infers as well, never comes out of it
         return cast("SE3Pose | None", get_a_tform_b(snapshot, frame, other))
     except FrameTreeError:

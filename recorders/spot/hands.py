@@ -1,4 +1,4 @@
-"""How does the robot handle things? With its arm through the manipulation service, or by asking a helper."""
+"""Manipulation on the robot: with its arm through the manipulation service, or by asking a human helper."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ ARM_LIMIT_S = 15.0
 ARM_MOVE_S = 2.5
 ATTEMPTS = 2
 AHEAD_M, REACH_M = 0.65, 0.95
-"""From the middle of the body to the gripper: not nearer, so that it clears the robot's front; not farther: its arm
-reaches 0.98 m from its shoulder, 0.3 m ahead of the middle, and less when it is raised."""
+"""Distance limits in metres from the body centre to the gripper: far enough to clear the robot's front, and within
+reach of the arm, which is 0.98 m from the shoulder (0.3 m ahead of the centre) and less when raised."""
 INSET_M, ABOVE_M = 0.15, 0.12
-"""Things are put down this far from the edge, and let go this high above the surface."""
+"""Items are placed this many metres from the edge, and released this high above the surface."""
 HIGHEST_M, FLOOR_M = 1.1, 0.15
-"""Nothing is put higher than this above the floor (closed furniture is higher than its shelf), or lower."""
+"""Limits in metres of the placing height above the floor (closed furniture is higher than its shelf)."""
 BODY_M = 0.52
-"""Height of a standing body, for a robot that does not say."""
+"""Default height in metres of a standing body."""
 
 
 class Hands(Protocol):
-    """Each answers with why it did not work, or nothing."""
+    """Pick and place; each returns the reason of a failure, or ""."""
 
     def pick(self, item: ItemId) -> str: ...
 
@@ -54,7 +54,7 @@ class Hands(Protocol):
 
 @final
 class HelperHands:
-    """No arm: someone puts the thing on the robot and takes it off, and says so by key."""
+    """For robots without an arm: a person loads and unloads items and confirms by key."""
 
     def __init__(self, world: SpotWorld) -> None:
         self._world = world
@@ -70,7 +70,7 @@ class HelperHands:
 
 @final
 class ArmHands:
-    """Spot's arm: grasps at a tag's place, puts down in front of the body."""
+    """Spot's arm: grasps at the position of a tag, and places in front of the body."""
 
     def __init__(self, world: SpotWorld) -> None:
         self._world = world
@@ -109,7 +109,7 @@ class ArmHands:
         return ""
 
     def _find(self, item: ItemId) -> TagSighting | None:
-        """The item's tag as it is seen now."""
+        """The current sighting of the item's tag."""
         for sighting in self._world.sightings() or ():
             known = self._world.site.tags.get(sighting.tag)
             if known is not None and known.id == item:
@@ -150,7 +150,7 @@ class ArmHands:
         return self._state().manipulator_state.is_gripper_holding_item
 
     def _free_place(self) -> tuple[float, float, float]:
-        """Where to put things down here: above the near edge of what the robot stands at; in its body frame."""
+        """The placing position: above the near edge of the container at hand, in the body frame."""
         world = self._world
         ground = tform(
             self._state().kinematic_state.transforms_snapshot, GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME
@@ -169,7 +169,7 @@ class ArmHands:
         )
 
     def _command(self, command: robot_command_pb2.RobotCommand) -> str:
-        """Has the arm do something and waits for it; why it did not, or nothing."""
+        """Execute an arm command and wait for it; returns the reason of a failure, or ""."""
         world, client = self._world, self._world.connection.client("robot-command")
         world.connection.clock.refresh()
         try:
@@ -192,10 +192,10 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     """A point above a container's top, INSET_M from its edge and as near to the robot as the arm allows.
 
     Args:
-        here: the body on the map. height_m: of the body above the floor.
+        here: body pose on the map. height_m: height of the body above the floor.
 
     Returns:
-        Metres in the gravity-aligned body frame.
+        Position in metres in the gravity-aligned body frame.
     """
     at, (length, width, tall) = container.pose, container.size_m
     c, s = cos(at.yaw_rad), sin(at.yaw_rad)
@@ -213,7 +213,7 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
 
 
 def how_it_ended(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
-    """Of an arm or gripper command: None while it goes on, "" when it is there, else why it is not."""
+    """The result of an arm or gripper command: None while running, "" on success, else the reason of the failure."""
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
     going = basic_command_pb2.RobotCommandFeedbackStatus
     if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):

@@ -1,4 +1,4 @@
-"""Which run is this? The identity of what is recorded on a robot."""
+"""The identity (run info) of recordings made on a robot."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def robot_run_info(
     title: str = "",
     told_apart_by: str,
 ) -> RunInfo:
-    """The identity of a run that begins now.
+    """The identity of a run that starts now.
 
     Args:
-        told_apart_by: goes into the run's id, beside the robot's serial number and the time.
+        told_apart_by: further input of the run id, besides the robot's serial number and the time.
     """
     code, started_ns = revision(), connection.clock.now_ns()
     name = f"{connection.serial}|{started_ns}|{told_apart_by}"

@@ -1,4 +1,4 @@
-"""Is the robot localised, and at which waypoint? Read from GraphNav's answers, live or recorded."""
+"""The localisation state and current waypoint of a robot, from live or recorded GraphNav messages."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ if TYPE_CHECKING:
     from bosdyn.api.graph_nav import graph_nav_pb2
 
 ON_WAYPOINT_M = 0.3
-"""A robot within this distance stands on the waypoint."""
+"""A robot within this many metres of a waypoint is at it."""
 
 
 def is_localized(state: graph_nav_pb2.GetLocalizationStateResponse) -> bool:
-    """Whether GraphNav knows where the robot is: a lost robot keeps the waypoint at which it was last sure."""
+    """Whether the robot is localised: a lost robot still reports its last waypoint."""
     return bool(state.localization.waypoint_id) and not state.lost_detector_state.is_lost
 
 
 def waypoint_of(data: bytes) -> str:
-    """The waypoint on which the robot stands, or "" when it stands on none, or without the Spot SDK.
+    """The waypoint at which the robot is; "" if at none, or without the Spot SDK.
 
     Args:
-        data: a bosdyn.api.graph_nav.Localization as it came.
+        data: a serialised bosdyn.api.graph_nav.Localization.
     """
     try:
         from bosdyn.api.graph_nav import nav_pb2

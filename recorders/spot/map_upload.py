@@ -1,4 +1,4 @@
-"""How does a recorded GraphNav map get onto the robot? From a folder as the tablet and the SDK write it.
+"""Upload of a recorded GraphNav map to the robot, from a folder written by the tablet or the SDK.
 
 A robot forgets its map when it restarts. The folder holds `graph`, `waypoint_snapshots/` and `edge_snapshots/`
 (Spot SDK, GraphNavClient.write_graph_and_snapshots; an Autowalk's .walk folder holds them as well).
@@ -26,7 +26,7 @@ def read_graph(folder: Path) -> map_pb2.Graph:
     """The graph of a map's folder.
 
     Raises:
-        FileMissing, MalformedFile: there is none, or it is none.
+        FileMissing, MalformedFile: it is missing or invalid.
     """
     graph = map_pb2.Graph()
     _read(graph, folder / "graph")
@@ -36,17 +36,17 @@ def read_graph(folder: Path) -> map_pb2.Graph:
 
 
 def upload_map(connection: Connection, folder: Path) -> int:
-    """Replaces the robot's map; returns the number of waypoints. The lease must be ours.
+    """Replace the robot's map; returns the number of waypoints. Requires the lease.
 
     Raises:
-        FileMissing, MalformedFile: the folder holds no map. MapRefused: the robot does not take it.
+        FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it.
     """
     graph = read_graph(folder)
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
         client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
         answer: graph_nav_pb2.UploadGraphResponse = client.upload_graph(
-            wallet.advance().lease_proto,  # unlike other calls, these two do not take it from the wallet themselves
+            wallet.advance().lease_proto,  # these two calls do not use the wallet
             graph,
             generate_new_anchoring=not graph.anchoring.anchors,
             timeout=UPLOAD_TIMEOUT_S,

@@ -1,8 +1,8 @@
-"""Who helps the robot? An operator at the keyboard: confirms, notes, ends a session, and stops a run by a key.
+"""The operator at the keyboard: confirms actions, takes notes, ends a session, and stops a run.
 
-During a run space or s stops, at any moment. Where no robot is driven from here (a recording) a key may open a line:
-what is typed until Enter is handed over; Esc drops it. Keys are read in a thread of their own, so that nothing waits
-for a typist. Without a terminal nobody is there.
+During a run, space or s stops the robot at any time. While recording (no robot is driven from here) a key may open
+a line of input, finished by Enter or discarded by Esc. Keys are read in a separate thread, so that nothing blocks
+on input. Without a terminal there is no operator.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from typing import Any, Protocol, Self, final
 STOP_KEYS = (" ", "s", "\x03")
 ENTER, ESCAPE, ERASE, CLEAR, INTERRUPT = "\r\n", "\x1b", "\x7f\b", "\x15", "\x03"
 NO_KEY = re.compile(r"\x1b(\[[0-9;]*[A-Za-z~]|O.)")
-"""What arrow and function keys send."""
+"""Escape sequences of arrow and function keys."""
 LINE_CHARS = 2000
-"""A longer note is cut: a cat on the keyboard."""
+"""Most characters of a note."""
 
 
 class Operator(Protocol):
-    """Answers questions about the world that the robot cannot settle.
+    """Answers questions that the robot cannot answer itself.
 
     Attributes:
-        present: whether there is anybody to answer; where there is not, what a person would do counts as done.
+        present: whether an operator is present; if not, manual actions count as done.
     """
 
     @property
@@ -53,7 +53,7 @@ class Nobody:
 
 @final
 class Agreeing:
-    """Answers yes, and remembers what was asked: for simulations and tests."""
+    """Answers yes to everything and keeps the questions; for simulations and tests."""
 
     present = True
 
@@ -67,7 +67,7 @@ class Agreeing:
 
 @final
 class StopSwitch:
-    """Set by a key, a signal or a test; whoever waits for the robot looks at it."""
+    """A stop flag set by a key, a signal or a test, and checked while waiting for the robot."""
 
     def __init__(self) -> None:
         self._event = threading.Event()
@@ -85,19 +85,19 @@ class StopSwitch:
 
 @dataclass(slots=True)
 class _Line:
-    """A line that is being typed."""
+    """A line of input being typed."""
 
     then: Callable[[str], None]
     text: str = ""
 
 
 class KeyBoard:
-    """Reads keys in a thread while a run or a recording goes on; a context manager, and an Operator.
+    """Reads keys in a thread during a run or a recording; a context manager and an Operator.
 
     Args:
-        stop: what the stop keys press.
-        on_key: called for any other key outside a question and a line.
-        stop_keys: keys that stop at once.
+        stop: the switch that the stop keys press.
+        on_key: called for other keys, outside of questions and lines.
+        stop_keys: keys that stop immediately.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ class KeyBoard:
         return self._thread is not None
 
     def confirm(self, question: str) -> bool:
-        """Asks; y is yes, n is no, the stop key stops the run."""
+        """Ask a yes/no question: y, n, or a stop key, which stops the run."""
         if self._thread is None:
             return False
         _show(f"{question} [y/n] ")
@@ -162,12 +162,12 @@ class KeyBoard:
         return self._answer
 
     def take_line(self, prompt: str, then: Callable[[str], None]) -> None:
-        """What is typed from now on is a line; `then` gets it when Enter is pressed or the session ends."""
+        """Start a line of input; `then` is called with it after Enter or at the end of the session."""
         self._line = _Line(then)
         _show(prompt)
 
     def press(self, key: str) -> None:
-        """What a key does."""
+        """Handle a key."""
         if self._line is not None and key != INTERRUPT:
             self._type(self._line, key)
         elif key in self._stop_keys:
@@ -203,7 +203,7 @@ class KeyBoard:
             line.then(line.text.strip())
 
     def _read(self) -> None:
-        """Takes bytes as they come: the text layer of stdin would keep back what was typed ahead."""
+        """Read raw bytes: the text layer of stdin would buffer input."""
         import select
 
         decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
@@ -221,7 +221,7 @@ class KeyBoard:
 
 @contextmanager
 def signals_press(stop: StopSwitch) -> Generator[None]:
-    """Ctrl-C, SIGTERM and a closed terminal press the stop instead of breaking off what must end well."""
+    """Let Ctrl-C, SIGTERM and a closed terminal press the stop switch, so that the run ends in an orderly way."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -243,7 +243,7 @@ def _press(stop: StopSwitch, reason: str, _number: int, _frame: FrameType | None
 
 
 def _at_a_terminal() -> bool:
-    """Whether keys can be read; a job in the background of a shell would be stopped for trying."""
+    """Whether keys can be read; a background job of a shell would be suspended if it tried."""
     if not sys.stdin.isatty():
         return False
     try:

@@ -1,4 +1,4 @@
-"""How does a run on the robot end well? The loop's events, with a stop turned into a status and the robot told."""
+"""Orderly ends of robot runs: errors and stops become an ABORTED status, and the robot is stopped."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from workbench.worlds.world import World
 
 
 def guarded(events: Iterable[Event], world: World, control: Control, task: Task) -> Iterator[Event]:
-    """The events again; when the run cannot go on, the robot is stopped and the last event is an ABORTED end."""
+    """Yield the events; if the run cannot continue, stop the robot and end with an ABORTED status."""
     decision, searches, own_cost, travel_m = 0, 0, 0.0, 0.0
     try:
         for event in events:

@@ -1,4 +1,4 @@
-"""Where is GraphNav's seed frame on the site's map? A survey says it when the two were not made together."""
+"""Conversion between GraphNav's seed frame and the site's map frame."""
 
 from __future__ import annotations
 

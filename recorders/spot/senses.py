@@ -1,4 +1,4 @@
-"""What does a robot sense, and how is each sense taken down? State, place, tags, pictures, local grid, clock."""
+"""The sensor streams of a robot session: state, localisation, tags, images, local grid and clock."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ STATUS_EVERY_NS = NANO - NANO // 20
 
 @dataclass(frozen=True, slots=True)
 class Sense:
-    """Something that is asked every period_s; not of the robot, if what is asked is known here."""
+    """A data stream that is polled every period_s seconds, from the robot or locally."""
 
     name: str
     period_s: float
@@ -54,7 +54,7 @@ class Sense:
 
 
 class _Known:
-    """What one sense learns and another needs: where the body is on the map, and what was last said of it."""
+    """State shared between streams: the body's pose on the map, and the last status message."""
 
     def __init__(self) -> None:
         self.map_tform_body: geometry_pb2.SE3Pose | None = None
@@ -65,7 +65,7 @@ class _Known:
 
 
 def senses_of(session: Session) -> tuple[Sense, ...]:
-    """The senses that the session's rates ask for."""
+    """The streams enabled by the session's rates."""
     known, rates = _Known(), session.rates
     wanted = (
         ("localization", rates.localization_hz, lambda: _localization(session, known)),
@@ -79,10 +79,10 @@ def senses_of(session: Session) -> tuple[Sense, ...]:
 
 
 def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
-    """Whether the robot has these image sources: one unknown name would cost the pictures of all.
+    """Check that the robot has these image sources, since one unknown name makes the whole request fail.
 
     Raises:
-        UnknownName: it has not. RobotUnreachable: it does not say.
+        UnknownName: a source does not exist. RobotUnreachable: the robot does not answer.
     """
     if not cameras:
         return
@@ -97,7 +97,7 @@ def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
 
 
 def our_ns(session: Session, stamp: Timestamp) -> int:
-    """Our time of a robot's stamp; now, when it has none."""
+    """A robot stamp in our time; the current time if it is missing."""
     robot_ns = stamp.seconds * NANO + stamp.nanos
     return session.connection.clock.from_robot(robot_ns) if robot_ns else session.now_ns()
 

@@ -1,10 +1,9 @@
-"""How is a session with a robot recorded? Every sense is asked at its own rate, and what it answers goes to a sink.
+"""Recording of a robot session: each sensor stream is polled at its own rate and written to a sink.
 
-Each sense has a thread of its own, so a slow camera does not hold up the odometry; writing is the sink's business and
-never blocks. When the network goes away, every thread asks again until it is back, and the gap is written down: from
-the last answer of any sense to the next. What the robot answers to the others and not to one is that one's trouble;
-it is told once, and counted.
-`log_time` is when an answer came, `publish_time` the robot's own stamp converted by time sync.
+Each stream has its own thread, so that a slow camera does not delay odometry; writing to the sink never blocks. If
+the network goes down, every thread retries until it is back, and the gap is recorded from the last answer of any
+stream to the next one. If only one stream fails while others work, its error is reported once and counted.
+`log_time` is the time of receipt, `publish_time` the robot's stamp converted by time sync.
 """
 
 from __future__ import annotations
@@ -35,14 +34,14 @@ from workbench.worlds.site import Site
 
 RETRY_S = 0.3
 GAP_S = 0.5
-"""A shorter time without any answer is no gap."""
+"""Shortest time in seconds without any answer that counts as a gap."""
 
 log = logging.getLogger("lios.spot")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rates:
-    """How often each sense is asked, per second; 0 never."""
+    """Polling rates of the streams in Hz; 0 turns a stream off."""
 
     state_hz: float = 10.0
     localization_hz: float = 5.0
@@ -54,16 +53,17 @@ class Rates:
     image_quality: int = 75
     image_ratio: float = 1.0
     raw: bool = True
-    """Also bosdyn's messages as they came."""
+    """Also record bosdyn's original messages."""
 
 
 @dataclass(slots=True)
 class _Away:
-    """Whether the robot answers; shared by all senses.
+    """Connection state shared by all streams.
 
     Attributes:
-        answered_ns: when any sense was last answered. since_ns: since when none is; None while they are.
-        told: whether that was said.
+        answered_ns: time of the last answer to any stream. since_ns: start of the current outage; None while
+            connected.
+        told: whether the outage has been reported.
     """
 
     answered_ns: int = 0
@@ -74,7 +74,7 @@ class _Away:
 
 
 class Watch(Protocol):
-    """Hears what senses say, from several threads: derives what the robot did."""
+    """A listener to sensor data, called from several threads, that derives the robot's actions."""
 
     def pose(self, stamp_ns: int, point: Point) -> None: ...
 
@@ -84,17 +84,17 @@ class Watch(Protocol):
 
 
 class Session:
-    """Records what a robot senses. A context manager around its threads; or stepped, by `tick`.
+    """Records the sensor streams of a robot. A context manager with threads, or stepped by `tick`.
 
     Args:
-        connection: the robot. site: where it is.
-        sink: where everything goes.
-        rates: how often.
+        connection: the robot. site: its site.
+        sink: the output.
+        rates: polling rates.
 
     Attributes:
-        taken: answers per sense. skipped: times at which a sense was still busy with the one before.
-        failed: answers that did not come, per sense. troubles: why a sense gets none while others do, per sense.
-        gaps: seconds for which the robot was away, one entry a gap.
+        taken: answers per stream. skipped: polls skipped because the previous one was still running.
+        failed: failed polls per stream. troubles: error of each stream that fails while others work.
+        gaps: durations of outages in seconds.
     """
 
     def __init__(self, connection: Connection, site: Site, sink: Sink, *, rates: Rates | None = None) -> None:
@@ -130,7 +130,7 @@ class Session:
             self._found(back=False)
 
     def tick(self) -> None:
-        """Asks every sense whose time has come: for a stepped clock, without threads."""
+        """Poll every stream that is due; for a stepped clock, without threads."""
         now = self.now_ns()
         for sense in self._senses:
             if now >= self._due.get(sense.name, 0):
@@ -141,18 +141,18 @@ class Session:
         return self.connection.clock.now_ns()
 
     def put(self, topic: str, message: Message, *, source_ns: int, latched: bool = False) -> None:
-        """Writes a protobuf message, received now and made at source_ns of our time."""
+        """Write a protobuf message received now and stamped source_ns in our time."""
         channel = protobuf_channel(topic, type(message), latched=latched)
         self.sink.write(
             channel, message.SerializeToString(deterministic=True), log_time=self.now_ns(), publish_time=source_ns
         )
 
     def tell(self, fact: SessionFact) -> None:
-        """Writes a fact of our own."""
+        """Write one of our JSON messages."""
         self.sink.write(fact_channel(type(fact)), msgspec.json.encode(fact), log_time=self.now_ns())
 
     def note(self, text: str, *, at_ns: int | None = None) -> None:
-        """What the operator noted at a moment: as a fact, as the event that `lios log note` writes, as words."""
+        """Write an operator's note: as JSON, as the event that `lios log note` writes, and as a log message."""
         at_ns = self.now_ns() if at_ns is None else at_ns
         self.tell(Note(stamp=Stamp.of(at_ns), text=text))
         self.put(NOTE_EVENTS, foxglove.note_event(text, at_ns), source_ns=at_ns)
@@ -163,7 +163,7 @@ class Session:
         self.put("/log", viewer.words(text, now, level=level, name="spot"), source_ns=now)
 
     def _work(self, sense: Sense) -> None:
-        """Asks a sense at its rate until the session ends."""
+        """Poll a stream at its rate until the session ends."""
         began, turn = time.monotonic(), 0
         while not self._closing.is_set():
             self._ask(sense)
@@ -202,7 +202,7 @@ class Session:
             self._found()
 
     def _refused(self, sense: Sense, error: Exception) -> None:
-        """Counts what the robot does not give, and tells each new reason once."""
+        """Count a failed stream, and report each new reason once."""
         self.failed[sense.name] = self.failed.get(sense.name, 0) + 1
         reason = reason_of(error)
         if self.troubles.get(sense.name) != reason:
@@ -210,7 +210,7 @@ class Session:
             self.words(f"The robot gives no {sense.name} ({reason})", level=Log.WARNING)
 
     def _lost(self, sense: Sense, error: Exception) -> None:
-        """No answer: the robot is away, or, when it answers others meanwhile, this sense is in trouble."""
+        """Handle a missing answer: the robot is unreachable or, if other streams work, only this stream fails."""
         now, away = self.now_ns(), self._away
         if away.answered_ns > self._failing_ns.setdefault(sense.name, now):
             self._refused(sense, error)
@@ -224,7 +224,7 @@ class Session:
                 self.words(f"The robot does not answer ({away.reason})", level=Log.WARNING)
 
     def _found(self, *, back: bool = True) -> None:
-        """Writes the gap down: the robot answers again, or the session ends without it."""
+        """Record the gap when the robot answers again or the session ends."""
         away = self._away
         with away.lock:
             start_ns, away.since_ns = away.since_ns, None

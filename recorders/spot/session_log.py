@@ -1,4 +1,4 @@
-"""How is a session recorded that somebody else drives? Senses into a log, what was done derived, keys for notes."""
+"""Recording of an operator-driven session: sensor data, derived actions, and keys for notes."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from workbench.terminal import counted, say
 from workbench.worlds.site import Site
 
 ASKED_LATER = "best"
-"""Who is to believe when a session is replayed: nobody believed anything while it was driven."""
+"""The estimator for replays of a session, which itself used none."""
 POLL_S = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionPlan:
-    """What to record, and for how long.
+    """The settings of a recorded session.
 
     Attributes:
-        task: what the driven robot is to do; without it the session has no goal.
-        for_s: seconds; None until a key.
-        split: when the log goes on in another file.
+        task: the task of the session; without it there is no goal.
+        for_s: duration in seconds; None until a key is pressed.
+        split: when the log continues in another file.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -53,14 +53,14 @@ class SessionPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionReport:
-    """What came of it.
+    """The result of a recorded session.
 
     Attributes:
-        taken, skipped: per sense, answers recorded, and times when it was still busy.
-        dropped: messages that the writer had to refuse, by topic.
-        failed: answers that did not come, per sense. troubles: senses that got none to the end, and why.
-        files: what was written.
-        gaps_s: how long the robot was away, each time.
+        taken, skipped: per stream: answers recorded, and polls skipped while it was busy.
+        dropped: messages dropped by the writer, by topic.
+        failed: failed polls per stream. troubles: streams that failed until the end, and why.
+        files: the files written.
+        gaps_s: durations of outages in seconds.
     """
 
     ended: Ended
@@ -100,7 +100,7 @@ class SessionReport:
 
 
 class Ending:
-    """Set by a key: how the session ends."""
+    """How the session ends, as set by a key."""
 
     def __init__(self) -> None:
         self.status: RunStatus | None = None
@@ -119,7 +119,7 @@ class Ending:
 def record_session(
     connection: Connection, plan: SessionPlan, output: Path, *, force: bool = False, ending: Ending | None = None
 ) -> SessionReport:
-    """Records until a key, a signal or the time says stop; the log is closed properly in each case."""
+    """Record until a key, a signal or the time limit; the log is always closed properly."""
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
     check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
@@ -165,10 +165,10 @@ def record_session(
 
 
 class KeptMoments:
-    """The last seconds in memory, written when somebody asks for them and at the end; the end is in `output`.
+    """The last seconds in memory, saved on demand and at the end; the last save goes to `output`.
 
     Raises:
-        OutputExists: the output is there and force is not set.
+        OutputExists: the output exists and `force` is false.
     """
 
     def __init__(self, output: Path, seconds: float, *, force: bool) -> None:
@@ -179,7 +179,7 @@ class KeptMoments:
         self._output, self._force = output, force
 
     def save(self) -> Path:
-        """Writes the moment to NAME_0000.mcap, NAME_0001.mcap, ..."""
+        """Save the last seconds to NAME_0000.mcap, NAME_0001.mcap, ..."""
         path = self._output.with_name(f"{self._output.stem}_{len(self.files):04d}{self._output.suffix}")
         self.files.append(self.ring.save(path, force=self._force))
         return path
@@ -191,7 +191,7 @@ class KeptMoments:
 
 
 def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending, kept: KeptMoments | None) -> None:
-    """n opens a line for a note, m marks the moment, w writes the last seconds; the others end the session."""
+    """Handle a key: n opens a note, m sets a mark, w saves the last seconds; the others end the session."""
     pressed_ns = session.now_ns()
 
     def note(text: str) -> None:
@@ -210,5 +210,5 @@ def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending, kep
 
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
-    """The identity of a session that somebody else drives."""
+    """The identity of an operator-driven session."""
     return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")

@@ -1,4 +1,4 @@
-"""What does a robot session add to a log? Small facts of our own as JSON, beside Foxglove's and bosdyn's messages.
+"""The topics of a robot session: our own JSON messages, beside Foxglove's and bosdyn's.
 
 /robot/status       battery, motors, emergency stop, faults, lease owner            json  lios.spot.RobotStatus
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
@@ -7,6 +7,8 @@
 /notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
 /spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
 /tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
+
+Class docstrings are part of the JSON Schemas in logs (as descriptions): changing one changes the bytes of logs.
 """
 
 from __future__ import annotations
@@ -68,7 +70,7 @@ TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {RobotStatus: STATUS, ClockSkew
 
 @cache
 def fact_channel(fact_class: type[msgspec.Struct]) -> ChannelSpec:
-    """The channel of a fact; gaps and notes are never dropped first."""
+    """The channel of a message class; gaps and notes are marked important."""
     return ChannelSpec(
         topic=TOPIC_OF_FACT[fact_class],
         message_encoding="json",

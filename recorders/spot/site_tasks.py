@@ -1,4 +1,4 @@
-"""What shall a robot do in a site? A scenario file, its item types being those that carry a tag there."""
+"""Tasks in a site: a scenario file whose item types are those with a tag there."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from workbench.worlds.site import Site
 
 
 class NothingTagged(Unsupported):
-    """A site without tags: no item could be recognised."""
+    """The site has no tags, so that no item can be recognised."""
 
     def __init__(self, site: Site) -> None:
         super().__init__(f"{site.path}: no item has a tag, so the robot could find none. Add tags to the site.")
@@ -31,10 +31,10 @@ def site_task(path: Path, site: Site) -> Task:
 
 
 def session_task() -> Task:
-    """The task of a session without one: nothing has to hold at its end."""
+    """The empty task of a session without a goal."""
     return Task(scenario="session", goal=AllOf(parts=()), failure_cost=0.0, budget_s=0.0, title="a robot session")
 
 
 def delivery_of(site: Site) -> Path:
-    """The task that lies beside a site file."""
+    """The task file beside a site file."""
     return site.path.parent / "deliver.yaml"

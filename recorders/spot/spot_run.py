@@ -1,4 +1,4 @@
-"""How is a task run on a robot and recorded? Localisation, lease, the closed loop, a log; the lease is given back."""
+"""Running and recording a task on a robot: localisation, lease, closed loop and log. The lease is always returned."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from workbench.worlds.site import Site
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotRun:
-    """One run to be made on a robot.
+    """The settings of a run on a robot.
 
     Attributes:
-        truth: what a simulated robot's containers hold, for the log; None on a real one.
-        take_lease, own_estop: as for Control.
-        map_folder: a GraphNav map to upload first; None leaves the robot's own.
+        truth: true contents of a simulated robot's containers, for the log; None on a real robot.
+        take_lease, own_estop: as in Control.
+        map_folder: a GraphNav map to upload first; None keeps the robot's map.
     """
 
     site: Site
@@ -62,11 +62,11 @@ class RobotRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunReport:
-    """How a run ended.
+    """The result of a run.
 
     Attributes:
-        seconds: from the first decision to the end, by the session's clock.
-        lease_returned: whether the lease is free of us.
+        seconds: duration in seconds from the first decision to the end, by the session's clock.
+        lease_returned: whether we no longer hold the lease.
     """
 
     ended: Ended
@@ -86,13 +86,13 @@ def run_and_record(
     force: bool = False,
     hear: Callable[[Event], None] | None = None,
 ) -> RunReport:
-    """Runs a task on a robot and records it; the lease is given back whatever happens.
+    """Run a task on a robot and record it; the lease is always returned.
 
     Args:
-        hear: told every event, for those who watch.
+        hear: called with every event.
 
     Raises:
-        what Connection and Control raise before the run; a run that began ends with a status.
+        as for Connection and Control before the run; a started run always ends with a status.
     """
     strategy, estimator = who_decides(run)
     stepped = isinstance(connection.clock, Stepped)
@@ -138,10 +138,10 @@ def run_and_record(
 
 
 def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
-    """What the robot would do first; nothing moves, no lease is taken, nothing is recorded.
+    """The first decision, without moving the robot, taking the lease or recording.
 
     Raises:
-        NotLocalized, NoMap, WaypointMissing: what would stop a run as well.
+        NotLocalized, NoMap, WaypointMissing: as for a run.
     """
     world = _world(connection, Control(connection), run)
     world.know_the_map()
@@ -174,9 +174,8 @@ def _world(
 
 
 def _find_itself(world: SpotWorld, run: RobotRun, held: ExitStack) -> None:
-    """The robot on its map, the site starting where it stands. A robot that lies sees few fiducials: it may stand up
-    for this, under control, which `held` ends.
-    """
+    """Localise the robot and set the site's start to its pose. A lying robot sees few fiducials, so it may stand up
+    for this, under control that ends with `held`."""
     if run.map_folder is not None:
         held.enter_context(world.control)
         upload_map(world.connection, run.map_folder)
@@ -189,7 +188,7 @@ def _find_itself(world: SpotWorld, run: RobotRun, held: ExitStack) -> None:
 
 
 def place_of(site: Site) -> Place:
-    """The site as a log carries it."""
+    """The site as stored in a log."""
     return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
 
 
@@ -201,7 +200,7 @@ def _marked(session: Session, key: str) -> None:
 def _follow(
     events: Iterable[Event], recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
 ) -> list[Event]:
-    """Takes the events one by one into the log while the session goes on."""
+    """Record the events one by one while the session runs."""
     seen: list[Event] = []
     clock = session.connection.clock
 
@@ -225,7 +224,7 @@ def _follow(
 
 
 def who_decides(run: RobotRun) -> tuple[Strategy, Estimator]:
-    """The strategy and the estimator of a run, by their names; needs no robot.
+    """The strategy and the estimator of a run by name; needs no robot.
 
     Raises:
         UnknownName: no such strategy or estimator.
@@ -235,7 +234,7 @@ def who_decides(run: RobotRun) -> tuple[Strategy, Estimator]:
 
 
 def _house(run: RobotRun) -> House | None:
-    """The truth, for the oracle on a simulated robot."""
+    """The true house, for the oracle on a simulated robot."""
     return None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
 
 

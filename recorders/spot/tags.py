@@ -1,4 +1,4 @@
-"""Which tag is where? Fiducials of the robot's list of world objects, placed on the map."""
+"""Fiducial tags from the robot's world objects, with positions on the map."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from workbench.worlds.house import Container
 
 Position = tuple[float, float, float]
 REACH_UP_M = 0.8
-"""A tag this far above a container's top still stands on it."""
+"""A tag up to this many metres above a container's top is on it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TagSighting:
-    """A tag that was seen.
+    """A detected tag.
 
     Attributes:
         tag: its number.
         position: on the map, metres.
-        in_vision: the same in the robot's vision frame, for the arm.
-        stamp_ns: when it was detected, in our time.
+        in_vision: position in the robot's vision frame, for the arm.
+        stamp_ns: time of detection in our time.
     """
 
     tag: int
@@ -40,7 +40,7 @@ class TagSighting:
 def read_tags(
     objects: Iterable[world_object_pb2.WorldObject], map_tform_body: geometry_pb2.SE3Pose, clock: SessionClock
 ) -> tuple[TagSighting, ...]:
-    """The fiducials among world objects, by the body's place on the map now."""
+    """The fiducials among world objects, placed by the body's current pose on the map."""
     placed = SE3Pose.from_proto(map_tform_body)
     found: list[TagSighting] = []
     for thing in objects:
@@ -66,7 +66,7 @@ def read_tags(
 
 
 def within(container: Container, position: Position, *, margin_m: float) -> bool:
-    """Whether something stands in or on a container."""
+    """Whether a position is in or on a container."""
     dx, dy = position[0] - container.pose.x_m, position[1] - container.pose.y_m
     c, s = cos(container.pose.yaw_rad), sin(container.pose.yaw_rad)
     along, across = c * dx + s * dy, -s * dx + c * dy

@@ -1,4 +1,4 @@
-"""What does an operator read while the robot works? One line an event."""
+"""One-line descriptions of events, for the operator."""
 
 from __future__ import annotations
 

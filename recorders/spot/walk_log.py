@@ -1,4 +1,4 @@
-"""How far has the robot walked, and along which way? Positions as they come in, thinned to corner points."""
+"""The path and distance that a robot has walked: positions thinned to corner points."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from math import hypot
 from workbench.worlds.geometry import Point
 
 STILL_M = 0.02
-"""Less than this between two positions is noise of a standing robot."""
+"""Smaller displacements in metres are noise of a standing robot."""
 CORNER_M = 0.05
-"""Corner points may lie this far from where it really walked."""
+"""Largest deviation in metres of the thinned path."""
 
 
 @dataclass(slots=True)
 class WalkLog:
-    """Positions on the map, metres."""
+    """Positions on the map in metres."""
 
     points: list[Point] = field(default_factory=list)
     metres: float = 0.0
@@ -29,7 +29,7 @@ class WalkLog:
         self.points.append(point)
 
     def corners(self) -> tuple[Point, ...]:
-        """The way with few points (Douglas and Peucker)."""
+        """The path simplified by the Douglas-Peucker algorithm."""
         if len(self.points) < 3:
             return tuple(self.points)
         from shapely import LineString

@@ -1,4 +1,5 @@
-"""How does the robot walk somewhere? By GraphNav, told again and again: unheard, it stops by itself."""
+"""Walking to a location with GraphNav. Commands are renewed continually, so that an unreachable robot stops by
+itself."""
 
 from __future__ import annotations
 
@@ -23,26 +24,26 @@ if TYPE_CHECKING:
 
 _Status: TypeAlias = "graph_nav_pb2.NavigationFeedbackResponse.Status.ValueType"
 _Goal = Callable[[int | None], int]
-"""Sends the robot on its way, as a new command or as the one with this number; returns the number."""
+"""Sends a navigation command, new or renewing the one with this id; returns the id."""
 
 TURN_LIMIT = 1.0
-"""Radians per second, under a speed limit."""
+"""Angular speed limit in radians per second, if speed is limited."""
 LEAST_S = 20.0
-"""Every walk may take so long, and walk_factor times its usual time more."""
+"""Time allowance in seconds of every walk, added to walk_factor times its expected time."""
 UNKNOWN_M = 20.0
-"""How far a walk is taken to be for a robot that does not know where it is."""
+"""Assumed walking distance in metres of a robot that is not localised."""
 LEASE_LOST = "the lease was lost: another client commands the robot"
 IMPAIRED = "the robot is impaired: stopped, or its motors are off"
 
 
 def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
-    """Walks once; empty when the robot arrived, else why it did not.
+    """Walk once; returns "" on arrival, else the reason of the failure.
 
     Args:
-        walked: takes the places that the robot comes by.
+        walked: records the robot's positions.
 
     Raises:
-        RunStopped: the run cannot go on: a stop, a lost lease, an impaired robot, a network that stays away.
+        RunStopped: the run cannot continue: stop, lost lease, impaired robot, or network down.
     """
     answer, settings = graph_nav_pb2.NavigationFeedbackResponse, world.settings
     pose = world.site.paths.standing_pose(location)
@@ -91,9 +92,10 @@ def _status(world: SpotWorld, number: int) -> _Status:
 
 
 def keep_going(world: SpotWorld, goal: _Goal, number: int | None) -> int:
-    """Sends the robot to a goal for dead_man_s more; the number of the command, a new one when it forgot the old.
+    """Extend the command to walk to a goal by dead_man_s; returns the command id, a new one if the robot has lost
+    the old.
 
-    A robot that no longer hears us stops by itself, whatever happened to us or the network.
+    Without renewed commands the robot stops by itself, whatever the cause.
     """
     world.connection.clock.refresh()
     try:
@@ -110,7 +112,7 @@ def _note_place(world: SpotWorld, walked: WalkLog) -> None:
 
 
 def way_to(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
-    """Where to go, as GraphNav is told: a waypoint, else a pose in its seed frame at the height of the body."""
+    """The goal for GraphNav: a waypoint, else a pose in the seed frame at body height."""
     client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, world.settings.dead_man_s
     travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(world.settings.speed_mps))
     waypoint = world.site.waypoints.get(location)
@@ -135,7 +137,7 @@ def _expected_s(world: SpotWorld, goal: Pose) -> float:
 
 
 def speed_limit(speed_mps: float | None) -> geometry_pb2.SE2VelocityLimit | None:
-    """A speed limit in every direction; None leaves it to the robot."""
+    """A speed limit in every direction; None for the robot's default."""
     if speed_mps is None:
         return None
     top = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=speed_mps, y=speed_mps), angular=TURN_LIMIT)
@@ -148,4 +150,4 @@ _GOING = (
     graph_nav_pb2.NavigationFeedbackResponse.STATUS_UNKNOWN,
     graph_nav_pb2.NavigationFeedbackResponse.STATUS_COMMAND_TIMED_OUT,
 )
-"""A command that timed out did so because we were away; it is given again."""
+"""A command that timed out because we were disconnected is sent again."""

@@ -1,7 +1,7 @@
-"""How is the robot a World? It walks by GraphNav, looks by fiducials, and handles things with its arm or a helper.
+"""The Spot as a World: walks by GraphNav, looks by fiducials, and handles items with its arm or a helper.
 
-The closed loop asks; this answers with what happened. What cannot go on at all (a stop key, a lost lease, a network
-that stays away) raises RunStopped, which ends the run as ABORTED (running.py).
+Answers to the closed loop are values. Conditions that end the run (stop key, lost lease, network down) raise
+RunStopped, which ends it as ABORTED (running.py).
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSettings:
-    """How the robot is driven.
+    """Settings of motion and perception.
 
     Attributes:
-        speed_mps: the speed limit of walking; None leaves it to the robot.
-        look_s: how long a look takes; tags must be seen within it.
-        poll_s: how often the robot is asked.
-        dead_man_s: for so long the robot goes on walking without hearing from us.
-        patience_s: how long a network may be away before the run ends.
-        walk_factor: a walk may take this many times its usual time.
-        attempts, retry_s: how often a walk is tried that got stuck or lost, and after how long again: people
-            step aside.
-        start_within_m: a robot this near to the surveyed start stands at it.
-        margin_m: a tag this far beyond a container's edge still belongs to it.
+        speed_mps: speed limit of walking; None for the robot's default.
+        look_s: duration of a look, within which tags must be seen.
+        poll_s: polling interval.
+        dead_man_s: time for which the robot walks on without a renewed command.
+        patience_s: network outage after which the run ends.
+        walk_factor: time limit of a walk as a multiple of its expected time.
+        attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
+            people step aside.
+        start_within_m: distance from the surveyed start within which the robot is at it.
+        margin_m: distance beyond a container's edge up to which a tag belongs to it.
     """
 
     speed_mps: float | None = None
@@ -158,10 +158,10 @@ class SpotWorld:
         return self._handled(start_ns, "" if done else f"nobody was there to {action}")
 
     def know_the_map(self) -> None:
-        """Looks up the site's waypoints on the robot's map: by id, or by the name that a person gave them.
+        """Look up the site's waypoints on the robot's map, by id or by name.
 
         Raises:
-            NoMap: the robot has none.
+            NoMap: the robot has no map.
             WaypointMissing: the site's waypoints are not on it.
         """
         timeout_s = self.connection.timeout_s
@@ -180,14 +180,14 @@ class SpotWorld:
         self.site = replace(self.site, waypoints=MappingProxyType(ids))
 
     def localize(self) -> bool:
-        """Finds the robot on its map, by the fiducial nearest to it; False when it sees none."""
+        """Localise the robot by the nearest fiducial; False if it sees none."""
         return self._localize()
 
     def start_here(self) -> None:
-        """Takes the robot's place as the site's start, when it is not where the survey says and a map is at hand.
+        """Use the robot's pose as the site's start, if it differs from the survey and there is a map.
 
         Raises:
-            RunStopped: the robot is nowhere near the surveyed start, and travel costs were measured from there.
+            RunStopped: the robot is far from the surveyed start, and travel costs were measured from there.
         """
         body = self.body_pose()
         if body is None:
@@ -203,7 +203,7 @@ class SpotWorld:
         self.site = replace(starting_at(self.site, here), waypoints=MappingProxyType(waypoints))
 
     def sightings(self) -> tuple[TagSighting, ...] | None:
-        """The tags that the robot sees now, on the map; None while it is not localised."""
+        """The currently visible tags on the map; None if the robot is not localised."""
         objects: world_object_pb2.ListWorldObjectResponse = self.call(
             lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
         )
@@ -211,7 +211,7 @@ class SpotWorld:
         return None if body is None else read_tags(objects.world_objects, body, self.connection.clock)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
-        """Where the body is on the map, or None while it is not localised."""
+        """The body pose on the map; None if the robot is not localised."""
         timeout_s = self.connection.timeout_s
         state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
             lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
@@ -219,10 +219,10 @@ class SpotWorld:
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
-        """Waits, unless the run has to stop.
+        """Wait, unless the run has to stop.
 
         Raises:
-            RunStopped: the stop key, or a lost lease.
+            RunStopped: stop key, or lost lease.
         """
         self.connection.clock.sleep(seconds)
         if self.stop.is_pressed:
@@ -231,10 +231,10 @@ class SpotWorld:
             raise RunStopped(LEASE_LOST)
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
-        """Asks the robot, and again while the network is away.
+        """Call the robot, retrying while the network is down.
 
         Raises:
-            RunStopped: it stayed away, or the robot refuses us.
+            RunStopped: the network stayed down, or the robot refuses the request.
         """
         asked_ns = self.now_ns()
         while True:

@@ -1,1 +1,1 @@
-"""What the robot believes about where things are. The only room that imports torch."""
+"""Estimators: beliefs about where items are, and their training. The only package that imports torch."""

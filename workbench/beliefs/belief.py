@@ -1,4 +1,4 @@
-"""Where may things be? For each item type, the probability of finding it in each unsearched container."""
+"""Beliefs: for each item type, the probability of finding it in each unsearched container."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Belief:
         item_types: axis 0.
         containers: axis 1, unsearched containers in the plan's order.
         probability: float64, shape (item types, containers), within [0, 1], read-only. Entry (o, c) is the
-            chance that at least one instance of o is in c; rows need not add up to 1.
-        estimator: which estimator made it, with a short hash of its weights: "fcnn@1a2b3c4d".
+            probability that at least one instance of o is in c; rows need not add up to 1.
+        estimator: the estimator with a short hash of its weights: "fcnn@1a2b3c4d".
 
     Raises:
-        BadValue: another shape, or an entry that is no probability.
+        BadValue: the shape does not match the axes, or an entry is not a probability.
     """
 
     item_types: tuple[ItemType, ...]
@@ -41,17 +41,21 @@ class Belief:
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
-        if p.size and not (p.min() >= 0 and p.max() <= 1):  # nan is neither
+        if p.size and not (p.min() >= 0 and p.max() <= 1):  # also true for nan
             raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
 
     def of(self, item_type: ItemType) -> npt.NDArray[np.float64]:
-        """The row of an item type, shape (containers,). Raises ValueError when it is not in the belief."""
+        """The row of an item type, shape (containers,).
+
+        Raises:
+            ValueError: the item type is not in the belief.
+        """
         return self.probability[self.item_types.index(item_type)]
 
     def only(self, item_types: tuple[ItemType, ...]) -> Belief:
-        """The belief about some of its types, in their order; a type that it does not have gets probability 0."""
+        """The belief restricted to some types, in the given order; types that it lacks get probability 0."""
         if item_types == self.item_types:
             return self
         made = self._only.get(item_types)
@@ -63,13 +67,13 @@ class Belief:
 
 
 class Estimator(Protocol):
-    """Turns what is known into a belief. Deterministic: the same knowledge gives the same belief."""
+    """Turns the robot's knowledge into a belief. Deterministic: the same knowledge gives the same belief."""
 
     @property
     def name(self) -> str:
-        """Its name with a short hash of its weights: "fcnn@1a2b3c4d"."""
+        """The name with a short hash of the weights: "fcnn@1a2b3c4d"."""
         ...
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        """The belief over knowledge.unsearched, given all that has been seen so far."""
+        """The belief over knowledge.unsearched, given everything observed so far."""
         ...

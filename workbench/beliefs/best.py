@@ -1,8 +1,8 @@
-"""What is the best that this project believes? Names, and around them what names do not say.
+"""The estimator `best`: placement rates by name, corrected by boosted trees on context features.
 
-Names tell where things of a kind are put (`placements.py`); the features of `context.py` go through boosted trees,
-which correct that in log-odds. It updates by evidence: what was seen and what was looked for in vain are features,
-learnt on houses half searched.
+Names give the rates at which kinds of items are put into kinds of containers (`placements.py`); boosted trees on
+the features of `context.py` correct these in log-odds. The belief is updated by evidence: observed items and
+unsuccessful searches are features, learnt on partly searched houses.
 
 Training is in `train_best.py`.
 """
@@ -36,15 +36,15 @@ from workbench.worlds.names import usual_size_m
 Floats = npt.NDArray[np.float64]
 
 MOST_FORMED = 256
-"""Houses and items whose opinions are kept."""
+"""Number of (house, items) pairs whose name-based opinions are cached."""
 
 _Asked = tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], tuple[tuple[str, ...], ...], tuple[str, ...]]
-"""Kinds of rooms, types of containers and rooms, a container each; furniture of each room; and item types."""
+"""Cache key: room kind, container type and room of each container; furniture of each room; and item types."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Names:
-    """What names say of a scene: placements looked up, and how alike names are."""
+    """Name-based opinions about a scene: looked-up placements, and similarities between names."""
 
     placements: Placements
     _vectors: dict[str, npt.NDArray[np.float32] | None] = field(
@@ -53,7 +53,8 @@ class Names:
     _formed: dict[_Asked, Opinions] = field(default_factory=dict["_Asked", Opinions], repr=False)
 
     def opinions(self, scene: Scene, items: tuple[str, ...]) -> Opinions:
-        """What names say of items in all containers of a scene; only the likeness changes from look to look."""
+        """Name-based opinions about items in all containers of a scene; only the similarities change between
+        looks."""
         asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), scene.stands, items)
         if asked not in self._formed:
             if len(self._formed) >= MOST_FORMED:
@@ -79,7 +80,7 @@ class Names:
         )
 
     def _likeness(self, items: Sequence[str], types: Sequence[str]) -> Floats:
-        """Cosines, shape (items, types); 0 for a seen type that nothing here can encode."""
+        """Cosine similarities, shape (items, types); 0 for an observed type that cannot be encoded."""
         if not types:
             return np.zeros((len(items), 0))
         found = [self._vector(t) for t in types]
@@ -100,14 +101,18 @@ class Names:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BestEstimator:
-    """Names and context."""
+    """The estimator that combines name-based opinions with context features."""
 
     name: str
     names: Names
     trees: Trees
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        """Raises NameNotShipped for an item name that nothing here can encode."""
+        """The belief over unsearched containers.
+
+        Raises:
+            NameNotShipped: an item name cannot be encoded.
+        """
         scene = scene_of(knowledge)
         shape = (len(item_types), int(scene.open.sum()))
         probability = np.zeros(shape)
@@ -121,7 +126,11 @@ class BestEstimator:
 
 
 def best_from(weights: Weights) -> BestEstimator:
-    """The estimator of a weights file. Raises MalformedFile."""
+    """The estimator of a weights file.
+
+    Raises:
+        MalformedFile: the weights do not fit this estimator.
+    """
     return BestEstimator(
         name=weights.name,
         names=Names(placements=placements_of(weights)),

@@ -1,8 +1,8 @@
-"""How are trees boosted? Histogram gradient boosting (Friedman 2001; Ke et al. 2017), for log loss and for ranking.
+"""Histogram gradient boosting (Friedman 2001; Ke et al. 2017) of a log loss and a ranking loss.
 
-Each tree is fitted to the gradient of two losses of the sum so far: the cross entropy of every pair of item and
-container, which makes probabilities true, and the cross entropy of the containers of one item against one another
-(a softmax), which puts a holder first. Trees grow level by level (trees.py), on binned features.
+Each tree is fitted to the gradient of two losses: the cross entropy of every (item, container) pair, which
+calibrates the probabilities, and the softmax cross entropy over the containers of one item, which ranks the holder
+first. Trees grow level by level (trees.py), on binned features.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ Bins = npt.NDArray[np.uint8]
 
 
 ENDLESS = float(np.finfo(np.float32).max)
-"""The threshold of a level that asks nothing: no feature is above it."""
+"""The threshold of an unused level: no feature exceeds it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Boosting:
-    """How trees are grown; the defaults were chosen by cross-validation over the training houses.
+    """Hyperparameters of boosting; the defaults were chosen by cross-validation over the training houses.
 
     Attributes:
-        trees: at most.
-        patience: trees without a better held-out loss before growing stops.
-        rate: what share of its fit each tree adds.
-        depth: questions of a tree.
-        ridge: added to the curvature of a leaf.
-        columns: share of the features that each tree may ask about.
+        trees: maximum number of trees.
+        patience: number of trees without a better held-out loss after which training stops.
+        rate: learning rate.
+        depth: depth of a tree.
+        ridge: L2 regularisation, added to the curvature of a leaf.
+        columns: share of the features available to each tree.
         ranking: weight of the ranking loss beside the cross entropy.
-        bins: of each feature.
+        bins: number of bins of each feature.
     """
 
     trees: int = 300
@@ -52,14 +52,15 @@ class Boosting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rows:
-    """What to learn from.
+    """The training data.
 
     Attributes:
         features: float64, shape (features, rows).
         start: log-odds before the first tree, shape (rows,).
         held: 0 or 1, shape (rows,).
         weight: shape (rows,).
-        query: int64, shape (rows,): rows of one number are ranked against one another; 0, 1, ... in order.
+        query: int64, shape (rows,): group of each row; rows of a group are ranked against each other; 0, 1, ...
+            in order.
     """
 
     features: Floats
@@ -77,7 +78,7 @@ def boost(
     how: Boosting,
     watch: Callable[[int, float], None] | None = None,
 ) -> Trees:
-    """Grow trees and keep those up to the least held-out cross entropy."""
+    """Grow trees, and keep those up to the minimum of the held-out cross entropy."""
     edges = [_edges(column, how.bins) for column in rows.features]
     binned = np.stack([np.searchsorted(e, x, side="left") for e, x in zip(edges, rows.features, strict=True)], axis=1)
     binned = np.ascontiguousarray(binned.astype(np.uint8))
@@ -109,7 +110,7 @@ def cross_entropy(score: Floats, rows: Rows) -> float:
 
 
 def _gradient(score: Floats, rows: Rows, ranking: float) -> tuple[Floats, Floats]:
-    """Slope and curvature of the two losses, shape (rows,) each."""
+    """Gradient and curvature of the two losses, each of shape (rows,)."""
     p = 1.0 / (1.0 + np.exp(-np.clip(score, -30, 30)))
     count = int(rows.query.max()) + 1
     top = np.full(count, -np.inf)
@@ -125,13 +126,14 @@ def _gradient(score: Floats, rows: Rows, ranking: float) -> tuple[Floats, Floats
 
 
 def _edges(column: Floats, bins: int) -> Floats:
-    """Between which values a feature is split: quantiles, at most bins - 1 of them."""
+    """Candidate thresholds of a feature: at most bins - 1 quantiles."""
     values = np.unique(column)
     if len(values) > bins:
         values = np.unique(np.quantile(column, np.linspace(0, 1, bins + 1)[1:-1], method="nearest"))
     else:
         values = values[:-1]
-    # Halfway to float32 and back: thresholds are shipped so, and a row must fall to the same side of both.
+    # Midpoints rounded to float32, the precision of the weights file, so that trained and loaded trees split
+    # equally.
     return np.unique(values.astype(np.float32).astype(np.float64))
 
 

@@ -1,4 +1,5 @@
-"""Who of the rivals of a room has what the room has once? The sums of `placements.py`, compiled.
+"""The probability that each of several rival containers in a room has the one item that the room has, compiled with
+numba.
 
 The first call on a machine compiles for a few seconds and keeps the result beside this file, or in numba's own
 cache where that cannot be written.
@@ -18,12 +19,12 @@ Floats = npt.NDArray[np.float64]
 def share_among_rivals(
     rates: Floats, room: npt.NDArray[np.int64], nodes: Floats, weights: Floats
 ) -> Floats:  # pragma: no cover (compiled)
-    """The chance of each container to have what its room has once, shape (items, containers).
+    """The probability of each container to hold an item that its room holds once, shape (items, containers).
 
     Args:
         rates: shape (items, containers).
-        room: of each container, shape (containers,).
-        nodes, weights: of a quadrature rule on [0, 1].
+        room: room index of each container, shape (containers,).
+        nodes, weights: quadrature rule on [0, 1].
     """
     items, containers = rates.shape
     chance = np.zeros((items, containers))

@@ -1,4 +1,4 @@
-"""The two loops of boosted trees, compiled: asking trees about rows, and growing one tree on binned features.
+"""The two inner loops of boosted trees, compiled with numba: evaluating trees on rows, and growing one tree.
 
 The first call on a machine compiles for a few seconds and keeps the result beside this file, or in numba's own
 cache where that cannot be written. Sums keep their order, so the same rows give the same trees and totals.
@@ -16,15 +16,15 @@ Ints = npt.NDArray[np.int32]
 Bins = npt.NDArray[np.uint8]
 
 BLOCK = 256
-"""Rows that are asked side by side: their features fit into the second level of the processor's memory."""
+"""Rows evaluated together: their features fit into the second-level cache."""
 
 LEAST_GAIN = 1e-9
-"""A split must be this much better to be preferred, so that rounding decides nothing."""
+"""Minimum improvement of a split, so that rounding never decides."""
 
 
 @njit(cache=True, nogil=True)
 def walk(columns: Floats, feature: Ints, threshold: Floats, value: Floats) -> Floats:
-    """The sum over trees of the leaf that each row comes to, shape (rows,)."""
+    """The sum of leaf values over all trees for each row, shape (rows,)."""
     count = columns.shape[1]
     trees, depth = feature.shape
     total, leaf = np.zeros(count), np.empty(BLOCK, np.int32)
@@ -46,12 +46,12 @@ def walk(columns: Floats, feature: Ints, threshold: Floats, value: Floats) -> Fl
 def grow(
     binned: Bins, slope: Floats, curve: Floats, columns: Ints, depth: int, ridge: float, bins: int
 ) -> tuple[Ints, Ints, Floats]:
-    """One tree, level by level: feature and bin of each level, value of each leaf.
+    """Grow one tree level by level; returns the feature and bin of each level and the value of each leaf.
 
     Args:
-        binned: shape (rows, features); a level asks whether the bin is above a number.
-        slope, curve: of the loss at each row, shape (rows,).
-        columns: features that this tree may ask about.
+        binned: shape (rows, features); a level tests whether the bin exceeds a threshold.
+        slope, curve: gradient and curvature of the loss, shape (rows,).
+        columns: features available to this tree.
     """
     leaf = np.zeros(len(slope), np.int32)
     feature, cut = np.zeros(depth, np.int32), np.zeros(depth, np.int32)
@@ -71,7 +71,7 @@ def grow(
 
 @njit(cache=True, nogil=True)
 def _sums(binned: Bins, slope: Floats, curve: Floats, columns: Ints, leaf: Ints, leaves: int, bins: int) -> Floats:
-    """Slope and curve by column, leaf and bin, shape (columns, leaves, bins, 2)."""
+    """Sums of gradient and curvature by column, leaf and bin, shape (columns, leaves, bins, 2)."""
     sums = np.zeros((len(columns), leaves, bins, 2))
     for i in range(len(slope)):
         for k in range(len(columns)):
@@ -83,7 +83,7 @@ def _sums(binned: Bins, slope: Floats, curve: Floats, columns: Ints, leaf: Ints,
 
 @njit(cache=True, nogil=True)
 def _best_split(sums: Floats, ridge: float) -> tuple[int, int]:
-    """Column and bin whose split of all leaves at once fits best."""
+    """The column and bin that split all leaves of a level best."""
     best, column, cut = -1.0, 0, 0
     bins = sums.shape[2]
     for k in range(sums.shape[0]):

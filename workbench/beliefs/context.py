@@ -1,11 +1,12 @@
-"""What do the names not say? Features of an item in a container that a robot has while it searches.
+"""Context features of an item in a container: all that names do not tell, as known during a search.
 
-Names give rates and chances (`placements.py`). Around them: which other containers compete for the item, in the
-room and in the house; how large the container is, and whether the item fits; how the house is made up; and what was
-seen so far: how full containers are here against what is usual, where the item was looked for in vain, what stands in
-the same room.
+Names give rates and probabilities (`placements.py`). The features add: competing containers in the room and in the
+house; the size of the container, and whether the item fits; the composition of the house; and the observations so
+far: how full containers are compared with the usual, where the item was not found, and what stands in the same
+room.
 
-Every feature is a function of one container or a sum (or maximum) over containers, so that order cannot matter.
+Every feature is a function of one container, or a sum or maximum over containers, so that the order of containers
+has no influence.
 """
 
 from __future__ import annotations
@@ -23,25 +24,26 @@ from workbench.beliefs.scene import ROOM_KINDS, Scene
 Floats = npt.NDArray[np.float64]
 
 LEAST = 1e-4
-"""Chances are kept within [LEAST, 1 - LEAST]."""
+"""Probabilities are clipped to [LEAST, 1 - LEAST]."""
 
 FEATURES = 55
-"""How many there are; weights were trained on these, in this order. The first is the chance by names in log-odds."""
+"""Number of features; weights depend on their order. The first is the log-odds of the name-based probability."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opinions:
-    """What names alone say.
+    """Name-based opinions about the items.
 
     Attributes:
-        rates: how often such a container holds the item, shape (items, containers), over all containers of the scene.
-        closed: the chance of each container to hold the item before anything is opened, of the same shape.
-        several: the chance that a room may hold an item in two containers, shape (items,).
-        often: how often the item was met in training, shape (items,).
-        size_m: usual (depth, width, height) of the items, shape (items, 3).
-        stood: how many containers of this kind there were in training, shape (containers,).
+        rates: rate at which such a container holds the item, shape (items, containers), over all containers of
+            the scene.
+        closed: probability that each container holds the item before any search, same shape.
+        several: probability that a room may hold the item in two containers, shape (items,).
+        often: number of training occurrences of the item, shape (items,).
+        size_m: usual (depth, width, height) of the items in metres, shape (items, 3).
+        stood: number of training containers of this kind, shape (containers,).
         usual: how many types a container of this kind usually holds, shape (containers,).
-        likeness: cosine of the item and of each type seen, shape (items, types seen).
+        likeness: cosine similarity of the item and each observed type, shape (items, observed types).
     """
 
     rates: Floats
@@ -55,7 +57,7 @@ class Opinions:
 
 
 def seen_types(scene: Scene) -> tuple[str, ...]:
-    """All types seen so far, sorted."""
+    """All observed item types, sorted."""
     return tuple(sorted({t for held in scene.seen if held is not None for t in held}))
 
 
@@ -69,7 +71,7 @@ def features(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> Floats
 
 
 def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
-    """Against the other containers that are still open, in the room and in the house."""
+    """Features of competition with the other unsearched containers, in the room and in the house."""
     is_open, several = scene.open, opinions.several
     rates, room = opinions.rates[:, is_open], scene.room[is_open]
     p = _clip(given_that_it_is_here(rates, several, room))
@@ -102,7 +104,7 @@ def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
 
 
 def _support(scene: Scene, opinions: Opinions) -> list[Floats]:
-    """Whether the item has room on the container."""
+    """Features of whether the item fits on the container."""
     is_open = scene.open
     sides = np.sort(opinions.size_m[:, :2], axis=1)
     narrow = scene.size_m[is_open, :2].min(axis=1)
@@ -113,7 +115,7 @@ def _support(scene: Scene, opinions: Opinions) -> list[Floats]:
 
 
 def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[Floats]:
-    """What has been seen, and what was looked for in vain."""
+    """Features of observed items and unsuccessful searches."""
     is_open = scene.open
     searched = np.array([held is not None for held in scene.seen], dtype=np.float64)
     same = _same_room(scene)[is_open]
@@ -153,7 +155,7 @@ def _items(opinions: Opinions) -> list[Floats]:
 
 
 def _containers(scene: Scene, opinions: Opinions) -> list[Floats]:
-    """Of the open containers: size, room, house."""
+    """Features of the unsearched containers: size, room, house."""
     is_open = scene.open
     kinds = np.array(scene.kinds, dtype=object)[is_open]
     same, same_type = _same_room(scene)[is_open], _same_type(scene)[is_open]
@@ -189,7 +191,7 @@ def _same_type(scene: Scene) -> Floats:
 
 
 def _top_m2(scene: Scene) -> Floats:
-    """The area seen from above, at least a hand's breadth."""
+    """The top-view area in square metres, with a small minimum."""
     return np.maximum(scene.size_m[:, 0] * scene.size_m[:, 1], 0.01)
 
 

@@ -1,7 +1,7 @@
-"""How often did a container of this kind, in a room of this kind, hold this item? The estimator without learning.
+"""The estimator `counts`: smoothed frequencies of items by container type and room kind, without training.
 
-Smoothed in three steps, each drawn towards the step before where little was seen: how often any container holds
-the item; how much more often this type of container holds things than others; this type of room and container.
+Frequencies are smoothed hierarchically, each level towards the previous one: how often any container holds the
+item; how much more often this container type holds items than others; this room kind with this container type.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ Floats = npt.NDArray[np.float64]
 PSEUDO_ITEM = 10.0
 PSEUDO_CONTAINER = 8.0
 PSEUDO_TRIPLE = 5.0
-"""How many unseen examples the step before is worth, chosen by log loss on validation houses."""
+"""Pseudo-counts of the previous level, chosen by log loss on validation houses."""
 
 LEAST, MOST = 1e-4, 0.98
-"""No count makes a place impossible or certain."""
+"""Probabilities are clipped, so that no container is impossible or certain."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CountsTable:
-    """P(held | room kind, container type, item type), with one more row for a name never seen on each axis.
+    """P(held | room kind, container type, item type), with an extra last row on each axis for unknown names.
 
     Attributes:
-        rooms, containers, items: the names of the axes, without the last row.
+        rooms, containers, items: names on the axes, without the extra row.
         probability: float64, shape (rooms + 1, containers + 1, items + 1), read-only.
     """
 
@@ -45,7 +45,7 @@ class CountsTable:
     probability: Floats
 
     def look_up(self, kinds: tuple[str, ...], types: tuple[str, ...], items: tuple[str, ...]) -> Floats:
-        """Probabilities, shape (items, containers); a container is given by its room's kind and its type."""
+        """Probabilities, shape (items, containers); containers are given by room kind and container type."""
         r = _places(self.rooms, kinds)
         c = _places(self.containers, types)
         o = _places(self.items, items)
@@ -67,7 +67,7 @@ def smooth(examples: Examples) -> CountsTable:
 
 
 def tallies(examples: Examples) -> tuple[Floats, Floats]:
-    """How often each triple was seen and held, shape (rooms + 1, containers + 1, items + 1) each."""
+    """The counts `seen` and `held` of each triple, each of shape (rooms + 1, containers + 1, items + 1)."""
     shape = (len(examples.rooms) + 1, len(examples.containers) + 1, len(examples.items) + 1)
     seen, held = np.zeros(shape), np.zeros(shape)
     at = tuple(examples.triples.T)
@@ -84,7 +84,7 @@ def table_of(values: Floats, examples: Examples) -> CountsTable:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CountsEstimator:
-    """Looks the probability up; what has been seen in the run changes nothing."""
+    """Looks up probabilities; observations during the run are ignored."""
 
     name: str
     table: CountsTable
@@ -100,7 +100,7 @@ class CountsEstimator:
 
 
 def counts_tensors(examples: Examples) -> dict[str, Tensor]:
-    """What a weights file of counts holds: the examples themselves, as the names' indices and two counts."""
+    """The tensors of a weights file of counts: the examples as name indices and two counts."""
     return {
         "triples": examples.triples.astype(np.int32),
         "seen": examples.seen.astype(np.float32),

@@ -1,8 +1,8 @@
-"""What does a name mean? Sentence vectors of generic names (Sentence-BERT; paper, Sec. IV-D).
+"""Sentence embeddings of generic names (Sentence-BERT; paper, Sec. IV-D), shipped or computed live.
 
-Vectors for the project's own vocabulary are shipped, so that nothing needs a transformer. A name beyond them is
-encoded live when the extra "encoder" is installed (all-MiniLM-L6-v2 comes with it, without a network), and is
-otherwise an error that says how to install it. Names are made readable first: "ShelvingUnit" is "shelving unit".
+Vectors of the project's own vocabulary are shipped, so that no transformer is needed for them. Other names are
+encoded live if the extra "encoder" is installed (it includes all-MiniLM-L6-v2, so no network is needed); otherwise
+the error says how to install it. Names are made readable first: "ShelvingUnit" is "shelving unit".
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ MINILM = "all-MiniLM-L6-v2"
 """The encoder whose vectors are shipped."""
 
 LONGEST_NAME = 200
-"""Characters of a name that are encoded; the rest says nothing about where a thing is kept."""
+"""Characters of a name that are encoded; longer names carry no further information."""
 
 
 class TextEncoder(Protocol):
-    """Turns generic names into vectors; the same name always into the same."""
+    """Turns generic names into vectors; deterministic."""
 
     @property
     def name(self) -> str:
-        """Which encoder: weights trained with one cannot be used with another."""
+        """The name of the encoder; weights trained with one encoder cannot be used with another."""
         ...
 
     def encode(self, names: Sequence[str]) -> Vectors:
@@ -46,7 +46,7 @@ class TextEncoder(Protocol):
 
 
 class NameNotShipped(MissingExtra):
-    """A name without a shipped vector, and no encoder installed."""
+    """A name has no shipped vector, and no encoder is installed."""
 
     def __init__(self, name: str) -> None:
         shown = name if len(name) <= 60 else name[:57] + "..."
@@ -64,7 +64,7 @@ class NoSuchEncoder(InputError):
 
 
 def generic_name(type_name: str) -> str:
-    """What is encoded for a type or a room kind: readable, in lower case, not endless."""
+    """The text encoded for a type or a room kind: readable, in lower case, of limited length."""
     return readable_name(type_name[:LONGEST_NAME]).lower()[:LONGEST_NAME]
 
 
@@ -91,7 +91,7 @@ class SentenceTransformer:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShippedVectors:
-    """A table of vectors, and behind it a live encoder for names that it does not have.
+    """A table of vectors, with a live encoder for names that are not in the table.
 
     Attributes:
         name: the encoder that made the table.
@@ -103,14 +103,18 @@ class ShippedVectors:
     _live: dict[str, Vectors] = field(default_factory=dict[str, Vectors], repr=False, compare=False)
 
     def encode(self, names: Sequence[str]) -> Vectors:
-        """Raises NameNotShipped for a name that is not in the table when no live encoder is installed."""
+        """Vectors of readable names, float32, shape (names, dimensions).
+
+        Raises:
+            NameNotShipped: a name is not in the table and no live encoder is installed.
+        """
         strange = sorted({n for n in names if n not in self.table and n not in self._live})
         if strange:
             try:
                 encoder = live_encoder(self.name)
             except MissingExtra:
                 raise NameNotShipped(strange[0]) from None
-            # One at a time: a batch pads its names, and padding moves the last bits.
+            # One at a time: padding in a batch changes the last bits.
             self._live.update({n: encoder.encode([n])[0].astype(np.float16).astype(np.float32) for n in strange})
         rows = [self.table[n] if n in self.table else self._live[n] for n in names]
         return np.array(rows, dtype=np.float32).reshape(len(names), -1)
@@ -120,7 +124,7 @@ class ShippedVectors:
 def live_encoder(name: str) -> SentenceTransformer:
     """A model of sentence-transformers: all-MiniLM-L6-v2 from its package, any other by name or folder.
 
-    Nothing is asked of the network: a model by name must have been downloaded before.
+    The network is never used: a model given by name must have been downloaded before.
 
     Raises:
         MissingExtra: sentence-transformers is not installed.
@@ -142,14 +146,14 @@ def live_encoder(name: str) -> SentenceTransformer:
 
 
 def _in_short(error: Exception) -> str:
-    """Its first line; one that tells of a network that was not asked says only what is missing."""
+    """The first line of an error; errors about network access are replaced by what is missing."""
     first = str(error).partition("\n")[0][:120] or type(error).__name__
     return "no such folder or downloaded model" if "huggingface.co" in first else first
 
 
 @lru_cache(maxsize=4)
 def text_encoder(name: str = MINILM) -> TextEncoder:
-    """The encoder of that name: shipped vectors with the live model behind them, or another live model."""
+    """The encoder of that name: shipped vectors backed by the live model, or another live model."""
     return shipped_vectors() if name == MINILM else live_encoder(name)
 
 
@@ -177,7 +181,7 @@ def vectors_from(weights: Weights) -> ShippedVectors:
 
 
 def names_to_ship() -> tuple[str, ...]:
-    """The names of which vectors are shipped, but for those that the houses at hand add."""
+    """The names whose vectors are shipped, apart from those added by the given houses."""
     data = Path(__file__).resolve().parents[1] / "data" / "encoder_names.txt"
     return (*sorted(vocabulary()), *data.read_text(encoding="utf-8").split("\n"))
 

@@ -21,12 +21,12 @@ from workbench.errors import UnknownName
 from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded, plugin
 
 EstimatorFactory = Callable[[Weights], Estimator]
-"""Makes an estimator of its weights."""
+"""Makes an estimator from its weights."""
 
 ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
     {"counts": counts_from, "fcnn": fcnn_from, "best": best_from}
 )
-"""The estimators by name: smoothed counts, the paper's network, and the best one here."""
+"""The estimators by name: smoothed counts, the paper's network, and this project's best."""
 
 WEIGHTS_SUFFIX = ".safetensors"
 
@@ -81,7 +81,7 @@ def _is_estimator(thing: object) -> bool:
 
 @lru_cache(maxsize=16)
 def _of_file(path: Path, version: tuple[int, int]) -> Estimator:
-    """The estimator of a weights file, read once as long as the file stays what it is."""
+    """The estimator of a weights file; cached until the file changes."""
     del version
     held = read_weights(path)
     if held.header.estimator not in ESTIMATORS:
@@ -90,7 +90,7 @@ def _of_file(path: Path, version: tuple[int, int]) -> Estimator:
 
 
 def _version(path: Path) -> tuple[int, int]:
-    """What changes when a file is replaced; zeros where there is none."""
+    """A fingerprint that changes when the file is replaced; zeros if there is no file."""
     try:
         stat = path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""What is there to learn from? Labelled (room, container, item) examples of houses, collapsed and weighted.
+"""Labelled (room, container, item) training examples of houses, collapsed into weighted triples.
 
 The paper labels every container of a house for every item type that the house holds: positive when the container
 holds an instance, negative otherwise (Sec. IV-D). Its features are names only, so most rows are the same row
@@ -32,7 +32,7 @@ class Examples:
         held: float64, shape (examples,): how often it held the item, at most `seen`.
 
     Raises:
-        BadValue: arrays that do not fit one another, or more held than seen.
+        BadValue: the array shapes do not match, or `held` exceeds `seen`.
     """
 
     rooms: tuple[str, ...]
@@ -56,12 +56,13 @@ class Examples:
 
     @property
     def rows(self) -> float:
-        """The weighted number of rows that collapsed."""
+        """The weighted number of rows before collapsing."""
         return float(self.seen.sum())
 
 
 def house_weight(house: House, *, single_room: float) -> float:
-    """What a house counts in learning: one of a single room says little of whole houses and counts `single_room`."""
+    """The training weight of a house: 1, or `single_room` for a house of one room, which says little about whole
+    houses."""
     return single_room if len(house.plan.rooms) == 1 else 1.0
 
 
@@ -69,8 +70,8 @@ def collect(houses: Sequence[House], *, weights: Sequence[float] | None = None) 
     """The examples of houses.
 
     Args:
-        houses: where to learn from.
-        weights: what each house counts, default 1.
+        houses: the training houses.
+        weights: weight of each house, default 1.
 
     Raises:
         BadValue: no house holds anything.

@@ -2,7 +2,7 @@
 
 The input is the three sentence vectors, each followed by a one-hot vector that says which of the three it is. The
 first layer is linear in the three, so each name passes it once; the rest runs once for each triple of names and is
-remembered. Forward only and in numpy: torch is needed for training, not for believing.
+cached. Only the forward pass, in numpy: torch is needed for training alone.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ ROLES = ("room", "container", "item")
 """The order of the three in the input, and their one-hot kinds."""
 
 MOST_REMEMBERED = 200_000
-"""Triples whose probability is kept; beyond it the memory starts anew."""
+"""Number of cached triples; beyond it, the cache is emptied."""
 
 DIGITS = 9
-"""Decimals kept of a probability: what a matrix product rounds differently in another batch is below them."""
+"""Probabilities are rounded to so many decimals, since matrix products round differently with the batch size."""
 
 Layer = tuple[Floats, Floats]
 """Weights, shape (out, in), and bias, shape (out,)."""
@@ -42,8 +42,8 @@ class FcnnEstimator:
 
     Attributes:
         name: "fcnn@" and a hash.
-        encoder: of names it has not met.
-        layers: first to last; all but the last are followed by a rectifier.
+        encoder: the text encoder.
+        layers: first to last; all but the last are followed by a ReLU.
     """
 
     name: str
@@ -53,7 +53,11 @@ class FcnnEstimator:
     _known: dict[tuple[str, str, str], float] = field(default_factory=dict[tuple[str, str, str], float], repr=False)
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
-        """Raises NameNotShipped for a name that nothing here can encode."""
+        """The belief over unsearched containers.
+
+        Raises:
+            NameNotShipped: a name cannot be encoded.
+        """
         unsearched = knowledge.unsearched
         kind = {room.id: room.kind for room in knowledge.plan.rooms}
         container = {c.id: c for c in knowledge.plan.containers}
@@ -72,7 +76,7 @@ class FcnnEstimator:
         return table.reshape(len(items), len(distinct))[:, [at[place] for place in places]]
 
     def _learn(self, triples: Sequence[tuple[str, str, str]]) -> None:
-        """Run the network on triples and remember what it says."""
+        """Run the network on triples and cache the results."""
         if len(self._known) + len(triples) > MOST_REMEMBERED:
             self._known.clear()
         columns = [self._pass_first(role, [t[k] for t in triples]) for k, role in enumerate(ROLES)]
@@ -83,7 +87,7 @@ class FcnnEstimator:
         self._known.update(zip(triples, probability.tolist(), strict=True))
 
     def _pass_first(self, role: str, names: Sequence[str]) -> Floats:
-        """The share of the first layer that a name has in a role, shape (names, hidden)."""
+        """The contribution of each name in a role to the first layer, shape (names, hidden)."""
         strange = sorted({n for n in names if (role, n) not in self._first})
         if strange:
             width = self.layers[0][0].shape[1] // len(ROLES)

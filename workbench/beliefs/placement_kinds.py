@@ -1,14 +1,14 @@
-"""Which things are put in the same places? Kinds of item types, and from them how often a container holds each type.
+"""Latent kinds of item types with similar placements, and the rates at which containers hold each item type.
 
-Most item types are met a few times only, too seldom to tell their places one by one; but there are few ways of
-putting things away: what lies beside a washbasin, what a kitchen's worktop holds, what is left on any table. A kind
-is such a way: a rate for every room kind and container type. Each item type belongs to one of them, more or less
-closely: where it was found is drawn from a Dirichlet-multinomial around its kind (Minka, "Estimating a Dirichlet
-distribution", 2000), and names of one kind lie near one another among sentence vectors. Kinds and memberships are
-fitted together by expectation maximisation, several times from seeded starts; the rates of the runs are averaged.
+Most item types occur too rarely to estimate their places one by one, but there are few placement patterns: items
+beside a washbasin, on a kitchen worktop, on any table. A kind is such a pattern: a rate for every room kind and
+container type. Each item type belongs to one kind with some closeness: its finds are drawn from a
+Dirichlet-multinomial around the kind (Minka, "Estimating a Dirichlet distribution", 2000), and the sentence vectors
+of the names of a kind are close together. Kinds and memberships are fitted by expectation maximisation from several
+seeded starts; the rates of the runs are averaged.
 
-A type that was often met keeps its own places, one that was seldom met takes those of its kind, and one that was
-never met takes those of the kinds that its name is near.
+A frequent type keeps its own rates, a rare type is drawn to those of its kind, and an unknown type gets those of
+the kinds nearest to its name.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from workbench.worlds.house import House, RoomId
 Floats = npt.NDArray[np.float64]
 
 LEAST, MOST = 1e-6, 0.9
-"""Rates are kept within."""
+"""Rates are clipped to [LEAST, MOST]."""
 
 SELDOM = 0.5
-"""How often a type that was never met counts as met: it is in the house that is asked about."""
+"""Pseudo-count of a type without occurrences."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitting:
-    """How kinds are fitted; the defaults were chosen by cross-validation over the training houses.
+    """Hyperparameters of the fit; the defaults were chosen by cross-validation over the training houses.
 
     Attributes:
-        kinds: how many.
-        closeness: how many finds the pull of its kind may be worth to a type; each has a share of the types.
+        kinds: number of kinds.
+        closeness: possible strengths of a kind's prior on a type, in pseudo-finds; each has a share of the types.
         names: weight of a squared distance between sentence vectors, in nats.
-        doubt: how many finds the rates of all things are worth to a kind.
-        unseen: containers that stand for what no container of a room kind and type was seen to do.
-        rounds: of expectation maximisation; in the first half memberships are kept soft.
-        runs: from different starts.
+        doubt: strength of the overall rates as a prior on a kind, in pseudo-finds.
+        unseen: pseudo-count of containers for combinations of room kind and type that were never seen.
+        rounds: iterations of expectation maximisation; memberships are softened in the first half.
+        runs: number of runs from different starts.
     """
 
     kinds: int = 8
@@ -57,13 +57,15 @@ class Fitting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tally:
-    """What was found where.
+    """Counts of finds by place.
 
     Attributes:
-        rooms, containers, items: names of the axes; the first two have one entry more, for an unknown name.
-        held: how many containers of a room kind and type held an item type, shape (items, rooms + 1, containers + 1).
-        stood: how many there were in houses of a source that has the type at all, of the same shape. The older
-            ProcTHOR houses know nothing of Objaverse things.
+        rooms, containers, items: names on the axes; the first two axes have an extra entry for unknown names.
+        held: number of containers of a room kind and type that held an item type, shape (items, rooms + 1,
+            containers
+            + 1).
+        stood: number of such containers in houses of sources that have the type at all, same shape. (The older
+            ProcTHOR houses have no Objaverse items.)
     """
 
     rooms: tuple[str, ...]
@@ -79,7 +81,7 @@ class Kinds:
 
     Attributes:
         rate: relative rates, shape (kinds, places); places are rooms x containers of the tally, flattened.
-        centre: where their names lie, shape (kinds, dimensions).
+        centre: mean sentence vector of each kind's names, shape (kinds, dimensions).
         weight: share of the types by kind and closeness, shape (kinds, closenesses).
     """
 
@@ -89,10 +91,10 @@ class Kinds:
 
 
 def tally(houses: Sequence[House]) -> Tally:
-    """Count over houses. A house's source is its name up to a colon: the file that it came from.
+    """Count finds over houses. The source of a house (the file that it came from) is its name up to the colon.
 
-    What stands in a room as furniture is not counted there: a room that has a plant on the floor is no place to learn
-    from where plants are put.
+    An item type that stands in a room as furniture is not counted there: a plant on the floor says nothing about
+    where plants are put.
     """
     rooms = tuple(sorted({room.kind for house in houses for room in house.plan.rooms}))
     containers = tuple(sorted({c.type for house in houses for c in house.plan.containers}))
@@ -130,10 +132,10 @@ def by_source(houses: Sequence[House]) -> dict[str, list[House]]:
 
 
 def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: Fitting) -> Kinds:
-    """One run from a drawn start.
+    """One run of the fit from a random start.
 
     Args:
-        vectors: of the item types' names, shape (items, dimensions), each of length 1.
+        vectors: sentence vectors of the item types, shape (items, dimensions), of unit length.
     """
     lesson = _lesson(found, vectors, how)
     held, stood = lesson.held, lesson.stood
@@ -155,7 +157,7 @@ def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: F
 
 
 def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fitting) -> Floats:
-    """The chance that a container holds an item type, whatever the house, as one run's kinds have it.
+    """The rate at which a container holds an item type, independent of the house, by the kinds of one run.
 
     Args:
         held, stood: finds and containers, shape (items, places).
@@ -177,15 +179,15 @@ def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fi
 
 
 def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
-    """The chance of each type that a room may have it twice, shape (items,).
+    """The probability that a room may hold each type twice, shape (items,).
 
-    Some things a room has once: whoever put a plate on the table put none on the dresser, and where a plant stands on
-    the floor there is none on the table. For each type it is compared how many rooms had it twice, and how many would
-    have if containers did not know of one another and of the furniture.
+    Some item types occur once per room: with a plate on the table there is none on the dresser, and with a plant on
+    the floor there is none on the table. For each type, the number of rooms that had it twice is compared with the
+    number expected if containers and furniture were independent.
 
     Args:
         rates: shape (items, rooms + 1, containers + 1).
-        before: the chance before anything was counted.
+        before: prior probability.
     """
     item_at = {name: k for k, name in enumerate(found.items)}
     expected, twice = np.zeros(len(found.items)), np.zeros(len(found.items))
@@ -211,11 +213,11 @@ def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, b
 
 
 def _twice(rates: Floats, has: Floats) -> Floats:
-    """The chance that a room has each type twice or more, shape (types,).
+    """The probability that a room holds each type at least twice, shape (types,).
 
     Args:
-        rates: of its containers, shape (types, containers).
-        has: 1 where it stands there as furniture, else 0.
+        rates: rates of the room's containers, shape (types, containers).
+        has: 1 if the type stands there as furniture, else 0.
     """
     none = np.prod(1 - rates, axis=1)
     return np.where(has > 0, 1 - none, 1 - none - none * (rates / (1 - rates)).sum(axis=1))
@@ -223,14 +225,14 @@ def _twice(rates: Floats, has: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Lesson:
-    """A tally made ready for fitting.
+    """A tally prepared for fitting.
 
     Attributes:
         held, stood: finds and containers, shape (items, places).
         vectors: of the names, shape (items, dimensions).
-        rooms: how many room kinds a place's index counts, the unknown one among them.
-        base: how often a container of a place holds anything, shape (places,).
-        prior: how many containers stand for doubt; times base it adds up to 1, shape (places,).
+        rooms: number of room kinds including the unknown one.
+        base: rate at which a container of a place holds any item, shape (places,).
+        prior: pseudo-count of containers, scaled so that its product with base sums to 1, shape (places,).
     """
 
     held: Floats
@@ -242,7 +244,7 @@ class _Lesson:
 
 
 def _lesson(found: Tally, vectors: Floats, how: Fitting) -> _Lesson:
-    """What all things do is smoothed towards what they do in containers of the same type."""
+    """A tally prepared for fitting; overall rates are smoothed towards those of the same container type."""
     held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
     types = len(found.items)
     mean = held.sum() / stood.sum()
@@ -263,7 +265,7 @@ def _lesson(found: Tally, vectors: Floats, how: Fitting) -> _Lesson:
 def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floats:
     """Relative rates of kinds from finds and exposures, shape (kinds, places).
 
-    Where little was seen, rates are drawn towards what all things do, times how much the kind favours the room.
+    With little data, rates are drawn towards the overall rates times the kind's preference for the room.
     """
     shape = (len(held), lesson.rooms, -1)
     in_rooms = held.reshape(shape).sum(axis=2) + 1
@@ -275,8 +277,8 @@ def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floa
 
 
 def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: Fitting) -> Floats:
-    """The chance of each kind and closeness for each type, shape (items, kinds, closenesses)."""
-    from scipy.special import gammaln  # beliefs are had without fitting: not for them
+    """The posterior probability of each kind and closeness for each type, shape (items, kinds, closenesses)."""
+    from scipy.special import gammaln  # imported here, since beliefs do not need fitting
 
     at, place = np.nonzero(held)
     finds, often = held[at, place], held.sum(axis=1)
@@ -294,7 +296,7 @@ def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, soft
 def _pulls(
     kinds: Kinds, stood: Floats, at: npt.NDArray[np.intp], place: npt.NDArray[np.intp], how: Fitting
 ) -> list[tuple[int, int, Floats]]:
-    """For each kind and closeness, how many finds its pull is worth at each find: (kind, closeness, finds)."""
+    """The prior pseudo-finds of each kind and closeness at each find, shape (kinds, closenesses, finds)."""
     scale = stood @ kinds.rate.T
     pulls: list[tuple[int, int, Floats]] = []
     for z in range(len(kinds.rate)):
@@ -304,7 +306,8 @@ def _pulls(
 
 
 def _better(kinds: Kinds, lesson: _Lesson, softness: float, how: Fitting) -> Kinds:
-    """One round: memberships, then kinds. Repeated finds of a type count less than first ones, as its own habit."""
+    """One iteration: memberships, then kinds. Repeated finds of a type count less than first ones, being its own
+    habit."""
     from scipy.special import digamma
 
     held, stood, vectors = lesson.held, lesson.stood, lesson.vectors

@@ -1,9 +1,10 @@
-"""Where is an item, given that the house has it? From rates (`placement_kinds.py`) to chances in the house at hand.
+"""The probability of each container to hold an item that the house is known to have, from placement rates.
 
-A rate says how often a container of a kind holds an item type, whatever the house. In a house, containers are taken
-as independent of one another, or, for what a room has once, the containers of a room as rivals: each would take the
-item with its rate, and of those that would, one drawn by chance has it. Then it is given that some container of the
-house has it. What was searched in vain is no rival any more.
+A rate (`placement_kinds.py`) says how often a kind of container holds an item type, independent of the house.
+Containers of a house are taken as independent; for an item that a room has once, the containers of the room are
+rivals: each is willing to hold it by its rate, and one of the willing, drawn at random, has it. The result is
+conditioned on some container of the house having the item. Containers searched without success are no longer
+rivals.
 """
 
 from __future__ import annotations
@@ -35,26 +36,26 @@ Floats = npt.NDArray[np.float64]
 
 _RULE = leggauss(6)
 NODES, NODE_WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
-"""Of Gauss and Legendre's rule on [0, 1], exact for the rivals of a room of up to twelve containers."""
+"""Gauss-Legendre quadrature on [0, 1], exact for rooms of up to twelve containers."""
 
 SEVERAL_OF_UNKNOWN = 0.15
-"""The chance that rooms hold a type twice that was never met."""
+"""The probability that a room may hold an unknown type twice."""
 
 SEVERAL, HELD, STOOD, USUAL, RATES = "several", "often", "stood", "usual", "rates"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Placements:
-    """What is known of item types by name.
+    """Placement statistics of item types by name.
 
     Attributes:
-        rooms, containers, items: names of the axes; rooms and containers have one entry more, for an unknown name.
-        rates: chance that a container holds an item type, shape (items, rooms + 1, containers + 1).
-        several: chance that a room may hold a type in two containers, shape (items,).
-        often: how often each type was met, shape (items,).
-        stood: how many containers of each kind there were, shape (rooms + 1, containers + 1).
-        usual: how many types one of them holds, of the same shape.
-        kinds: the runs' kinds, for types that were never met.
+        rooms, containers, items: names on the axes; rooms and containers have an extra entry for unknown names.
+        rates: rate at which a container holds an item type, shape (items, rooms + 1, containers + 1).
+        several: probability that a room may hold a type in two containers, shape (items,).
+        often: number of occurrences of each type, shape (items,).
+        stood: number of containers of each kind, shape (rooms + 1, containers + 1).
+        usual: usual number of types in one of them, same shape.
+        kinds: kinds of all runs, for unknown types.
         encoder: of their names.
     """
 
@@ -76,21 +77,25 @@ class Placements:
         self._item_at.update({name: k for k, name in enumerate(self.items)})
 
     def places(self, kinds: Sequence[str], types: Sequence[str]) -> tuple[list[int], list[int]]:
-        """Indices of containers, given by the kind of their room and their type."""
+        """Place indices of containers, given by room kind and container type."""
         return _indices(self.rooms, kinds), _indices(self.containers, types)
 
     def rates_at(self, kinds: Sequence[str], types: Sequence[str], items: Sequence[str]) -> Floats:
-        """Rates in containers, shape (items, containers). Raises NameNotShipped for a name never met."""
+        """Rates of items in containers, shape (items, containers).
+
+        Raises:
+            NameNotShipped: an unknown name cannot be encoded.
+        """
         rooms, containers = self.places(kinds, types)
         table = np.array([self._of(name) for name in items]).reshape(len(items), *self.stood.shape)
         return table[:, rooms, containers]
 
     def several_of(self, items: Sequence[str]) -> Floats:
-        """Chances that a room may hold a type twice, shape (items,)."""
+        """Probabilities that a room may hold each type twice, shape (items,)."""
         return np.array([self.several[self._item_at[i]] if i in self._item_at else SEVERAL_OF_UNKNOWN for i in items])
 
     def often_met(self, items: Sequence[str]) -> Floats:
-        """How often types were met, shape (items,)."""
+        """Number of occurrences of each type, shape (items,)."""
         return np.array([self.often[self._item_at[i]] if i in self._item_at else 0.0 for i in items])
 
     def _of(self, name: str) -> Floats:
@@ -137,11 +142,11 @@ def placements_from(
 
 
 def given_that_it_is_here(rates: Floats, several: Floats, room: npt.NDArray[np.int64]) -> Floats:
-    """The chance of each container to hold an item type, given that one of them does.
+    """The probability of each container to hold an item type, given that one of them does.
 
     Args:
         rates: shape (items, containers), below 1.
-        several: the chance that containers of a room are no rivals, shape (items,).
+        several: probability that containers of a room are not rivals, shape (items,).
         room: of each container, shape (containers,).
 
     Returns:
@@ -157,11 +162,12 @@ def given_that_it_is_here(rates: Floats, several: Floats, room: npt.NDArray[np.i
 def where_it_stands_already(
     rates: Floats, several: Floats, items: Sequence[str], room: npt.NDArray[np.int64], stands: Sequence[Sequence[str]]
 ) -> Floats:
-    """Rates in rooms that have an item type as furniture: a thing that a room has once is not in its containers.
+    """Rates adjusted for rooms that have an item type as furniture: an item that a room has once is then not in its
+    containers.
 
     Args:
         rates: shape (items, containers).
-        several: the chance that a room may have a type twice, shape (items,).
+        several: probability that a room may have a type twice, shape (items,).
         room: of each container, an index into stands.
         stands: for each room, the types of its furniture.
     """
@@ -171,10 +177,10 @@ def where_it_stands_already(
 
 
 def among_rivals(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
-    """The chance of each container to have what its room has once, shape (items, containers).
+    """The probability of each container to hold an item that its room has once, shape (items, containers).
 
-    Of those that would take it one is drawn: rate times E[1 / (1 + rivals that would)], which is the integral over
-    x in [0, 1] of the product over the rivals of (1 - rate + rate x).
+    One of the willing containers is drawn: rate times E[1 / (1 + willing rivals)], which is the integral over x in
+    [0, 1] of the product over the rivals of (1 - rate + rate x).
     """
     from workbench.beliefs.compiled_rivals import share_among_rivals
 
@@ -182,7 +188,8 @@ def among_rivals(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
 
 
 def usual_types(houses: Sequence[House], found: Tally) -> Floats:
-    """How many types a container usually holds, shape (rooms + 1, containers + 1), smoothed towards its type."""
+    """The usual number of types in a container, shape (rooms + 1, containers + 1), smoothed towards its container
+    type."""
     shape = found.held.shape[1:]
     total, count = np.zeros(shape), np.zeros(shape)
     for house in houses:
@@ -199,7 +206,7 @@ def usual_types(houses: Sequence[House], found: Tally) -> Floats:
 
 
 def placements_tensors(placements: Placements) -> dict[str, Tensor]:
-    """What a weights file holds of them."""
+    """The tensors of a weights file."""
     kinds = placements.kinds
     return {
         RATES: placements.rates.astype(np.float32),
@@ -254,7 +261,7 @@ def placements_of(weights: Weights) -> Placements:
 
 
 def _as_shipped(kinds: Kinds) -> Kinds:
-    """To the precision of a weights file, so that trained and loaded ones say the same."""
+    """Kinds rounded to the precision of a weights file, so that trained and loaded ones agree."""
     centre = kinds.centre.astype(np.float16).astype(np.float64)
     return Kinds(rate=_rounded(kinds.rate), centre=centre, weight=_rounded(kinds.weight))
 

@@ -1,7 +1,7 @@
-"""What does a robot know of a house before and while it opens things? The place as arrays, and what it has seen.
+"""A house and what the robot has observed in it, as the arrays that features are computed from.
 
-Positions in a list mean nothing here: every number belongs to a container, and sums over containers are all that
-the features of `context.py` use, so that a belief cannot depend on the order of containers.
+Every number belongs to a container, and the features of `context.py` use only sums over containers, so that a
+belief cannot depend on their order.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from workbench.worlds.knowledge import Knowledge
 Floats = npt.NDArray[np.float64]
 
 ROOM_KINDS = ("Bathroom", "Bedroom", "Kitchen", "LivingRoom")
-"""ProcTHOR's; a room of another kind counts as none of them."""
+"""ProcTHOR's room kinds; other kinds have no feature of their own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,14 +26,14 @@ class Scene:
     """A plan's containers as arrays.
 
     Attributes:
-        kinds, types: per container, the kind of its room and its own type.
+        kinds, types: room kind and container type of each container.
         room: int64, shape (containers,), the index of its room.
         size_m: float64, shape (containers, 3).
         rooms: the kinds of all rooms.
         room_m2: float64, shape (rooms,), floor areas.
-        stands: per room, the types of what stands or hangs in it and is no container: a plant, a television.
-        open: bool, shape (containers,): can still be searched.
-        seen: per container, the types that it held when it was looked into; None when it was not.
+        stands: per room, the types of furniture that is not a container, such as a plant or a television.
+        open: bool, shape (containers,): whether it can still be searched.
+        seen: per container, the types observed in it; None if it was not searched.
     """
 
     kinds: tuple[str, ...]
@@ -48,7 +48,7 @@ class Scene:
 
 
 def scene_of(knowledge: Knowledge) -> Scene:
-    """What the robot knows now."""
+    """The scene as the robot knows it now."""
     plan = knowledge.plan
     unsearched = set(knowledge.unsearched)
     first = knowledge.first_seen
@@ -57,7 +57,7 @@ def scene_of(knowledge: Knowledge) -> Scene:
 
 
 def scene_from(plan: FloorPlan, *, is_open: list[bool], seen: tuple[tuple[str, ...] | None, ...]) -> Scene:
-    """A plan with what is open and what was seen, in the plan's order."""
+    """The scene of a plan with given unsearched containers and observations, in the plan's order."""
     at = {room.id: k for k, room in enumerate(plan.rooms)}
     kinds = tuple(room.kind for room in plan.rooms)
     room = np.array([at[c.room] for c in plan.containers], dtype=np.int64)

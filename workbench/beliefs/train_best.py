@@ -1,9 +1,9 @@
-"""How is the best estimator trained? Opinions out of fold, houses half searched, then boosted trees on their context.
+"""Training of the estimator `best`: out-of-fold name opinions, partly searched houses, and boosted trees.
 
-The trees must learn how far names can be trusted in a house that the names' rates have not seen. So the training
-houses are dealt into folds, and each house's opinions come from placements learnt on the other folds. Every house is
-then looked at several times: before anything is opened, and with a random share of its containers seen. Sizes are
-taken exact where an asset table gives them and usual otherwise, so that either serves later.
+The trees must learn how far name-based rates can be trusted in a new house. So the training houses are split into
+folds, and each house's opinions come from placements learnt on the other folds. Every house is then sampled several
+times: before any search, and with a random share of its containers searched. Both exact sizes (from an asset table)
+and usual sizes are used, so that the trees work with either.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ Floats = npt.NDArray[np.float64]
 FOLDS = 5
 
 SINGLE_ROOM = 0.3
-"""What a house of a single room counts for the trees."""
+"""Weight of a single-room house in training the trees."""
 
 Watch = Callable[[str, int, float], None]
-"""Told of what is being trained, its epoch or tree, and the held-out loss."""
+"""Progress callback: what is being trained, its epoch or tree, and the held-out loss."""
 
 
 def train_best(
@@ -45,7 +45,7 @@ def train_best(
     how: Boosting | None = None,
     watch: Watch | None = None,
 ) -> tuple[Placements, dict[str, Tensor]]:
-    """Train; returns the placements (whose names belong into the header) and the tensors.
+    """Train the estimator; returns the placements (whose names go into the header) and the tensors.
 
     Args:
         houses, held_out: different houses.
@@ -72,7 +72,7 @@ def train_best(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Part:
-    """One look at one house: features (features, items, open containers), what held, and the weight of a row."""
+    """One sample of one house: features (features, items, unsearched containers), labels, and the weight of a row."""
 
     features: Floats
     held: npt.NDArray[np.bool_]
@@ -80,7 +80,8 @@ class _Part:
 
 
 def _folds(houses: Sequence[House]) -> list[int]:
-    """Dealt in order, whole houses and single rooms apart, so that every fold has its share of both."""
+    """Folds assigned round-robin, for whole houses and single rooms separately, so that every fold has its share of
+    both."""
     dealt = {True: 0, False: 0}
     folds: list[int] = []
     for house in houses:
@@ -91,7 +92,7 @@ def _folds(houses: Sequence[House]) -> list[int]:
 
 
 def _looks(house: House, usual: House, names: Names, rng: np.random.Generator) -> list[_Part]:
-    """Looks at a house: closed, with either sizes; and partly searched."""
+    """Samples of a house: unsearched, with either kind of sizes, and partly searched."""
     single = len(house.plan.rooms) == 1
     shares = [0.0, rng.uniform(0.05, 0.7)] if single else [0.0, 0.0, rng.uniform(0.05, 0.3), rng.uniform(0.2, 0.8)]
     parts: list[_Part] = []

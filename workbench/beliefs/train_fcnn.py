@@ -1,7 +1,7 @@
-"""How is the paper's network trained? Cross entropy over distinct weighted triples, stopped on held-out houses.
+"""Training of the paper's network: cross entropy over weighted triples, with early stopping on held-out houses.
 
-What is kept may be a running mean of the weights over the last steps (Polyak and Juditsky 1992), which the noise of
-single steps moves less than the weights themselves.
+The result may be a running mean of the weights over the last steps (Polyak and Juditsky 1992), which is less noisy
+than the weights themselves.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from workbench.beliefs.weights import Tensor
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recipe:
-    """How a network is trained; the defaults were chosen by the loss on houses held out.
+    """Hyperparameters of training; the defaults were chosen by the loss on held-out houses.
 
     Attributes:
         hidden: widths of the hidden layers.
-        epochs: at most; the learning rate falls to nothing over them.
+        epochs: maximum number; the learning rate decays to zero over them.
         patience: epochs without a better held-out loss before training stops.
-        batch: triples a step.
+        batch: triples per step.
         rate, decay: AdamW's learning rate at its peak, and its weight decay.
         dropout: share of hidden units left out while training.
-        memory: of the running mean of the weights, a step; 0 keeps the weights themselves.
+        memory: decay per step of the running mean of the weights; 0 keeps the weights themselves.
     """
 
     hidden: tuple[int, ...] = (256, 128, 64)
@@ -54,8 +54,9 @@ Watch = Callable[[int, float], None]
 class Fcnn(nn.Module):
     """The paper's fully connected network: rectified layers with dropout, one logit.
 
-    The input is three blocks of names, and the first layer is linear in each: every name passes its block once a
-    step, and rows add what their three names came to. It is the same network at a third of the work.
+    The input consists of three blocks of names, and the first layer is linear in each: every name passes its block
+    once per step, and each row adds the results of its three names. This is the same network at a third of the
+    cost.
     """
 
     def __init__(self, blocks: Sequence[torch.Tensor], recipe: Recipe) -> None:
@@ -93,9 +94,9 @@ def train_fcnn(
 
     Args:
         examples, held_out: of different houses.
-        watch: told of every epoch.
+        watch: called after every epoch.
     """
-    torch.set_num_threads(1)  # So small a network gains nothing by more, and sums keep their order on any machine.
+    torch.set_num_threads(1)  # more threads gain nothing here and change the order of sums
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     device = chosen_device()
@@ -132,7 +133,7 @@ def train_fcnn(
 
 
 def chosen_device() -> str:
-    """A GPU when there is one."""
+    """The GPU if there is one, else the CPU."""
     return "cuda" if torch.cuda.is_available() else "cpu"
 
 
@@ -163,7 +164,7 @@ def _blocks(known: Known, encoder: TextEncoder) -> list[torch.Tensor]:
 
 
 def _rows(examples: Examples, known: Known) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Triples of indices into the known names; the share that held; the weight, 1 on average."""
+    """Triples of name indices, the share that held, and the weight (1 on average)."""
     columns: list[Tensor] = []
     for k, names in enumerate((examples.rooms, examples.containers, examples.items)):
         at = {name: i for i, name in enumerate(known[k])}

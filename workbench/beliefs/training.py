@@ -1,4 +1,4 @@
-"""How does an estimator come from houses? A table of trainers, and the header that says how it was made."""
+"""The table of trainers, and the writing of weights files with their headers."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from workbench.errors import BadValue, MissingExtra, UnknownName
 from workbench.worlds.house import House
 
 SINGLE_ROOM = 0.1
-"""What a house of a single room counts beside whole houses, chosen by log loss on validation houses."""
+"""Weight of a single-room house, chosen by log loss on validation houses."""
 
 Watch = Callable[[str, int, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lesson:
-    """What an estimator is trained on.
+    """The training set and settings of an estimator.
 
     Attributes:
-        houses, held_out: different houses; training stops where the held-out ones say so.
-        encoder: of names.
+        houses, held_out: disjoint sets of houses; the held-out ones decide when training stops.
+        encoder: the text encoder.
         seed: the same seed trains the same weights.
-        usual_sizes: the training houses again with usual sizes, where `houses` have exact ones; else None.
-        single_room: what a house of one room counts.
+        usual_sizes: the training houses with usual sizes, if `houses` have exact ones; else None.
+        single_room: weight of a single-room house.
     """
 
     houses: Sequence[House]
@@ -53,7 +53,7 @@ class Lesson:
             raise BadValue("houses with usual sizes", len(self.usual_sizes), "as many as houses to learn from")
 
     def weights(self, houses: Sequence[House]) -> list[float]:
-        """What each house counts; nothing is weighed down where all are of one room."""
+        """The weight of each house; all 1 if every house has a single room."""
         if all(len(h.plan.rooms) == 1 for h in self.houses):
             return [1.0] * len(houses)
         return [house_weight(h, single_room=self.single_room) for h in houses]
@@ -70,8 +70,8 @@ def train(name: str, lesson: Lesson, path: Path, *, watch: Watch | None = None) 
 
     Raises:
         UnknownName: no trainer of that name.
-        BadValue: no houses, or houses that hold nothing.
-        MissingExtra: a network is to be trained, and torch is not here.
+        BadValue: no houses, or houses without items.
+        MissingExtra: a network is to be trained and torch is not installed.
     """
     if name not in TRAINERS:
         raise UnknownName("estimator to train", name, TRAINERS)
@@ -97,7 +97,7 @@ def train(name: str, lesson: Lesson, path: Path, *, watch: Watch | None = None) 
 
 
 def houses_sha256(houses: Sequence[House]) -> str:
-    """A hash of what was learnt from: of every house its name, and what each container of which room holds."""
+    """A hash of the training houses: their names, rooms, containers and contents."""
     digest = hashlib.sha256()
     for house in houses:
         digest.update(repr((house.plan.name, [(r.id, r.kind) for r in house.plan.rooms])).encode())
@@ -107,7 +107,7 @@ def houses_sha256(houses: Sequence[House]) -> str:
 
 
 def hold_out(houses: Sequence[House], *, share: float, rng: np.random.Generator) -> tuple[list[House], list[House]]:
-    """Deal houses into those to learn from and those to hold out: at least one of each, drawn by house.
+    """Split houses at random into training and held-out houses, at least one of each.
 
     Raises:
         BadValue: fewer than two houses.

@@ -1,10 +1,9 @@
-"""What do boosted trees say of rows of features? The sum of one leaf a tree, walked in compiled code.
+"""Oblivious boosted trees, and their evaluation on rows of features.
 
-The trees are oblivious (Kohavi 1994; Prokhorenkova et al. 2018): all nodes of a level ask the same question, so that
-the answers to a tree's few questions are the number of the leaf. Nothing is followed from node to node, and rows are
-asked side by side.
+The trees are oblivious (Kohavi 1994; Prokhorenkova et al. 2018): all nodes of a level share one test, so that the
+outcomes of a tree's tests are the bits of the leaf index. No nodes are traversed, and rows are evaluated in blocks.
 
-The walk is in `compiled_trees.py` and is imported when it is first needed: numba takes most of a second.
+The evaluation is in `compiled_trees.py`, which is imported lazily: importing numba takes most of a second.
 """
 
 from __future__ import annotations
@@ -29,9 +28,9 @@ class Trees:
     """Oblivious trees of one depth.
 
     Attributes:
-        feature: int32, shape (trees, depth): what each level asks about.
-        threshold: float64, shape (trees, depth): more than this sets the level's bit in the leaf's number.
-        value: float64, shape (trees, 2**depth), what a leaf adds.
+        feature: int32, shape (trees, depth): the feature that each level tests.
+        threshold: float64, shape (trees, depth): a larger value sets the level's bit in the leaf index.
+        value: float64, shape (trees, 2**depth), the value of each leaf.
     """
 
     feature: Ints
@@ -47,7 +46,7 @@ class Trees:
 
 
 def joined(trees: Sequence[Trees]) -> Trees:
-    """Trees of one depth as one."""
+    """Concatenate trees of equal depth."""
     return Trees(
         feature=np.concatenate([t.feature for t in trees]),
         threshold=np.concatenate([t.threshold for t in trees]),
@@ -56,7 +55,7 @@ def joined(trees: Sequence[Trees]) -> Trees:
 
 
 def trees_tensors(trees: Trees) -> dict[str, Tensor]:
-    """What a weights file holds of trees."""
+    """The tensors of a weights file."""
     return {
         "trees.feature": trees.feature,
         "trees.threshold": trees.threshold.astype(np.float32),

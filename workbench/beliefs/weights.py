@@ -1,4 +1,4 @@
-"""What stands in a weights file? Tensors and one JSON header in a safetensors file; reading it never unpickles.
+"""Weights files: tensors and a JSON header in a safetensors file, read without unpickling.
 
 The header is one metadata entry, "lios": a JSON document with sorted keys, so that the same training writes the
 same bytes (safetensors itself keeps several entries in no fixed order).
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from workbench.errors import FileMissing, MalformedFile
 
 VERSION = 1
-"""A change of what tensors mean bumps it."""
+"""Version of the tensors' meaning."""
 
 MOST_BYTES = 64 * 2**20
 """A weights file beyond this is refused before it is read."""
@@ -29,17 +29,17 @@ Tensor = npt.NDArray[Any]
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True):
-    """What a weights file says of itself.
+    """The header of a weights file.
 
     Attributes:
         estimator: "counts", "fcnn", "best".
-        version: VERSION when it was written.
-        encoder: the name of the text encoder whose vectors it was trained on; "" when it uses none.
+        version: VERSION at the time of writing.
+        encoder: the name of the text encoder whose vectors it was trained on; "" if it uses none.
         houses_sha256: hash of the houses that it was trained on (names and contents).
-        houses: how many they were.
-        seed: of the training.
+        houses: number of training houses.
+        seed: seed of the training.
         metrics: measured on held-out houses at the end of training.
-        settings: the estimator's own: names of rooms, containers and items, sizes, temperatures.
+        settings: settings of the estimator: names of rooms, containers and items, sizes, temperatures.
     """
 
     estimator: str
@@ -67,10 +67,10 @@ class Weights:
         return f"{self.header.estimator}@{self.sha256[:8]}"
 
     def tensor(self, name: str, *shape: int | None) -> Tensor:
-        """A tensor, checked: of this shape (None is any length), of numbers, all finite.
+        """A tensor, checked to be numeric, finite and of this shape (None matches any length).
 
         Raises:
-            MalformedFile: it is missing or something else.
+            MalformedFile: it is missing or fails a check.
         """
         if name not in self.tensors:
             raise MalformedFile(self.path, f"has no tensor {name!r}", _TRAIN)
@@ -85,7 +85,11 @@ class Weights:
         return value
 
     def names(self, setting: str) -> tuple[str, ...]:
-        """A setting that is a list of different names, at least one. Raises MalformedFile."""
+        """A setting that is a non-empty list of distinct names.
+
+        Raises:
+            MalformedFile: it is something else.
+        """
         try:
             names = msgspec.convert(self.header.settings.get(setting), type=tuple[str, ...])
         except msgspec.ValidationError:
@@ -98,7 +102,7 @@ class Weights:
         """Layers of a network with one output, "<prefix>0.weight", "<prefix>0.bias", ..., as float64.
 
         Raises:
-            MalformedFile: they do not fit one another or the width of the input.
+            MalformedFile: their shapes do not fit together or the input width.
         """
         count = sum(name.startswith(prefix) and name.endswith(".weight") for name in self.tensors)
         if not 1 <= count <= 16:
@@ -129,7 +133,7 @@ def read_weights(path: Path, *, estimator: str | None = None) -> Weights:
 
     Args:
         path: the file.
-        estimator: which estimator's weights it must hold; None for any.
+        estimator: the required estimator; None for any.
 
     Raises:
         FileMissing: there is no such file.

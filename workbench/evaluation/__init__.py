@@ -1,1 +1,1 @@
-"""Trials, tables and statistics; running many, here or on a cluster."""
+"""Trials, tables and statistics of evaluations, run on one machine or on a cluster."""

@@ -1,10 +1,10 @@
-"""How good is a belief? Log loss, ranking and calibration over every pair of house and item type.
+"""Quality of beliefs: log loss, ranking and calibration over all pairs of house and item type.
 
-A query is a house and an item type that it holds and that has not been seen yet: does the belief rank the
-containers that hold it first, and are its probabilities true? Top-1, top-3 and the reciprocal rank are means over
-queries, with equal probabilities ranked by chance (the expected value, so that order cannot help); log loss and
-calibration are over all pairs of query and open container. Calibration error: fifteen equal bins, the mean gap
-between what was said and what was so, weighted by how much falls into a bin (Naeini et al. 2015; Guo et al. 2017).
+A query is a house and an item type that it holds and that has not been observed yet. Measured are the ranking of
+the containers that hold it, and the calibration of the probabilities. Top-1, top-3 and the reciprocal rank are
+means over queries, with ties in expectation over random order; log loss and calibration are over all pairs of query
+and unsearched container. Calibration error: the mean gap between predicted probability and observed frequency in
+fifteen equal bins, weighted by the number of pairs in each bin (Naeini et al. 2015; Guo et al. 2017).
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ Bools = npt.NDArray[np.bool_]
 
 BINS = 15
 SURE = 1e-4
-"""Probabilities are kept within [SURE, 1 - SURE] for the log loss, whoever gave them."""
+"""Probabilities are clipped to [SURE, 1 - SURE] for the log loss."""
 
 KINDS = ("ai2-thor", "objaverse")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """One query.
+    """One query with its results.
 
     Attributes:
-        house, item_type: which.
-        probability, held: shape (open containers,): what was said, and what was so.
-        top1, top3: chance that a holder is among the first one or three.
+        house, item_type: the query.
+        probability, held: prediction and truth, shape (unsearched containers,).
+        top1, top3: probability that a holder is among the first one or three.
         reciprocal_rank: expected reciprocal of the rank of the first holder.
     """
 
@@ -58,12 +58,12 @@ class Judged:
 
 
 def judge(estimator: Estimator, houses: Iterable[House], *, seen_share: float = 0.0, seed: int = 0) -> list[Judged]:
-    """Ask an estimator about every item type of every house.
+    """Evaluate an estimator on every item type of every house.
 
     Args:
-        estimator: whom.
-        houses: where.
-        seen_share: how many of the containers have been looked into before the question; 0 is before the run.
+        estimator: the estimator.
+        houses: the houses.
+        seen_share: share of containers searched before the query; 0 is the start of a run.
         seed: of the choice of those containers; the same for every estimator.
     """
     judged: list[Judged] = []
@@ -81,7 +81,7 @@ def judge(estimator: Estimator, houses: Iterable[House], *, seen_share: float = 
 
 
 def glimpse(house: House, *, seen_share: float, rng: np.random.Generator) -> Knowledge:
-    """What the robot knows after having looked into a random share of the containers, at least one left shut."""
+    """The knowledge after searching a random share of the containers; at least one stays unsearched."""
     ids = [c.id for c in house.plan.containers]
     count = min(round(seen_share * len(ids)), max(len(ids) - 1, 0))
     known = {ids[k]: house.contents[ids[k]] for k in sorted(rng.permutation(len(ids))[:count].tolist())}
@@ -89,21 +89,21 @@ def glimpse(house: House, *, seen_share: float, rng: np.random.Generator) -> Kno
 
 
 def nearby(plan: FloorPlan) -> TravelCosts:
-    """Travel costs of a place where everything is at hand: beliefs are about where, not about how far."""
+    """Dummy travel costs for beliefs, which do not depend on distances."""
     locations = (START, *(LocationId(c.id) for c in plan.containers))
     return TravelCosts(locations=locations, metres=np.zeros((len(locations), len(locations))))
 
 
 def missing_types(house: House, knowledge: Knowledge) -> tuple[ItemType, ...]:
-    """The item types of a house of which none has been seen, sorted."""
+    """The item types of a house without an observed instance, sorted."""
     return tuple(t for t in house.item_types() if not knowledge.knows(t))
 
 
 def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
-    """The figures over queries, each with a bootstrap interval that draws whole houses.
+    """The metrics over queries, each with a bootstrap interval over houses.
 
-    `top1_said` is what the estimator itself says of its first choice, on average: where it is calibrated, top-1 can
-    be no larger unless something else is known that tells containers apart.
+    `top1_said` is the mean probability of the estimator's first choice, the best top-1 that a calibrated estimator
+    with the same information can reach.
     """
     if not judged:
         return {"queries": 0}
@@ -129,7 +129,7 @@ def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, 
 
 
 def against(judged: Sequence[Judged], base: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
-    """How much better than a base over the same queries: top-1 gained, ratio of log losses, with intervals."""
+    """Comparison with a baseline over the same queries: top-1 gain and ratio of log losses, with intervals."""
     houses = [j.house for j in judged]
     gain = paired_difference([j.top1 for j in judged], [j.top1 for j in base], houses, rng=rng)
     loss = ratio_with_interval(
@@ -146,7 +146,7 @@ def against(judged: Sequence[Judged], base: Sequence[Judged], *, rng: np.random.
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reliability:
-    """Calibration bin by bin: how much falls in, what was said there on average, what was so. Shape (BINS,) each."""
+    """Calibration by bin: weight, mean prediction, and observed frequency. Each of shape (BINS,)."""
 
     count: Floats
     said: Floats
@@ -204,7 +204,8 @@ def _judged(house: str, item: str, p: Floats, held: Bools) -> Judged:
 
 
 def _first_holder(p: Floats, held: Bools) -> tuple[int, int, int]:
-    """How many containers rank above the best holder, how many are as probable as it, and how many of these hold."""
+    """The number of containers ranked above the best holder, of containers tied with it, and of holders among
+    these."""
     if not held.any():
         return len(p), 0, 0
     best = p[held].max()
@@ -213,7 +214,7 @@ def _first_holder(p: Floats, held: Bools) -> tuple[int, int, int]:
 
 
 def _rank_chances(ties: int, good: int) -> Floats:
-    """The chance that the first of `good` holders stands at place 0, 1, ... among `ties` in random order."""
+    """The probability that the first of `good` holders is at position 0, 1, ... among `ties` in random order."""
     if good == 0:
         return np.zeros(0)
     places = range(ties - good + 1)

@@ -1,4 +1,4 @@
-"""Which estimator believes best? Every estimator on the same houses, with figures against the counts."""
+"""The comparison of estimators on the same houses, with metrics relative to the baseline `counts`."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from workbench.worlds.procthor import load_houses
 from workbench.worlds.shipped import shipped_houses
 
 BASE = "counts"
-"""What the others are compared with."""
+"""The baseline estimator."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefRequest:
-    """What to measure.
+    """The settings of a belief evaluation.
 
     Attributes:
         houses: a file of houses; None for the shipped ones.
         estimators: names of the table, or weights files.
-        part: of a file that is split.
-        seen_share: of the containers, looked into before the question.
-        assets: a table of exact sizes; None takes the one that lies beside the houses, if there is one.
-        seed: of what was seen and of the bootstrap.
+        part: part of a shared file: train, validation, test or all.
+        seen_share: share of containers searched before the query.
+        assets: a table of exact sizes; None takes the one beside the houses, if there is one.
+        seed: seed of the searched containers and of the bootstrap.
     """
 
     houses: Path | None
@@ -52,11 +52,15 @@ class BeliefRequest:
 
     @property
     def sizes(self) -> Path | None:
-        """The table of sizes that is used."""
+        """The asset table that is used."""
         return assets_for(self.houses or shipped_houses(), self.assets)
 
     def chosen_houses(self) -> list[House]:
-        """The houses of the part. Raises Unsupported when there are none."""
+        """The houses of the part.
+
+        Raises:
+            Unsupported: there are none.
+        """
         path = self.houses or shipped_houses()
         houses = load_houses(path, assets=self.sizes)
         chosen = [houses[k] for k in split_indices(path, self.part, houses=len(houses))]
@@ -65,7 +69,7 @@ class BeliefRequest:
         return chosen
 
     def chosen_estimators(self) -> dict[str, Estimator]:
-        """The estimators by the name to show; "all" is the whole table."""
+        """The estimators by display name; "all" stands for the whole table."""
         names = tuple(ESTIMATORS) if self.estimators == ("all",) else self.estimators
         chosen: dict[str, Estimator] = {}
         for name in names:
@@ -79,7 +83,7 @@ class BeliefRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefReport:
-    """What was measured: per estimator all its queries, and the answer of the command."""
+    """The results: all queries by estimator, and the result of the command."""
 
     judged: Mapping[str, Sequence[Judged]]
     answer: dict[str, Any]
@@ -89,10 +93,10 @@ Watched = Callable[[Iterable[str]], Iterable[str]]
 
 
 def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
-    """Ask every estimator about every house.
+    """Evaluate every estimator on every house.
 
     Raises:
-        InputError: no such file, estimator or part.
+        InputError: the file, estimator or part does not exist.
     """
     houses = request.chosen_houses()
     estimators = request.chosen_estimators()
@@ -113,12 +117,12 @@ def report_of(
     *,
     houses: int,
 ) -> BeliefReport:
-    """The figures of what was judged, a row an estimator.
+    """The metrics of all queries, one row per estimator.
 
     Args:
-        identities: what each estimator calls itself.
-        seconds: of a whole-house belief, by estimator.
-        houses: how many there were.
+        identities: name and hash of each estimator.
+        seconds: time of a whole-house belief in seconds, by estimator.
+        houses: number of houses.
     """
     base = judged.get(BASE)
     rows = [_row(name, identities[name], judged[name], base, seconds[name], request.seed) for name in judged]
@@ -135,7 +139,8 @@ def report_of(
 
 
 def belief_seconds(chosen: Estimator, houses: Sequence[House]) -> float:
-    """Median seconds of a whole-house belief, all its item types in all its containers, once names are encoded."""
+    """Median time in seconds of a whole-house belief (all item types and containers), after names have been
+    encoded."""
     taken: list[float] = []
     for house in houses[:20]:
         knowledge = glimpse(house, seen_share=0.0, rng=np.random.default_rng(0))

@@ -1,7 +1,7 @@
-"""Which cells of a table are meant? An expression over words, as pytest's -k: "deliver and not greedy".
+"""Filter expressions that select cells of a table, in the syntax of pytest's -k: "deliver and not greedy".
 
-A word is met by a cell whose name, "SCENARIO/STRATEGY", contains it, whatever its case. `not` binds closer than
-`and`, `and` closer than `or`; parentheses group.
+A word matches a cell if its name, "SCENARIO/STRATEGY", contains it, ignoring case. `not` binds closer than `and`,
+`and` closer than `or`; parentheses group.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from collections.abc import Callable, Iterator
 from workbench.errors import BadValue
 
 MOST_TOKENS = 200
-"""Deeper than any person nests, and not so deep that reading it fails."""
+"""Most tokens of an expression; bounds the recursion of the parser."""
 
 CellFilter = Callable[[str, str], bool]
-"""(scenario, strategy) -> whether the cell is meant."""
+"""(scenario, strategy) -> whether the cell is selected."""
 
 _Test = Callable[[str], bool]
 ALLOWED = 'words with and, or, not and parentheses, as "deliver and not greedy"'
 
 
 def cell_filter(expression: str) -> CellFilter:
-    """The filter of an expression; of an empty one, every cell.
+    """The filter of an expression; an empty one selects every cell.
 
     Raises:
         BadValue: an expression that cannot be read.
@@ -36,7 +36,7 @@ def cell_filter(expression: str) -> CellFilter:
 
 
 class _Reader:
-    """Reads from left to right, one token ahead."""
+    """A recursive-descent parser with one token of lookahead."""
 
     def __init__(self, expression: str) -> None:
         self.expression = expression

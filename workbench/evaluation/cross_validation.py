@@ -1,4 +1,4 @@
-"""How good is an estimator on more houses than those held out? Each house judged by what never learnt from it."""
+"""Cross-validation of estimators: each house is evaluated with weights trained without it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from workbench.worlds.shipped import shipped_houses
 
 
 def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = iter) -> BeliefReport:
-    """Train every estimator once a fold and judge it on that fold's houses.
+    """Train every estimator once per fold and evaluate it on the houses of that fold.
 
     Args:
-        request: `part` is not asked: of a file that is split the training houses are dealt, and its validation
-            houses say when to stop.
+        request: `part` is ignored: the training houses of a shared file are split into folds, and its
+            validation houses decide when training stops.
         watched: wraps the trainings, for a progress bar.
 
     Raises:
-        InputError: a file that cannot be read, fewer houses than folds, a name that no trainer has.
+        InputError: a file cannot be read, there are fewer houses than folds, or an estimator has no trainer.
     """
     names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
     require_trainable(names)

@@ -1,8 +1,8 @@
-"""What may judge a house that an estimator could learn from? Weights that were trained without it, one set a fold.
+"""Cross-validation folds: houses split into folds, and estimators retrained for each fold without its houses.
 
-The houses to learn from are four times as many as those held out. Dealt into folds, each house is met by estimators
-that were trained anew on the other folds. Files of houses that are learnt from only (those of a single room) belong
-to every training.
+The training houses are four times as many as the validation houses. With folds, each of them is evaluated with
+estimators retrained on the other folds. Files of training-only houses (those of a single room) are part of every
+training set.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from workbench.evaluation.lessons import lesson_of
 from workbench.worlds.house import House
 
 HELD_OUT = 0.1
-"""Share of a file that is not split that says when training stops; it is not judged."""
+"""Share of a file without splits that is held out to decide when training stops; it is not evaluated."""
 
 ENCODER = "all-MiniLM-L6-v2"
 
@@ -33,11 +33,11 @@ Watched = Callable[[Iterable[Training]], Iterable[Training]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Folds:
-    """How houses are dealt.
+    """The settings of folds.
 
     Attributes:
-        count: of folds.
-        also: files of houses that are learnt from and not judged.
+        count: number of folds.
+        also: files of houses used for training only.
 
     Raises:
         BadValue: fewer than two folds.
@@ -52,12 +52,12 @@ class Folds:
 
     @property
     def split(self) -> str:
-        """Which houses are met, in words."""
+        """A description of the evaluated houses."""
         return f"train, {self.count} folds"
 
 
 def folds_asked(count: int | None, also: Sequence[Path] | None) -> Folds | None:
-    """What --folds and --also ask for; None without folds.
+    """The settings given by --folds and --also; None without folds.
 
     Raises:
         BadValue: fewer than two folds, or --also without them.
@@ -71,11 +71,11 @@ def folds_asked(count: int | None, also: Sequence[Path] | None) -> Folds | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dealt:
-    """Houses dealt into folds, every count-th into the same one.
+    """Houses split into folds round-robin.
 
     Attributes:
-        own: what is learnt from and judged.
-        also: what is learnt from only.
+        own: houses used for training and evaluation.
+        also: houses used for training only.
     """
 
     own: Lesson
@@ -83,15 +83,15 @@ class Dealt:
     count: int
 
     def fold(self, number: int) -> Sequence[House]:
-        """The houses that are judged in a fold."""
+        """The houses evaluated in a fold."""
         return self.own.houses[number :: self.count]
 
     def fold_of(self) -> dict[str, int]:
-        """The fold of every house that is judged, by name."""
+        """The fold of every evaluated house, by name."""
         return {house.plan.name: k % self.count for k, house in enumerate(self.own.houses)}
 
     def lesson(self, number: int) -> Lesson:
-        """What the estimators of a fold learn from: everything but its houses."""
+        """The training set of a fold: everything but its houses."""
         kept = [k for k in range(len(self.own.houses)) if k % self.count != number]
         parts = [self.own] if self.also is None else [self.own, self.also]
         usual = [part.usual_sizes or part.houses for part in parts]
@@ -108,27 +108,28 @@ class Dealt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Believers:
-    """Which weights believe for which house? Those of its fold; without folds the estimator as it was named.
+    """The choice of weights for each house: those of its fold, or the named estimator without folds.
 
     Attributes:
-        weights: by estimator's name, a weights file for each fold.
-        fold_of: by house's name.
+        weights: a weights file for each fold, by estimator name.
+        fold_of: the fold of each house, by name.
     """
 
     weights: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     fold_of: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def of(self, estimator: str, house: str) -> str:
-        """What to ask for a belief about a house: an estimator's name or a weights file."""
+        """The estimator for a house: a name or a weights file."""
         return self.weights[estimator][self.fold_of[house]] if self.weights else estimator
 
 
 def deal(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> Dealt:
-    """Deal the houses of a file; of a shared one the training houses, its validation houses say when to stop.
+    """Split the houses of a file into folds; of a shared file the training houses, with its validation houses held
+    out.
 
     Raises:
-        InputError: a file that cannot be read, fewer houses than folds, houses that are judged and learnt from
-            under another name.
+        InputError: a file cannot be read, there are fewer houses than folds, or an evaluated house is also
+            among the training-only houses under another name.
     """
     own = _lesson((path,), assets=assets, seed=seed)
     also = _lesson(folds.also, assets=assets, seed=seed) if folds.also else None
@@ -139,7 +140,11 @@ def deal(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> Dealt:
 
 
 def require_trainable(names: Iterable[str]) -> None:
-    """Raises UnknownName for an estimator that cannot be trained anew."""
+    """Check that all estimators can be retrained.
+
+    Raises:
+        UnknownName: one of them cannot.
+    """
     for name in names:
         if name not in TRAINERS:
             raise UnknownName("estimator to train", name, TRAINERS)
@@ -149,14 +154,14 @@ def require_trainable(names: Iterable[str]) -> None:
 def trained(
     names: Iterable[str], dealt: Dealt | None, output: Path | None, *, watched: Watched = iter
 ) -> Generator[Believers]:
-    """Estimators trained anew for each fold, as long as the context lasts; without folds those that are there.
+    """A context with estimators retrained for each fold; without folds, with the estimators as they are.
 
     Args:
-        output: keeps the weights in OUTPUT/weights, where they are found again; None keeps them nowhere.
+        output: keeps the weights in OUTPUT/weights for reuse; None discards them.
         watched: wraps the trainings, for a progress bar.
 
     Raises:
-        UnknownName: an estimator that cannot be trained.
+        UnknownName: an estimator cannot be trained.
     """
     if dealt is None:
         yield Believers()
@@ -168,7 +173,7 @@ def trained(
 
 
 def _believers(names: Iterable[str], dealt: Dealt, folder: Path, watched: Watched) -> Believers:
-    """Weights NAME-FOLD-of-COUNT.safetensors; what the folder holds of this very training is kept."""
+    """Weights NAME-FOLD-of-COUNT.safetensors; files of the same training are reused."""
     chosen = tuple(dict.fromkeys(names))
     require_trainable(chosen)
     weights: dict[str, list[str]] = {name: [] for name in chosen}
@@ -184,7 +189,7 @@ def _believers(names: Iterable[str], dealt: Dealt, folder: Path, watched: Watche
 
 
 def _is_of(path: Path, name: str, lesson: Lesson) -> bool:
-    """Whether a file holds what this estimator learns of this lesson."""
+    """Whether a file holds the weights of this estimator and this training set."""
     try:
         header = read_weights(path, estimator=name).header
     except InputError:
@@ -197,7 +202,11 @@ def _lesson(files: Sequence[Path], *, assets: Path | None, seed: int) -> Lesson:
 
 
 def _require_others(own: Lesson, also: Lesson | None) -> None:
-    """Raises BadValue where a house that is to be judged is learnt from under another name."""
+    """Check that no evaluated house is among the training-only houses under another name.
+
+    Raises:
+        BadValue: one of them is.
+    """
     if also is None:
         return
     judged = {_what_it_is(house) for house in own.houses}
@@ -208,5 +217,5 @@ def _require_others(own: Lesson, also: Lesson | None) -> None:
 
 
 def _what_it_is(house: House) -> tuple[object, ...]:
-    """A house without its name: what stands where, and what is in it."""
+    """A house without its name: layout and contents."""
     return tuple((c.type, c.pose, tuple(i.type for i in house.contents[c.id])) for c in house.plan.containers)

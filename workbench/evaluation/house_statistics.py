@@ -1,8 +1,8 @@
-"""Are generated houses like real ones? The same figures over both, side by side.
+"""Comparison of generated and real houses: the same statistics for both, side by side.
 
-Greedy's mean search cost says more than any count: it depends on distances, on how many containers there are, and
-on where things are. One search is a house and an item type that it holds: from the start, always on to the nearest
-unsearched container, until an instance is found; pick it up (5) and carry it back to the start.
+The most informative statistic is Greedy's mean search cost, which depends on distances, on the number of
+containers, and on where items are. A search is a house and an item type that it holds: from the start always to the
+nearest unsearched container until an instance is found, then pick it (5) and carry it back to the start.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ COMMONEST = 20
 
 
 def house_figures(houses: Sequence[House]) -> dict[str, Any]:
-    """The figures of some houses, as plain values."""
+    """The statistics of some houses, as plain values."""
     ways = [navigate(house.plan) for house in houses]
     costs = [cost for house, way in zip(houses, ways, strict=True) for cost in greedy_search_costs(house, way.travel)]
     rooms = [room for house in houses for room in house.plan.rooms]
@@ -50,7 +50,7 @@ def house_figures(houses: Sequence[House]) -> dict[str, Any]:
 
 
 def greedy_search_costs(house: House, travel: TravelCosts) -> list[float]:
-    """What Greedy pays for each item type of a house that can be found, in the order of types."""
+    """Greedy's cost for each reachable item type of a house, in the order of types."""
     order: list[tuple[LocationId, float]] = []
     left = [place for place in travel.locations if place != START]
     here, walked = START, 0.0
@@ -73,7 +73,7 @@ def greedy_search_costs(house: House, travel: TravelCosts) -> list[float]:
 
 
 def where_items_are(columns: Mapping[str, Sequence[House]]) -> list[dict[str, Any]]:
-    """The commonest item types of the first column: how many a house, and in which containers, per column.
+    """The most frequent item types of the first column: number per house and containers, for each column.
 
     Rows of {"item", "houses", "per_house", "where": [[container, share], ...]}.
     """
@@ -92,7 +92,7 @@ def where_items_are(columns: Mapping[str, Sequence[House]]) -> list[dict[str, An
 
 
 def _places(houses: Sequence[House]) -> dict[str, Counter[str]]:
-    """Per generic item type, in which container types its instances are."""
+    """The container types of the instances of each generic item type."""
     places: dict[str, Counter[str]] = {}
     for house in houses:
         for container in house.plan.containers:

@@ -1,4 +1,4 @@
-"""From which houses does an estimator learn, which are held out? By the split of shared files; else by a share."""
+"""Training sets from house files: shared files by their split, others by holding out a share."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from workbench.worlds.procthor import load_houses
 
 
 def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed: int, share: float) -> Lesson:
-    """The lesson of several files of houses.
+    """The training set of several house files.
 
     Args:
-        files: of houses; the shared ones are split by index, of the others a share is held out.
-        assets: a table of exact sizes, None for the one that lies beside a file; where there is one, houses are
-            learnt with usual sizes as well.
+        files: house files; shared ones are split by index, and of the others a share is held out.
+        assets: a table of exact sizes, None for the one beside a file; with a table, houses are also included
+            with usual sizes.
         encoder: a text encoder's name.
-        share: to hold out of a file that is not split.
+        share: share to hold out of a file without splits.
 
     Raises:
-        InputError: a file that cannot be read, or too few houses.
+        InputError: a file cannot be read, or there are too few houses.
     """
     rng = np.random.default_rng(seed)
     learnt: list[House] = []
@@ -52,10 +52,10 @@ def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed:
 
 
 def names_in(files: Sequence[Path]) -> tuple[str, ...]:
-    """Every name in files of houses, as they spell it, sorted: rooms, containers, other furniture, items.
+    """All names in house files as spelled there, sorted: rooms, containers, other furniture, items.
 
     Raises:
-        InputError: a file that cannot be read.
+        InputError: a file cannot be read.
     """
     names: set[str] = set()
     for path in files:

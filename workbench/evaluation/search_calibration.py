@@ -1,7 +1,7 @@
-"""Do beliefs hold all along a search? Of every look of a policy: the chance that was said, and how often it found.
+"""Calibration of beliefs during searches: predicted and observed success of every look.
 
-What is believed before a search can be judged without one (evaluate belief). What is believed in the middle of a
-search, after looks that found nothing, is what find costs rest on.
+Beliefs before a search are evaluated by `lios evaluate belief`. Find costs also depend on beliefs during a search,
+after unsuccessful looks, which are evaluated here.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import Any
 from workbench.evaluation.search_trials import SearchTrial
 
 LOOKS = 5
-"""Looks of a search that are told one by one; few searches go on for longer."""
+"""Number of looks that are reported individually; few searches are longer."""
 
 
 def looks(trials: Sequence[SearchTrial]) -> list[dict[str, Any]]:
-    """A row for each policy that believes, kind of item and number of the look, from 1.
+    """One row for each policy that uses beliefs, kind of item, and number of the look (from 1).
 
-    `queries` is how many searches made that look, `said` the mean chance that it finds an instance, `found` the share
-    of those searches in which it did.
+    `queries` is the number of searches with that look, `said` the mean predicted probability of success, `found`
+    the observed share of successes.
     """
     groups: dict[tuple[str, str, int], list[tuple[float, bool]]] = {}
     for trial in trials:

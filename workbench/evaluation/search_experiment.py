@@ -1,6 +1,6 @@
-"""How are all trials of the object-search experiment run? House by house, on as many processes as are given.
+"""Running all trials of the object-search experiment, house by house, on several processes.
 
-A trial depends on its house, item type and policy alone, so the number of workers changes nothing but the time.
+A trial depends only on its house, item type and policy, so the number of workers affects only the running time.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ from workbench.worlds.house import Contents, FloorPlan, House, ItemType
 from workbench.worlds.navigation import navigate
 
 WAITING_A_WORKER = 3
-"""Houses handed out ahead of time, so that memory stays small however many houses there are."""
+"""Houses queued ahead, which bounds memory."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """What is compared.
+    """The policies and estimators under comparison.
 
     Attributes:
-        policies: by name; greedy first and the oracle last, which every table needs.
-        estimator: what the policies believe.
-        paper_estimator: what the paper's policy, lios, believes.
-        believers: the weights of both for each house, where they are trained anew for each fold.
+        policies: names, with greedy first and the oracle last, which every table needs.
+        estimator: the estimator of the policies.
+        paper_estimator: the estimator of the paper's policy, lios.
+        believers: the weights of both for each house, if retrained per fold.
     """
 
     policies: tuple[str, ...]
@@ -55,12 +55,12 @@ class Experiment:
     believers: Believers = field(default_factory=Believers)
 
     def estimators(self) -> tuple[str, ...]:
-        """What the policies believe, by name."""
+        """The estimator names in use."""
         asking = [name for name in self.policies if name not in ASKS_NO_BELIEF]
         return tuple(dict.fromkeys(self._estimator_of(name) for name in asking))
 
     def estimator_for(self, name: str, house: str) -> str:
-        """What a policy believes in a house: an estimator's name or a weights file."""
+        """The estimator of a policy in a house: a name or a weights file."""
         return self.believers.of(self._estimator_of(name), house)
 
     def _estimator_of(self, name: str) -> str:
@@ -69,7 +69,7 @@ class Experiment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HouseResult:
-    """The trials of one house, or why it has none."""
+    """The trials of one house, or the reason why there are none."""
 
     house: str
     trials: tuple[SearchTrial, ...]
@@ -77,10 +77,10 @@ class HouseResult:
 
 
 def policies_named(names: Sequence[str]) -> tuple[str, ...]:
-    """The policies of an experiment: those named, or all, with greedy first and the oracle last.
+    """The policies of an experiment: the named ones or all, with greedy first and the oracle last.
 
     Raises:
-        UnknownName: a policy that does not exist.
+        UnknownName: a policy does not exist.
     """
     wanted = policy_names() if "all" in [n.lower() for n in names] else tuple(names)
     chosen = [_checked(name) for name in wanted if name.lower() not in (GREEDY, ORACLE)]
@@ -97,8 +97,8 @@ def run_experiment(
     """Every policy on every query of every house, in the houses' order.
 
     Args:
-        asked: item types by house; None for all. A house without an entry is left out.
-        workers: processes; 1 stays in this one.
+        asked: item types by house; None for all. Houses without an entry are left out.
+        workers: number of processes; 1 runs in this process.
 
     Raises:
         BadValue: fewer than one worker.
@@ -124,7 +124,7 @@ def draw_queries(houses: Iterable[House], count: int, *, rng: np.random.Generato
     """Queries drawn at random among all pairs of house and item type, without replacement.
 
     Args:
-        count: how many; all when there are no more.
+        count: number of queries; at most all.
 
     Raises:
         BadValue: a count below 1.
@@ -178,6 +178,6 @@ def _estimator(name: str) -> Estimator:
 
 
 def _one_thread() -> None:
-    """A worker is one thread: the processes share the cores already."""
+    """Limit a worker to one thread, since the processes share the cores already."""
     for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[name] = "1"

@@ -1,4 +1,4 @@
-"""What does `lios evaluate search` answer? Houses in; a table, trials and figures out."""
+"""The object-search evaluation: from houses to a table, trials and figures (`lios evaluate search`)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Watched = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
 
 
 class NoTrials(Failed):
-    """No query could be run."""
+    """There were no queries to run."""
 
     def __init__(self, path: Path, part: str, reason: str) -> None:
         super().__init__(f"{path} ({part}) gives no query: {reason}. Give other houses or another --split.")
@@ -49,17 +49,17 @@ class NoTrials(Failed):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchRequest:
-    """What to measure.
+    """The settings of a search evaluation.
 
     Attributes:
         houses: the file; None for the shipped ones.
         policies: names, or ("all",).
         queries: "all", or how many to draw.
-        part: of a file that is split (evaluation/splits.py); not asked with folds.
-        folds: the houses to learn from, each met by what was trained without it.
+        part: part of a shared file (evaluation/splits.py); ignored with folds.
+        folds: cross-validation over the training houses, each evaluated with weights trained without it.
 
     Raises:
-        BadValue: queries that are neither; a part that does not exist is refused too (UnknownName).
+        BadValue: `queries` is neither. An unknown part raises UnknownName.
     """
 
     houses: Path | None = None
@@ -89,25 +89,25 @@ class SearchRequest:
 
     @property
     def sizes(self) -> Path | None:
-        """The table of exact sizes that is used: the one given, else the one that lies beside the houses."""
+        """The asset table that is used: the given one, else the one beside the houses."""
         return assets_for(self.file, self.assets)
 
     @property
     def split(self) -> str:
-        """Which houses are met, in words."""
+        """A description of the evaluated houses."""
         return part_taken(self.file, self.part) if self.folds is None else self.folds.split
 
     @cached_property
     def dealt(self) -> Dealt | None:
-        """The houses in folds; None without folds. Raises InputError as deal does."""
+        """The houses in folds; None without folds. Raises InputError as for `deal`."""
         return None if self.folds is None else deal(self.file, self.folds, assets=self.assets, seed=self.seed)
 
     def experiment(self) -> Experiment:
-        """The policies and what they believe.
+        """The policies and estimators.
 
         Raises:
-            UnknownName: a policy or an estimator that does not exist.
-            InputError: weights that cannot be read.
+            UnknownName: a policy or an estimator does not exist.
+            InputError: weights cannot be read.
         """
         experiment = Experiment(
             policies=policies_named(self.policies),
@@ -123,7 +123,7 @@ class SearchRequest:
         return experiment
 
     def chosen_houses(self) -> Iterator[House]:
-        """The houses of the part, one after the other; with folds those that are dealt."""
+        """Yield the houses of the part, or all houses of the folds."""
         if self.dealt is not None:
             yield from self.dealt.own.houses
             return
@@ -135,7 +135,7 @@ class SearchRequest:
                 yield house
 
     def asked(self) -> dict[str, tuple[ItemType, ...]] | None:
-        """The queries that are drawn; None for all."""
+        """The sampled queries; None for all."""
         if self.queries == "all":
             return None
         return draw_queries(self.chosen_houses(), int(self.queries), rng=np.random.default_rng(self.seed))
@@ -143,7 +143,7 @@ class SearchRequest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchReport:
-    """What was measured."""
+    """The results."""
 
     request: SearchRequest
     experiment: Experiment
@@ -157,15 +157,15 @@ class SearchReport:
 
 
 def measure(request: SearchRequest, *, believers: Believers | None = None, watched: Watched = iter) -> SearchReport:
-    """Runs every trial.
+    """Run every trial.
 
     Args:
-        believers: weights by house, of a request with folds.
+        believers: weights by house, for a request with folds.
         watched: wraps the results as they come, for a progress bar.
 
     Raises:
-        NoTrials: not a single query.
-        InputError: a file, policy or estimator that cannot be used.
+        NoTrials: there is no query.
+        InputError: a file, policy or estimator cannot be used.
     """
     experiment = replace(request.experiment(), believers=believers or Believers())
     began = time.perf_counter()
@@ -187,7 +187,7 @@ def measure(request: SearchRequest, *, believers: Believers | None = None, watch
 
 
 def answer_of(report: SearchReport) -> dict[str, Any]:
-    """The machine's answer."""
+    """The results as plain values for JSON."""
     costs, seed = report.costs, report.request.seed
     return {
         "rows": rows(costs, seed=seed),
@@ -211,7 +211,7 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
 
 
 def output_folder(path: Path, *, force: bool) -> Path:
-    """The folder, made if need be.
+    """The output folder, created if needed.
 
     Raises:
         OutputExists: it holds a report already, and force is not given.
@@ -226,7 +226,7 @@ def output_folder(path: Path, *, force: bool) -> Path:
 
 
 def write_report(report: SearchReport, answer: dict[str, Any], folder: Path) -> list[Path]:
-    """The answer as JSON and as a table to read, and every trial as CSV."""
+    """Write the results as JSON and as a Markdown table, and every trial as CSV."""
     as_json, table, trials = folder / "search.json", folder / "search.md", folder / "trials.csv"
     as_json.write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
     table.write_text(as_markdown(answer), encoding="utf-8")

@@ -1,7 +1,7 @@
-"""Which strategy walks a search policy's order? So that any policy can run in the ordinary closed loop and be logged.
+"""Strategies that follow a given search policy, so that any policy can run in the closed loop and be logged.
 
-The policies that strategies are named after keep those strategies; for the others a single find is priced by Eq. 1
-and searched by the policy. `strategy_of(name)` is a name that workbench.planning.strategies understands.
+Policies with a strategy of the same name use that strategy; for the others, a single find is priced by Eq. 1 and
+searched by the policy. `strategy_of(name)` is a name that workbench.planning.strategies understands.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NAMED: Mapping[str, str] = MappingProxyType(
 
 
 def strategy_of(policy_name: str) -> str | None:
-    """The strategy that searches by a policy; None for a third party's, see with_policy."""
+    """The name of the strategy that follows a policy; None for third-party policies (see with_policy)."""
     return NAMED.get(policy_name)
 
 

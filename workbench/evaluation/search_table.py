@@ -1,8 +1,8 @@
-"""What does the object-search experiment say? Rows by policy, with intervals over houses, and paired differences.
+"""The results table of the object-search experiment: rows by policy, intervals over houses, paired differences.
 
-Two forms of improvement are in use and differ much: 1 - LIOS/Greedy is the share of Greedy's cost that is saved,
-Greedy/LIOS - 1 is by how much Greedy costs more. Both are given. The share of the gap between Greedy and the
-oracle that a policy closes, (Greedy - policy)/(Greedy - oracle), is what travels between sets of houses.
+Two measures of improvement are in use and differ considerably: 1 - LIOS/Greedy is the saved share of Greedy's cost,
+Greedy/LIOS - 1 is the excess cost of Greedy. Both are given. The share of the gap between Greedy and the oracle
+that a policy closes, (Greedy - policy)/(Greedy - oracle), is comparable between sets of houses.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class Costs:
     Attributes:
         policies: axis 0 of cost.
         houses, kinds: of each query.
-        cost, searches, decide_s, predicted, corrected: shape (policies, queries); NaN where there is none.
+        cost, searches, decide_s, predicted, corrected: shape (policies, queries); NaN where missing.
 
     Raises:
-        BadValue: a policy without a trial for some query.
+        BadValue: a policy lacks a trial for some query.
     """
 
     policies: tuple[str, ...]
@@ -50,7 +50,7 @@ class Costs:
         return self.cost[self.policies.index(policy)]
 
     def only(self, kind: str) -> Costs:
-        """The queries of one kind of item."""
+        """The costs of the queries of one kind of item."""
         these = np.array([k == kind for k in self.kinds], dtype=bool)
         return Costs(
             policies=self.policies,
@@ -90,22 +90,23 @@ def costs_of(trials: Sequence[SearchTrial]) -> Costs:
 
 
 def rows(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
-    """One row a policy.
+    """One row per policy.
 
     Args:
-        seed: of the bootstrap; every row draws the same houses.
+        seed: seed of the bootstrap; every row draws the same houses.
     """
     return [_row(costs, name, seed, level) for name in costs.policies]
 
 
 def rows_by_kind(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
-    """The rows of each kind of item that was asked for."""
+    """The rows for each kind of item among the queries."""
     present = [kind for kind in KINDS if kind in costs.kinds]
     return [{"kind": kind, **row} for kind in present for row in rows(costs.only(kind), seed=seed, level=level)]
 
 
 def pairs(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
-    """Paired differences between any two policies: what b costs more than a, and that as a share of Greedy's cost."""
+    """Paired differences between any two policies: cost of b minus cost of a, absolute and as a share of Greedy's
+    cost."""
     return [_pair(costs, a, b, seed, level) for i, a in enumerate(costs.policies) for b in costs.policies[i + 1 :]]
 
 

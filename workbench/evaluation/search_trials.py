@@ -1,9 +1,9 @@
-"""What do search policies cost? The paper's object-search experiment: find one item type and bring it to the start.
+"""Trials of the paper's object-search experiment: find one item type and bring it to the start.
 
-A trial is a house, an item type that the house holds, and a policy. The robot stands at the start, knows no
-container's content, looks where the policy says, believes anew after every look, and at the first instance picks it
-up and returns. The world here is the house's own contents and travel costs; the ordinary closed loop (run_task)
-gives the same cost to the last digit, which a test holds for every policy, and takes many times longer.
+A trial is a house, an item type that the house holds, and a policy. The robot is at the start, knows no container's
+contents, searches where the policy says, updates its belief after every look, and picks the first instance and
+returns. Trials are computed directly on the house's contents and travel costs, which is many times faster than the
+closed loop (run_task); tests check for every policy that both give exactly the same cost.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from workbench.worlds.travel import TravelCosts
 ORACLE = "oracle"
 PAPER_POLICY = "lios"
 ASKS_NO_BELIEF = ("greedy", ORACLE)
-"""Policies that look at no probability; they are given none, which saves the estimator's time."""
+"""Policies that use no probabilities; no belief is computed for them."""
 
 Stopwatch = Callable[[], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchTrial:
-    """One search.
+    """One search trial.
 
     Attributes:
         house: the house's name.
-        cost: metres walked, looks, the pick and the way back, in cost units.
-        order: containers looked into; the last one holds the item.
-        said: the chance, believed before each look, that it finds an instance; empty where no belief was asked for.
+        cost: total cost of travel, looks and the pick, including the way back, in cost units.
+        order: searched containers; the last one holds the item.
+        said: predicted probability before each look that it finds an instance; empty for policies without beliefs.
         predicted: the policy's own expected cost before the first step; None for a policy without one.
         corrected: the corrected find cost of the same query (search/corrected.py), for policies of ours.
-        decide_s: seconds that choosing took, over all decisions, without believing.
-        believe_s: seconds that believing took; 0 where the same belief had been formed before.
+        decide_s: time of all decisions without beliefs, in seconds.
+        believe_s: time of computing beliefs in seconds; 0 for cached beliefs.
     """
 
     house: str
@@ -72,7 +72,7 @@ def kind_of(item_type: ItemType) -> str:
 
 
 def queries(house: House, travel: TravelCosts) -> tuple[ItemType, ...]:
-    """Every item type of which an instance can be reached, sorted. Whatever stands in a container is an item."""
+    """All item types with a reachable instance in a container, sorted."""
     reachable = [c.id for c in house.plan.containers if travel.reaches(LocationId(c.id))]
     return tuple(sorted({item.type for c in reachable for item in house.contents[c]}))
 
@@ -80,7 +80,7 @@ def queries(house: House, travel: TravelCosts) -> tuple[ItemType, ...]:
 @final
 @dataclass(slots=True)
 class Beliefs:
-    """An estimator's beliefs in one house, formed once for each set of containers that have been seen.
+    """An estimator's beliefs in one house, cached by the set of searched containers.
 
     The same knowledge gives the same belief, so queries that open the same containers share them.
     """
@@ -115,13 +115,13 @@ def search_trial(
     costs: ActionCosts,
     stopwatch: Stopwatch = time.perf_counter,
 ) -> SearchTrial:
-    """One search to its end.
+    """Run one search trial.
 
     Args:
-        beliefs: None for a policy that asks for none.
+        beliefs: None for a policy without beliefs.
 
     Raises:
-        ValueError: the house holds no instance that can be reached.
+        ValueError: the house holds no reachable instance.
     """
     knowledge = knowledge_at_start(house.plan, travel, {})
     cost, decide_s = 0.0, 0.0
@@ -177,8 +177,8 @@ def house_trials(
     """Every policy on every query of one house.
 
     Args:
-        policies: by name; "oracle" is the one that knows the house.
-        estimators: which estimator a policy of that name believes; called once a policy.
+        policies: names; "oracle" is the policy that knows the house.
+        estimators: returns the estimator for a policy name; called once per policy.
         item_types: the queries; None for all.
     """
     wanted = queries(house, travel) if item_types is None else tuple(item_types)

@@ -1,12 +1,12 @@
-"""Which houses are learnt from, tuned on and tested on? One split by house, shared by every evaluation.
+"""The split of houses into training, validation and test, shared by all evaluations.
 
-The shared ProcTHOR files are split by index, never by row: no container of a house stands on both sides.
-Test houses are looked at once, after everything has been chosen on the validation houses.
+The shared ProcTHOR files are split by index, never by row: no container of a house is in two parts. Test houses are
+used once, after everything has been chosen on the validation houses.
 
     multi_room_train.jsonl.gz    0-79 train, 80-99 validation, 100-119 test (older layout, AI2-THOR items only)
     single_room_train.jsonl.gz   0-399 train, 400-449 validation, 450-499 test
 
-Any other file is one's own: none of its houses was learnt from, so all of them may be measured on.
+Any other file is used whole: none of its houses was used for training, so all may be evaluated.
 """
 
 from __future__ import annotations
@@ -45,7 +45,11 @@ SPLITS: Mapping[str, Mapping[Split, range]] = MappingProxyType(
 
 
 def split_of(name: str) -> Split:
-    """A part by its name. Raises UnknownName for another one."""
+    """A part by its name.
+
+    Raises:
+        UnknownName: no such part.
+    """
     try:
         return Split(name)
     except ValueError:
@@ -53,12 +57,12 @@ def split_of(name: str) -> Split:
 
 
 def is_shared(path: Path | str) -> bool:
-    """Whether a file is one of the shared ones, which are split."""
+    """Whether a file is one of the shared files with a split."""
     return Path(path).name in SPLITS
 
 
 def part_taken(path: Path | str, part: Split | str) -> Split:
-    """What asking for a part of a file gives: all of a file that is one's own."""
+    """The part that is actually used: ALL for files without a split."""
     return split_of(part) if is_shared(path) else Split.ALL
 
 

@@ -1,4 +1,4 @@
-"""How sure is a mean over trials? Bootstrap intervals that draw whole clusters, and paired differences.
+"""Means, ratios and paired differences over trials, with cluster-bootstrap intervals.
 
 Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws
 houses with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
@@ -28,13 +28,13 @@ _DRAWS_AT_ONCE = 500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A number with its interval.
+    """An estimate with its interval.
 
     Attributes:
         value: the mean or ratio over all trials.
         lower, upper: the ends of the interval; NaN where there is one trial only.
         level: its coverage, 0.95 for "95 %".
-        trials, clusters: how many there were.
+        trials, clusters: their numbers.
     """
 
     value: float
@@ -61,14 +61,14 @@ def mean_with_interval(
     level: float = 0.95,
     draws: int = DRAWS,
 ) -> Estimate:
-    """The mean of the values, every trial weighing the same.
+    """The mean of the values, with equal weight per trial.
 
     Args:
         values: shape (trials,).
-        clusters: which house (or other cluster) each trial belongs to.
+        clusters: the house (or other cluster) of each trial.
 
     Raises:
-        BadValue: no trial, lengths that differ, a value that is not finite, or a level outside (0, 1).
+        BadValue: there is no trial, lengths differ, a value is not finite, or the level is outside (0, 1).
     """
     measured = np.asarray(values, dtype=np.float64)
     return ratio_with_interval(measured, np.ones_like(measured), clusters, rng=rng, level=level, draws=draws)
@@ -83,9 +83,9 @@ def paired_difference(
     level: float = 0.95,
     draws: int = DRAWS,
 ) -> Estimate:
-    """The mean of a - b, trial by trial: what pairing takes away is how trials differ from one another.
+    """The mean of a - b over paired trials, which removes the variance between trials.
 
-    Args and Raises: as mean_with_interval; a and b are of one length.
+    Args and Raises: as for mean_with_interval; a and b have the same length.
     """
     first, second = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
     if first.shape != second.shape:
@@ -102,11 +102,11 @@ def ratio_with_interval(
     level: float = 0.95,
     draws: int = DRAWS,
 ) -> Estimate:
-    """Sum of the numerator over sum of the denominator: shares of Greedy's cost, of the gap to the oracle.
+    """Sum of the numerator over sum of the denominator: for shares of Greedy's cost or of the gap to the oracle.
 
     Args:
         numerator, denominator: shape (trials,).
-        clusters: which house each trial belongs to.
+        clusters: the house of each trial.
 
     Raises:
         BadValue: as mean_with_interval.
@@ -191,7 +191,7 @@ def _check(top: Array, bottom: Array, clusters: Sequence[Hashable], level: float
 
 
 def _sums(top: Array, bottom: Array, clusters: Sequence[Hashable]) -> tuple[Array, Array]:
-    """Sums by cluster in order of first appearance; the trials themselves when there is one cluster."""
+    """Sums by cluster in order of first appearance; the trials themselves if there is only one cluster."""
     numbers = {name: i for i, name in enumerate(dict.fromkeys(clusters))}
     if len(numbers) == 1:
         return top, bottom

@@ -1,6 +1,6 @@
-"""Which task trials does an evaluation have, and which are still to be run?
+"""The trials of a task evaluation: which there are, and which are still to be run.
 
-The answer is made of the rows sorted by scenario, strategy and trial, so that it does not depend on who ran what.
+The result uses rows sorted by scenario, strategy and trial, so that it does not depend on the distribution of work.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ PAPER_STRATEGIES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios", "model-l
 
 
 class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
-    """What is asked for; the same request gives the same rows.
+    """The settings of a task evaluation; the same settings give the same rows.
 
     Attributes:
         scenarios, strategies: names, in the table's order.
-        estimator: what ours and plug-ins believe; paper_estimator: what the paper's five believe.
-        folds: 0, or the houses to learn from are met in as many folds, each by estimators trained without it.
-        also: files of houses that are learnt from only, with folds.
+        estimator: estimator of our strategies and plug-ins; paper_estimator: estimator of the paper's five.
+        folds: number of cross-validation folds over the training houses; 0 for none.
+        also: files of training-only houses, with folds.
     """
 
     houses: str
@@ -52,16 +52,16 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def dealt_as(self) -> Folds | None:
-        """How the houses are dealt; None without folds."""
+        """The settings of folds; None without folds."""
         return Folds(count=self.folds, also=tuple(Path(path) for path in self.also)) if self.folds else None
 
     @property
     def met(self) -> str:
-        """Which houses are met, in words."""
+        """A description of the evaluated houses."""
         return self.dealt_as.split if self.dealt_as else part_taken(self.houses, self.split)
 
     def dealt(self) -> Dealt | None:
-        """The houses in folds; None without folds. Raises InputError as deal does."""
+        """The houses in folds; None without folds. Raises InputError as for `deal`."""
         folds = self.dealt_as
         if folds is None:
             return None
@@ -69,11 +69,15 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         return deal(Path(self.houses), folds, assets=assets, seed=self.seed)
 
     def estimators(self) -> tuple[str, ...]:
-        """What the strategies believe, by name."""
+        """The estimator names in use."""
         return tuple(dict.fromkeys(self.estimator_of(name) for name in self.strategies))
 
     def require_estimators(self) -> None:
-        """Raises InputError for an estimator that is not there, or with folds cannot be trained."""
+        """Check the estimators.
+
+        Raises:
+            InputError: an estimator does not exist or, with folds, cannot be trained.
+        """
         if self.folds:
             require_trainable(self.estimators())
         else:
@@ -91,9 +95,9 @@ class Plan:
 
     keys: tuple[TrialKey, ...]
     refused: tuple[tuple[str, str, str], ...]
-    """(scenario, house, what it lacks)."""
+    """Refused houses as (scenario, house, what it lacks)."""
     houses: dict[str, int]
-    """How many houses support each scenario."""
+    """Number of houses that support each scenario."""
 
 
 class NoHouse(Unsupported):
@@ -107,7 +111,7 @@ class NoHouse(Unsupported):
 
 
 def scenario_list(names: str) -> tuple[str, ...]:
-    """ "all" or names separated by commas, checked."""
+    """Scenarios from "all" or names separated by commas, validated."""
     if names.strip().lower() == "all":
         return SCENARIOS
     listed = tuple(name.strip() for name in names.split(",") if name.strip())
@@ -117,7 +121,8 @@ def scenario_list(names: str) -> tuple[str, ...]:
 
 
 def strategy_list(names: str) -> tuple[str, ...]:
-    """ "all", "paper" or names separated by commas; the oracle is always last among the built-in ones."""
+    """Strategies from "all", "paper" or names separated by commas; the oracle is always included, last among the
+    built-in ones."""
     from workbench.planning.strategies import strategy as strategy_named
 
     if names.strip().lower() == "all":
@@ -138,10 +143,10 @@ def strategy_list(names: str) -> tuple[str, ...]:
 
 
 def plan_trials(request: TaskRequest, dealt: Dealt | None = None) -> Plan:
-    """Which trials there are. Houses that cannot support a scenario are named, not skipped in silence.
+    """All trials of a request. Houses that cannot support a scenario are reported, not skipped silently.
 
     Args:
-        dealt: the houses of a request with folds.
+        dealt: the houses in folds, for a request with folds.
     """
     path = Path(request.houses)
     count = sum(1 for _ in house_lines(path))
@@ -172,7 +177,7 @@ def units_left(
     meant: CellFilter = cell_filter(""),
     believers: Believers | None = None,
 ) -> list[Unit]:
-    """What is still to be run of the cells that are meant.
+    """The remaining work of the selected cells.
 
     Args:
         believers: weights by house, of a request with folds.
@@ -194,7 +199,7 @@ def units_left(
 def wanted_rows(
     request: TaskRequest, keys: Iterable[TrialKey], rows: Iterable[TaskRow], meant: CellFilter = cell_filter("")
 ) -> list[TaskRow]:
-    """The rows of this request and of the cells that are meant, in an order that does not depend on who ran what."""
+    """The rows of the selected cells of a request, in a deterministic order."""
     order = {(key.scenario, key.trial): i for i, key in enumerate(keys)}
     names = {name: i for i, name in enumerate(request.strategies)}
     chosen = [

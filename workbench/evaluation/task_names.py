@@ -1,4 +1,4 @@
-"""How are scenarios and strategies called in figures and files? Shortly, and no two alike."""
+"""Short, unique names of scenarios and strategies for figures and files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def strategy_title(name: str) -> str:
 
 
 def shortened(title: str, most: int) -> str:
-    """A title of at most so many letters: what tells names apart stands at both ends."""
+    """A title shortened in the middle to at most `most` characters, since names differ at their ends."""
     if len(title) <= most:
         return title
     head = (most - 1) // 3
@@ -32,7 +32,7 @@ def shortened(title: str, most: int) -> str:
 
 
 def file_name_of(name: str) -> str:
-    """The name as a file's; where it must be changed, with a hash of the whole, so that no two are the same."""
+    """A file name for a name; if characters must be replaced, a hash is added to keep it unique."""
     last = Path(name).name if is_scenario_file(name) else name
     plain = re.sub(r"[^A-Za-z0-9+._@-]+", "-", last).strip("-.")[:LONGEST_FILE_NAME]
     return name if plain == name else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"

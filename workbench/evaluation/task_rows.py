@@ -1,4 +1,4 @@
-"""What did the trials of `lios evaluate tasks` give? The rows of its folder, read without what runs them."""
+"""The result rows of `lios evaluate tasks`, read without importing the code that runs trials."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ TRIALS_FILE, SETTINGS_FILE = "trials.jsonl", "settings.json"
 
 
 class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
-    """What one trial gave.
+    """The result of one trial.
 
     Attributes:
-        cost: what is charged: the run's own cost when done, the failure cost otherwise.
-        predicted_cost: what the first plan was expected to cost; None without a plan.
-        estimator: what believed, with a hash of its weights.
-        optimal: share of the plans that were proven optimal over the places they considered.
-        belief_s, planning_s: wall-clock seconds of every decision.
+        cost: the charged cost: the run's own cost if done, the failure cost otherwise.
+        predicted_cost: expected cost of the first plan; None without a plan.
+        estimator: the estimator with a hash of its weights.
+        optimal: share of plans proven optimal over the locations considered.
+        belief_s, planning_s: wall-clock time of every decision in seconds.
     """
 
     scenario: str
@@ -46,13 +46,13 @@ class TaskRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def read_rows(path: Path, *, torn_is_fine: bool = False) -> list[TaskRow]:
-    """The rows of a trials file, of a trial that was run again the last one.
+    """The rows of a trials file; of a repeated trial, the last row.
 
     Args:
-        torn_is_fine: a last line that was cut off by a kill is left out.
+        torn_is_fine: ignore an incomplete last line, as left by a killed process.
 
     Raises:
-        MalformedFile: another line that is no trial.
+        MalformedFile: any other line is not a trial.
     """
     rows: dict[tuple[str, int, str], TaskRow] = {}
     lines = path.read_bytes().split(b"\n")

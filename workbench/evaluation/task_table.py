@@ -1,6 +1,6 @@
-"""What do the task trials say? The paper's Table I with intervals, and what stands behind its figures.
+"""The results table of task trials: the paper's Table I with intervals, and paired differences.
 
-Intervals draw whole houses (statistics.py). Differences are paired: the same trials by two strategies.
+Intervals are bootstrapped over houses (statistics.py). Differences compare the same trials under two strategies.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from workbench.evaluation.task_names import scenario_title, strategy_title
 from workbench.evaluation.task_rows import TaskRow
 
 REFERENCE = "model-lios"
-"""Paired differences are given against it: the paper's own strategy."""
+"""The reference of paired differences: the paper's own strategy."""
 OURS = (("conditioned-lios", "model-lios"), ("scout-lios", "conditioned-lios"))
 WIN = 1e-6
 
@@ -95,19 +95,19 @@ def _line(
 
 
 def _reasons(mine: list[TaskRow]) -> dict[str, int]:
-    """Why runs failed, the commonest reason first."""
+    """The reasons for failures, the most frequent first."""
     return dict(Counter(row.reason for row in mine if not row.success).most_common())
 
 
 def _estimator(mine: list[TaskRow]) -> str:
-    """What believed; weights of several folds are one estimator."""
+    """The estimator; weights of several folds count as one estimator."""
     names = sorted({row.estimator for row in mine})
     kinds = sorted({name.partition("@")[0] for name in names})
     return names[0] if len(names) == 1 else f"{', '.join(kinds)} ({len(names)} sets of weights)"
 
 
 def _planning_share(mine: list[TaskRow]) -> float | None:
-    """Which share of the seconds went to planning rather than believing."""
+    """The share of time spent on planning rather than on beliefs."""
     belief, planning = sum(sum(r.belief_s) for r in mine), sum(sum(r.planning_s) for r in mine)
     return planning / (belief + planning) if belief + planning > 0 else None
 
@@ -123,7 +123,7 @@ def _correlation(done: list[TaskRow]) -> float | None:
 
 
 def _least_cost(these: list[TaskRow]) -> dict[int, float]:
-    """Per trial the least cost of any strategy that does not know the truth."""
+    """The least cost per trial over strategies that do not know the true house."""
     best: dict[int, float] = {}
     for row in these:
         if row.strategy != "oracle":
@@ -162,7 +162,7 @@ def _pair(scenario: str, a: str, b: str, these: list[TaskRow], seed: int) -> dic
 
 
 def markdown(lines: Sequence[dict[str, Any]]) -> str:
-    """The table in the paper's manner: strategies down, scenarios across, cost and success of each."""
+    """The table in the paper's layout: one row per strategy, and cost and success per scenario."""
     scenarios = list(dict.fromkeys(line["scenario"] for line in lines))
     strategies = list(dict.fromkeys(line["strategy"] for line in lines))
     cells = {(line["scenario"], line["strategy"]): line for line in lines}
@@ -184,5 +184,5 @@ def markdown(lines: Sequence[dict[str, Any]]) -> str:
 
 
 def _cell(name: str) -> str:
-    """A name as a cell of a Markdown table: a planner's command line may hold what ends one."""
+    """A name escaped for a Markdown table: a planner's command line may contain a cell separator."""
     return name.replace("|", "\\|")

@@ -1,7 +1,7 @@
-"""How does a strategy do on a task? One trial: one task in one house by one strategy, as a row of facts.
+"""Task trials: one task in one house by one strategy, reduced to a row of results.
 
-A trial's house, task, start and seed depend on its scenario and number alone, so that every strategy meets the same
-trials and their costs can be compared pair by pair, whoever runs them and in whatever order.
+A trial's house, task, start and seed depend only on its scenario and number, so that every strategy gets the same
+trials and costs can be compared pairwise, independent of the execution order.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from workbench.worlds.simulated import SimulatedWorld
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialKey:
-    """Which trial: scenario, number, the house's file and index, and the seed of task, start and strategy."""
+    """The key of a trial: scenario, number, house file and index, and the seed of task, start and strategy."""
 
     scenario: str
     trial: int
@@ -46,7 +46,7 @@ class TrialKey:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staged:
-    """A trial ready to be run: everything but the strategy."""
+    """A prepared trial: everything but the strategy."""
 
     key: TrialKey
     house: House
@@ -57,11 +57,11 @@ class Staged:
 
 
 Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]
-"""Sees the events of a run go by: (trial, strategy as its row names it, estimator, events) -> the same events."""
+"""A hook on the events of a run: (trial, strategy name as in its row, estimator, events) -> the same events."""
 
 
 def trial_seed(scenario: str, trial: int, seed: int) -> int:
-    """A seed of its own for every trial of every scenario; 63 bits of a hash."""
+    """A separate seed for every trial of every scenario: 63 bits of a hash."""
     text = f"{scenario}/{trial}/{seed}".encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
 
@@ -69,7 +69,7 @@ def trial_seed(scenario: str, trial: int, seed: int) -> int:
 def supported_houses(
     scenario: str, houses: str, indices: tuple[int, ...], *, assets: Path | None = None, seed: int = 0
 ) -> tuple[tuple[int, ...], tuple[ScenarioUnsupported, ...]]:
-    """The houses that can support a scenario, and for every other one the reason."""
+    """The houses that support a scenario, and the reason for each of the others."""
     fine: list[int] = []
     refused: list[ScenarioUnsupported] = []
     for index in indices:
@@ -105,11 +105,11 @@ def trial_keys(
 def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION) -> Staged:
     """The trial's house, task and start.
 
-    A house may support a scenario by one seed and not by another (what Coffee adds stands where it may not be
-    reached); then the next seed is taken, at most 50 times.
+    Whether a house supports a scenario may depend on the seed (items added by Coffee may be unreachable); then
+    further seeds are tried, at most 50.
 
     Raises:
-        ScenarioUnsupported: by none of them.
+        ScenarioUnsupported: no seed works.
     """
     house, navigation = _house(key.houses, key.house_index, assets)
     for attempt in range(50):
@@ -134,7 +134,8 @@ def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIM
 
 
 def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None = None) -> TaskRow:
-    """One trial by one strategy. An error of the strategy is a row with status "error", not the end of the rest."""
+    """Run one trial with one strategy. An error in the strategy becomes a row with status "error" and does not stop
+    other trials."""
     planned: list[Planned] = []
     ended: Ended | None = None
     believer = estimator_named(estimator, origin=NameOrigin.USER)

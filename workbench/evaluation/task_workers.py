@@ -1,4 +1,4 @@
-"""Who runs many task trials? Processes of this machine or a Dask cluster; the rows are always the same."""
+"""Running many task trials on processes of this machine or on a Dask cluster; the rows are always the same."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from workbench.evaluation.task_trials import Tap, TrialKey, run_staged, stage
 from workbench.process_pool import process_pool
 
 RETRIES = 5
-"""How often a Dask unit is tried again when its worker dies."""
+"""Number of retries of a Dask unit whose worker died."""
 
 
 class ClusterLost(Failed):
-    """A Dask cluster that answered does not any more, or lost its workers over one trial too often."""
+    """The connection to a Dask cluster was lost, or its workers died too often on one trial."""
 
     def __init__(self, scheduler: str, error: BaseException) -> None:
         super().__init__(
@@ -32,7 +32,7 @@ class ClusterLost(Failed):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unit:
-    """A trial and the strategies that are still to run it, each with its estimator."""
+    """A trial and the strategies still to be run on it, each with its estimator."""
 
     key: TrialKey
     strategies: tuple[tuple[str, str], ...]
@@ -41,22 +41,22 @@ class Unit:
 
 
 def run_unit(unit: Unit) -> list[TaskRow]:
-    """One trial by several strategies; what workers run."""
+    """Run one trial with several strategies; executed by workers."""
     staged = stage(unit.key, assets=Path(unit.assets) if unit.assets else None)
     return [run_staged(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
 
 
 def run_units(units: list[Unit], *, workers: int, scheduler: str = "") -> Iterator[list[TaskRow]]:
-    """The rows of every unit, in the order in which they are done.
+    """Yield the rows of every unit, in the order of completion.
 
     Args:
-        workers: processes of this machine; 1 runs here.
+        workers: number of processes; 1 runs in this process.
         scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
 
     Raises:
-        MissingExtra: a scheduler is given and dask.distributed is not installed.
+        MissingExtra: a scheduler is given, but dask.distributed is not installed.
         InputError: the scheduler does not answer.
-        ClusterLost: it did, and does not any more.
+        ClusterLost: the connection to the scheduler was lost.
     """
     if scheduler:
         yield from _on_dask(units, scheduler, workers)
@@ -85,7 +85,7 @@ def _on_dask(units: list[Unit], scheduler: str, workers: int) -> Iterator[list[T
             try:
                 rows = future.result()
             except lost as error:
-                logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it would tell of every trial
+                logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it would log every trial
                 raise ClusterLost(scheduler, error) from error
             yield rows
 

@@ -1,6 +1,6 @@
-"""Where do the trials of an evaluation of tasks stay? In a folder, row by row, so that a stopped one can go on.
+"""The folder of a task evaluation, which stores rows as they come so that a stopped evaluation can be resumed.
 
-Rows go to OUTPUT/trials.jsonl as they come, flushed one by one; a run that was killed goes on with what is missing.
+Rows go to OUTPUT/trials.jsonl as they come, flushed one by one; after a kill, only missing trials are run.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LOCK_FILE = ".lock"
 
 
 class OtherEvaluation(InputError):
-    """A folder holds the trials of another evaluation."""
+    """The folder holds the trials of another evaluation."""
 
     def __init__(self, folder: Path, field: str, theirs: object, ours: object) -> None:
         super().__init__(
@@ -38,15 +38,15 @@ class BeingEvaluated(InputError):
 
 
 class TrialStore:
-    """The folder of an evaluation: its settings and its rows so far.
+    """The folder of an evaluation, with its settings and the rows so far.
 
     Attributes:
-        rows: those that are there.
+        rows: the stored rows.
 
     Raises:
         BeingEvaluated: another process writes there.
         OtherEvaluation: the folder holds rows of another request.
-        MalformedFile: its files are not what they should be.
+        MalformedFile: its files are invalid.
     """
 
     def __init__(self, folder: Path, request: TaskRequest, *, force: bool = False) -> None:
@@ -61,7 +61,7 @@ class TrialStore:
             raise
 
     def _begun(self, request: TaskRequest, *, force: bool) -> list[TaskRow]:
-        """The rows that are kept; the settings are written."""
+        """Write the settings and return the stored rows."""
         settings, trials = self.folder / SETTINGS_FILE, self.folder / TRIALS_FILE
         if force:
             trials.unlink(missing_ok=True)
@@ -69,7 +69,7 @@ class TrialStore:
             _same_request(self.folder, read_request(settings), request)
         settings.write_bytes(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
         rows = read_rows(trials, torn_is_fine=True) if trials.exists() else []
-        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # a row torn by a crash goes; the others never do
+        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # drops only an incomplete last row
         whole.write_bytes(b"".join(msgspec.json.encode(row) + b"\n" for row in rows))
         whole.replace(trials)
         return rows
@@ -92,7 +92,7 @@ class TrialStore:
 
 
 def _reserved(folder: Path) -> BinaryIO:
-    """Keeps other evaluations away until it is closed, where the system and the disk can."""
+    """Lock the folder against other evaluations until closed, where the system supports it."""
     lock = (folder / LOCK_FILE).open("ab")
     if not locked(lock):
         lock.close()
@@ -101,7 +101,7 @@ def _reserved(folder: Path) -> BinaryIO:
 
 
 def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
-    """More trials, scenarios or strategies of the same evaluation are welcome; all else must agree."""
+    """Check that only trials, scenarios or strategies differ, which extend the evaluation."""
     for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also"):
         if getattr(theirs, field) != getattr(ours, field):
             raise OtherEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))

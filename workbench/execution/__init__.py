@@ -1,1 +1,1 @@
-"""The one closed loop: look, believe, plan, act. It yields events."""
+"""The closed execution loop (look, believe, plan, act), which yields events."""

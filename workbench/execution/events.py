@@ -1,7 +1,7 @@
-"""What happens in a run? The events that the closed loop yields, in domain types.
+"""The events of a run, as yielded by the execution loop in domain types.
 
 Every event has a stamp in nanoseconds since the Unix epoch and the number of the decision that it belongs to:
-decision 0 is what comes before the first plan.
+decision 0 covers everything before the first plan.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ class RunStatus(StrEnum):
 
     DONE = "done"
     NO_PLAN = "no-plan"
-    """Proven: the goal cannot be met any more, with nothing left to search that could help."""
+    """Proven: the goal can no longer be met, and no unsearched container could help."""
     NOTHING_LEFT = "nothing-left-to-search"
     OUT_OF_BUDGET = "out-of-planning-budget"
     PLANNER_FAILED = "planner-failed"
-    """The strategy raised, hung or returned an illegal action."""
+    """The strategy raised an exception, hung, or returned an illegal action."""
     UNDETERMINED = "undetermined"
     """Replay only: the log does not hold what the run would have seen."""
     NOT_REPRODUCED = "not-reproduced"
     """Replay only: the strategy that drove the run does not do what was recorded, so nothing is claimed of any."""
     ABORTED = "aborted"
-    """An operator or a fault of the robot stopped it."""
+    """The run was stopped by an operator or a robot fault."""
     STEP_LIMIT = "step-limit"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observed:
-    """A container's content became known. known_at_start: before the run began."""
+    """The contents of a container became known; `known_at_start` if before the run began."""
 
     stamp_ns: int
     decision: int
@@ -65,7 +65,7 @@ class Costed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planned:
-    """A decision: the plan, why it was made, and how long each part of making it took (wall clock)."""
+    """A decision: the plan, the reason for replanning, and the wall-clock time of each phase in seconds."""
 
     stamp_ns: int
     decision: int
@@ -78,7 +78,7 @@ class Planned:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Acted:
-    """An action ended. cost is 0 for what was refused before it began; success tells which."""
+    """An action ended; `cost` is 0 if it was refused before it began, which `success` tells."""
 
     stamp_ns: int
     decision: int
@@ -97,7 +97,7 @@ class Acted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """The end. cost is what is charged: own_cost when done, the task's failure cost otherwise."""
+    """The run ended. `cost` is the charged cost: own_cost if done, the task's failure cost otherwise."""
 
     stamp_ns: int
     decision: int

@@ -1,4 +1,4 @@
-"""Is the goal met? Judged from what the robot knows, apart from any planner."""
+"""The check whether a goal is met by the robot's knowledge, independent of any planner."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from workbench.worlds.knowledge import Knowledge
 
 
 def is_met(goal: Goal, knowledge: Knowledge) -> bool:
-    """Whether the goal holds; parts of an AllOf are met by instances of their own."""
+    """Whether the goal holds; parts of an AllOf need different instances."""
     if isinstance(goal, Delivered | Holding):
         return bool(_candidates(goal, knowledge))
     return any(each_has_its_own(way) for way in _ways(goal, knowledge))
 
 
 def _ways(goal: Goal, knowledge: Knowledge) -> Iterator[tuple[tuple[ItemId, ...], ...]]:
-    """All ways of meeting a goal, as the items that can meet each want; none with a want that nothing meets."""
+    """All ways of meeting a goal, as the candidate items of each want; ways with an unmet want are left out."""
     if isinstance(goal, AnyOf):
         for part in goal.parts:
             yield from _ways(part, knowledge)

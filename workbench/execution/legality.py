@@ -1,4 +1,4 @@
-"""May this step be executed now? Checked by the loop, so that an illegal plan is a status and not a surprise."""
+"""The check whether a step can be executed, so that an illegal plan becomes a status of the run."""
 
 from __future__ import annotations
 

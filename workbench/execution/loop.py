@@ -1,8 +1,8 @@
-"""The one closed loop: look, believe, plan, act, until the goal is met or nothing can be done.
+"""The closed execution loop: look, believe, plan and act until the goal is met or nothing more can be done.
 
-Simulation, robot and replay run this same loop over their World. It plans, walks the plan until something is
-learnt, and plans again; a find executes one look at a time (paper, Sec. IV: "the robot replans after each
-observation until the goal is met"). Every end is a status, never an exception.
+Simulation, robot and replay run this loop on their World. It plans, executes the plan until it observes something
+new, and plans again; a find executes one look at a time (paper, Sec. IV: "the robot replans after each observation
+until the goal is met"). Every end is a status, never an exception.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.world import Done, Looked, Refused, Unseen, World
 
 MOST_REFUSALS = 3
-"""The same step refused this often ends the run: the world does not do what the plan needs."""
+"""Number of refusals of the same step that end the run."""
 
 Stopwatch = Callable[[], float]
 
@@ -44,25 +44,29 @@ def run_task(
     stopwatch: Stopwatch = time.perf_counter,
     begin_with: Knowledge | None = None,
 ) -> Iterator[Event]:
-    """Runs one task in one world with one strategy; yields what happens, ending with Ended.
+    """Run one task in one world with one strategy; yields events, the last of which is Ended.
 
     Args:
-        world: what answers: simulated, a robot, or a log.
-        strategy: what plans. It sees a frozen view, never the truth.
-        estimator: what believes.
+        world: the environment: simulation, robot, or log.
+        strategy: the planner. It gets a frozen view, never the true house.
+        estimator: computes beliefs.
         task: the goal, its failure cost and its planning budget.
-        costs: action costs; moves cost their metres.
-        seed: handed to the strategy with every view.
+        costs: action costs; moves cost their distance in metres.
+        seed: passed to the strategy with every view.
         max_steps: actions after which the run ends with STEP_LIMIT.
-        stopwatch: seconds, for how long planning took; events are otherwise stamped by the world's clock.
-        begin_with: goes on from this knowledge, in a world that stands just there, instead of from the start;
-            what was known before is not told again.
+        stopwatch: time source in seconds for planning times; all other stamps come from the world's clock.
+        begin_with: knowledge to continue from, in a world in the same state, instead of the start; earlier
+            observations are not reported again.
     """
     return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch, begin_with).events()
 
 
 def outcome_of(events: list[Event]) -> Ended:
-    """The end of a run. Raises ValueError when the events have none."""
+    """The final event of a run.
+
+    Raises:
+        ValueError: the events contain no Ended.
+    """
     for event in reversed(events):
         if isinstance(event, Ended):
             return event
@@ -71,7 +75,7 @@ def outcome_of(events: list[Event]) -> Ended:
 
 @dataclass(slots=True)
 class _Run:
-    """The state of one run while it goes on."""
+    """The mutable state of one run in progress."""
 
     world: World
     strategy: Strategy
@@ -123,7 +127,7 @@ class _Run:
         self._warm_up()
 
     def _warm_up(self) -> None:
-        """What is compiled or loaded once is not charged to the planning budget."""
+        """Compile and load code in advance, so that it is not charged to the planning budget."""
         wanted = relevant_types(self.task.goal)
         warm_up(self.knowledge, self.estimator, tuple(t for t in wanted if t in (self.task.available or wanted)))
 
@@ -161,7 +165,7 @@ class _Run:
         yield from self._walk(made)
 
     def _walk(self, made: Decision) -> Iterator[Event]:
-        """Walks the plan until something is learnt, something is refused, or the plan is done."""
+        """Execute the plan until something new is observed, a step is refused, or the plan is finished."""
         if made.plan.status is not PlanStatus.SOLVED:
             self._end(*_end_without_plan(made, nothing_left=not self.knowledge.unsearched))
             return
@@ -184,7 +188,7 @@ class _Run:
         self.reason = "the plan is done" if made.steps_now is None else "the next steps are decided anew"
 
     def _look(self, container: ContainerId, sought: tuple[str, ...], *, why: str) -> Iterator[Event]:
-        """Goes to a container and looks into it: one step of a find."""
+        """Go to a container and look into it: one step of a find."""
         place = LocationId(container)
         if container not in self.knowledge.unsearched:
             self._end(RunStatus.PLANNER_FAILED, f"wants to look into {container}, which is not unsearched")
@@ -229,7 +233,7 @@ class _Run:
         )
 
     def _act(self, step: PlanStep) -> Generator[Event, None, bool]:
-        """Executes one step other than a find; returns whether to go on with the plan."""
+        """Execute one step other than a find; returns whether to continue with the plan."""
         answer = self._ask(step)
         yield self._acted(step, answer, answer.travel_m if step.action == "move" else self.costs.manipulation)
         if isinstance(answer, Refused):
@@ -259,7 +263,7 @@ class _Run:
             self.knowledge = knowledge.with_facts(facts_after(step, knowledge.facts))
 
     def _refused(self, step: PlanStep, answer: Refused) -> None:
-        """What a refusal teaches: an item is not there, a container cannot be reached."""
+        """Update the knowledge after a refusal: an item is not there, or a container is unreachable."""
         if answer.at is not None:
             self.knowledge = self.knowledge.moved(answer.at)
         if step.action == "pick":

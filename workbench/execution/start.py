@@ -1,4 +1,4 @@
-"""What does the robot know before it starts? A seeded choice: at least 80 % of the containers are unsearched."""
+"""A seeded choice of the containers whose contents the robot knows at the start: at most 20 % of all."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ MOST_KNOWN_SHARE = 0.2
 def known_at_start(
     plan: FloorPlan, *, rng: np.random.Generator, most: float = MOST_KNOWN_SHARE
 ) -> tuple[ContainerId, ...]:
-    """Draws which containers' contents are known, in the plan's order.
+    """Draw the containers whose contents are known, in the plan's order.
 
-    The number is drawn evenly from 0 to the given share of the containers, rounded down; 0 knows none.
+    The number is uniform between 0 and the given share of the containers, rounded down.
 
     Raises:
         BadValue: a share outside [0, 1].

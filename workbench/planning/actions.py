@@ -1,7 +1,7 @@
-"""What can the robot prepare, with which items, and what does that bring about? One readable table.
+"""The table of preparing actions: the items that each needs and the properties that it gives.
 
-move, pick, place and find are the robot's own; everything else is a Preparation below. A new action is one more
-entry: PDDL, SAS+, the built-in solver, the loop and the scenario files read it from here.
+move, pick, place and find are built into the robot; everything else is a Preparation below. A new action is one
+more entry: PDDL, SAS+, the built-in solver, the execution loop and the scenario files read this table.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class Part:
     """One item that takes part in a preparation.
 
     Attributes:
-        role: what it is in the action: "food", "vessel".
-        types: the item types that can play it.
-        where: "here": it stands where the robot stands; "hand": the robot holds it.
-        needs: properties that it must have.
-        gains: properties that it has afterwards.
+        role: its role in the action, such as "food" or "vessel".
+        types: the item types that can fill the role.
+        where: "here" if it stands at the robot's location, "hand" if the robot holds it.
+        needs: properties required beforehand.
+        gains: properties added by the action.
     """
 
     role: str
@@ -39,7 +39,8 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preparation:
-    """An action on items at one place, for the cost of a manipulation. Parts are in the order of a step's items."""
+    """An action on items at one location, at the cost of one manipulation. Parts are in the order of a step's
+    items."""
 
     name: str
     parts: tuple[Part, ...]
@@ -93,26 +94,31 @@ PREPARATIONS: tuple[Preparation, ...] = (
         ),
     ),
 )
-"""The paper's preparing actions (Sec. V, "Action Costs"). Coffee is poured with the vessel standing by the cup."""
+"""The paper's preparing actions (Sec. V, "Action Costs"). To pour coffee, the vessel must stand at the cup's
+location."""
 
 BY_NAME: Mapping[str, Preparation] = MappingProxyType({p.name: p for p in PREPARATIONS})
 
 EFFECTS: Mapping[str, tuple[str, int]] = MappingProxyType(
     {p.name: (part.gains[0], i) for p in PREPARATIONS for i, part in enumerate(p.parts) if part.gains}
 )
-"""action -> (property, index into the step's items of the item that gets it)."""
+"""Action name -> (property, index of the item that gains it among the step's items)."""
 
 ACTION_NAMES: tuple[str, ...] = ("move", "pick", "place", "find", *(p.name for p in PREPARATIONS))
 
 
 def facts_after(step: PlanStep, facts: frozenset[Fact]) -> frozenset[Fact]:
-    """The facts after a preparing step. Raises KeyError for another kind of step."""
+    """The facts after a preparing step.
+
+    Raises:
+        KeyError: the step is not a preparation.
+    """
     prop, index = EFFECTS[step.action]
     return facts | {(prop, (step.items[index],))}
 
 
 def producers(item_type: ItemType, prop: str) -> tuple[tuple[Preparation, int], ...]:
-    """The preparations that give a type a property, each with the index of the part that gets it."""
+    """The preparations that give a property to an item type, each with the index of the part that gains it."""
     return tuple(
         (preparation, i)
         for preparation in PREPARATIONS
@@ -123,7 +129,7 @@ def producers(item_type: ItemType, prop: str) -> tuple[tuple[Preparation, int], 
 
 @lru_cache(maxsize=256)
 def relevant_types(goal: Goal) -> tuple[ItemType, ...]:
-    """The item types that meeting a goal may need, those of its preparations included; sorted."""
+    """The item types that a goal may need, including those of its preparations; sorted."""
     needed: dict[tuple[ItemType, str], None] = {}
     _need(goal, needed)
     return tuple(sorted({item_type for item_type, _ in needed}))
@@ -131,7 +137,7 @@ def relevant_types(goal: Goal) -> tuple[ItemType, ...]:
 
 @lru_cache(maxsize=256)
 def prepares(goal: Goal) -> bool:
-    """Whether some part of the goal asks for a property that a preparation gives."""
+    """Whether some part of the goal asks for a property that a preparation provides."""
     if isinstance(goal, AllOf | AnyOf):
         return any(prepares(part) for part in goal.parts)
     given = {prop for prop, _ in EFFECTS.values()}

@@ -1,9 +1,10 @@
-"""Where may that stand which the scenario itself has put into the house? No house teaches it; the task says it.
+"""Beliefs over items that the scenario itself has added to the house: uniform over the container types that it
+names.
 
-Coffee adds grinds and a water bottle, a scenario file whatever it lists. They stand in a container of the types that
-the scenario names, each as likely as another. An estimator that has learnt from houses without them can only guess
-from their names: to ours a water bottle stood beside the toilet, hardly ever in the fridge. Like what exists
-(Task.available), this is prior knowledge, the same for every strategy.
+The coffee scenarios add coffee grinds and a water bottle; a scenario file adds whatever it lists. Each stands in a
+container of the types that the scenario names, all equally likely. Estimators are trained on houses without these
+items and could only guess from their names (ours put water bottles in bathrooms). Like the set of existing types
+(Task.available), this is prior knowledge that every strategy gets.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from workbench.worlds.house import FloorPlan
 
 
 def with_added(belief: Belief, task: Task, plan: FloorPlan) -> Belief:
-    """The belief with even chances for what the task says was added, over the containers where it may still be.
+    """The belief with a uniform row for each item that the task has added, over the containers where it may still
+    be.
 
-    An item for which no such container is left unsearched keeps the estimator's row.
+    If no such container is left unsearched, the item keeps the estimator's row.
     """
     stands = {added.item_type: added.stands for added in task.added if added.item_type in belief.item_types}
     if not stands:

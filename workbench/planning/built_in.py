@@ -1,7 +1,7 @@
-"""Which plan is cheapest? The built-in solver: every recipe searched exactly, in this process, in milliseconds.
+"""The built-in solver: an exact search over every recipe, in this process, within milliseconds.
 
-It plans over the problem's locations. Recipes are tried in the order of what they cost at least; one that cannot
-beat the best plan so far is not searched. A test holds it to the optimum that Fast Downward proves for the same
+It plans over the problem's locations. Recipes are tried in order of their lower bounds; a recipe that cannot beat
+the best plan so far is skipped. Tests compare its optimum with the one that Fast Downward proves for the same
 problem.
 """
 
@@ -28,19 +28,20 @@ if TYPE_CHECKING:
 
 SOLVER = "built-in"
 MOST_NODES = 100_000
-"""States of all recipes together; beyond, the plan is not proven optimal and says within which bound it is."""
+"""Limit on expanded states over all recipes; beyond it, the plan is not proven optimal and carries a lower bound."""
 LEAST_NODES = 2_000
-"""States that every recipe gets even when the others have used up theirs."""
+"""States granted to every recipe even when the shared limit is used up."""
 POLISH_NODES = 10_000
 GREEDY, GREEDY_NODES = 3.0, 1_000_000
-"""When no recipe is solved in time: the weight of the heuristic with which a first plan is sought."""
+"""If no recipe is solved within the limit, weighted A* with this heuristic weight and node limit seeks a first
+plan."""
 FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
-"""So many states at first, and so many times more after each search in vain."""
+"""Node limit of the first greedy search, and its growth factor after each failure."""
 MOST_OF_BUDGET = 0.1
-"""Share of the time left that goes to making a plan better: a run has many decisions, and each needs some."""
+"""Share of the remaining budget that one decision may spend on improving a plan; later decisions need the rest."""
 MOST_EXPLAINED = 5_000
 MOST_CENTRES = 3
-"""Places whose distances serve the search as potentials."""
+"""Number of places whose distances serve as potentials of the heuristic."""
 MOST_CODE = 2**62
 
 Clock = Callable[[], float]
@@ -48,11 +49,11 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solved:
-    """A plan, and what else was learnt on the way.
+    """A plan, with by-products of the search.
 
     Attributes:
-        alternatives: the recipes not taken, cheapest first; a cost known only from below says so.
-        expanded: states looked at.
+        alternatives: the recipes not taken, cheapest first; where only a lower bound is known, `why_not` says so.
+        expanded: number of expanded states.
     """
 
     plan: Plan
@@ -62,10 +63,10 @@ class Solved:
 
 @dataclass(slots=True)
 class _Attempt:
-    """One recipe from one way of beginning (with the held thing used, or put down first).
+    """One recipe with one way of beginning: using the held item, or putting it down first.
 
     Attributes:
-        bound: what it costs at least; None as long as nobody needs it.
+        bound: lower bound on its cost; None until computed.
     """
 
     recipe: Recipe
@@ -105,15 +106,17 @@ def solve(
 ) -> Solved:
     """The cheapest plan over the problem's locations.
 
-    Two passes: first plans that carry everything straight to where it is wanted or used; then, below that cost,
-    plans that may also put things down on the way. A pass that runs out of states leaves a bound, not a proof.
+    Two passes: first, plans that carry every item straight to where it is wanted or used; then plans below that
+    cost that may also put items down on the way. A pass that reaches its node limit yields a bound instead of a
+    proof.
 
     Args:
-        budget_s: gives up after this time with the best plan so far and a bound, or TIMED_OUT without one.
-        most_nodes: states of all recipes together in the first pass.
-        polish_nodes: the same in the second pass.
-        at_most: a plan of this problem that is known already; only cheaper ones are sought.
-        clock: seconds; only the budget reads it.
+        budget_s: time limit in seconds; afterwards the best plan so far is returned with a bound, or TIMED_OUT
+            without a plan.
+        most_nodes: node limit of the first pass, over all recipes.
+        polish_nodes: node limit of the second pass.
+        at_most: a known plan of this problem; only cheaper plans are sought.
+        clock: time source in seconds, read only for the budget.
     """
     if holds(problem.goal, initial_state(problem), problem):
         return Solved(plan=_plan_of((), lower_bound=0.0))
@@ -142,7 +145,8 @@ def solve(
 
 @dataclass(slots=True, kw_only=True)
 class _Passes:
-    """The best plan so far, what is not excluded below it, and what was seen on the way."""
+    """State of the two passes: the best plan so far, the smallest cost not yet excluded, and the recipes
+    not taken."""
 
     problem: Problem
     deadline: float
@@ -155,7 +159,7 @@ class _Passes:
     others: list[Alternative] = field(default_factory=list[Alternative])
 
     def is_late(self) -> bool:
-        """Whether no time is left: all of it without a plan, MOST_OF_BUDGET of it with one."""
+        """Whether time is up: the whole budget without a plan, MOST_OF_BUDGET of it with one."""
         return self.clock() > (self.deadline if self.best is None else self.enough)
 
     @property
@@ -205,7 +209,7 @@ class _Passes:
         return nodes
 
     def some_plan(self, attempt: _Attempt) -> tuple[int, float, IntArray, int]:
-        """A first plan, sought greedily in ever more states, for as long as there is time for them."""
+        """Seek a first plan by greedy search with growing node limits, until time is up."""
         most, expanded = FIRST_GREEDY_NODES, 0
         while True:
             began = self.clock()
@@ -217,19 +221,20 @@ class _Passes:
             most *= GREEDY_GROWTH
 
     def one_by_one(self, attempt: _Attempt) -> None:
-        """A plan of one errand after the other, if none is cheaper: there always is one, however many there are."""
+        """Use the plan that runs one errand after another, if it is the cheapest so far; it exists for any number
+        of errands."""
         made = _one_by_one(self.problem, attempt)
         if made is not None and made[0] < self.limit - tolerance(self.limit):
             self.others.append(Alternative(title=attempt.recipe.title, cost=made[0], why_not="costs more"))
             self.best = (made[0], attempt, made[1])
 
     def leaves_out(self, attempt: _Attempt) -> None:
-        """What the attempt costs at least is not excluded."""
+        """Record that a plan as cheap as the attempt's lower bound is not excluded."""
         self.unproven = min(self.unproven, _least(self.problem, attempt))
 
 
 def fits(attempt: _Attempt, *, staging: bool) -> bool:
-    """Whether the search's states can be numbered in 62 bits."""
+    """Whether the states of the search fit into 62-bit codes."""
     n, slots = len(attempt.arrays.d), len(attempt.recipe.slots)
     if (n * (slots + 1) << attempt.arrays.n_ops) * (n + 1) ** slots < MOST_CODE:
         return True
@@ -241,7 +246,8 @@ def fits(attempt: _Attempt, *, staging: bool) -> bool:
 
 
 def _one_by_one(problem: Problem, attempt: _Attempt) -> tuple[float, IntArray] | None:
-    """Cost and moves (in reverse) of fetching one thing after the other; None for what is prepared or cannot be."""
+    """Cost and moves (in reverse order) of fetching one item after another; None for recipes with preparations, or
+    if infeasible."""
     a, hand = attempt.arrays, attempt.hand
     if a.n_ops or (hand >= 0 and a.in_hand[hand]):
         return None
@@ -269,7 +275,7 @@ def _one_by_one(problem: Problem, attempt: _Attempt) -> tuple[float, IntArray] |
 
 
 def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
-    """What the cheapest plan costs that begins by fetching each slot in turn; for goals with one recipe."""
+    """The cost of the cheapest plan that begins with each slot in turn; for goals with one recipe."""
     found: dict[str, float] = {}
     for attempt in _attempts(problem)[0][:most]:
         if attempt.hand >= 0:
@@ -287,7 +293,7 @@ def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, .
 
 
 def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> tuple[list[_Attempt], bool]:
-    """Every recipe and way to begin, by what it costs at least; ties in their own order. And whether that is all."""
+    """Every recipe with every way to begin, sorted by lower bound (stable), and whether the list is complete."""
     held = next((thing for thing in problem.things if thing.held), None)
     attempts: list[_Attempt] = []
     recipes, routes = recipes_of(problem), _routes(problem)
@@ -303,7 +309,7 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
             attempts.append(_Attempt(recipe, arrays, -1, True))
             holding = [slot for slot, wanted in enumerate(recipe.slots) if held.id in wanted.things]
             attempts += [_Attempt(recipe, arrays, slot, False) for slot in holding]
-        if len(attempts) > 1:  # an only one need not be compared
+        if len(attempts) > 1:  # a single attempt needs no bound
             _least(problem, attempts[-1])
     if len(attempts) > 1:
         attempts = by_cost(attempts, lambda attempt: _least(problem, attempt))
@@ -311,7 +317,7 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
 
 
 def _least(problem: Problem, attempt: _Attempt) -> float:
-    """What an attempt costs at least; remembered."""
+    """The lower bound on an attempt's cost; cached in the attempt."""
     if attempt.bound is None:
         attempt.bound = _search(problem, attempt, 0.0, 1)[2]
     return attempt.bound
@@ -425,7 +431,7 @@ def _operations(recipe: Recipe) -> tuple[IntArray, IntArray, IntArray, IntArray]
 
 
 def _links(recipe: Recipe) -> IntArray:
-    """Which operations follow one another at a slot that stands at both; see recipe_search.search."""
+    """Pairs of consecutive operations that share a standing slot; see recipe_search.search."""
     operations = recipe.operations
     link = np.full((max(len(operations), 1), 4), -1, dtype=np.int64)
     link[:, 3] = 0
@@ -448,11 +454,11 @@ def _standing_slots(operation: Operation) -> tuple[int, ...]:
 
 
 NO_OPERATIONS = _operations(Recipe())
-"""Of recipes that only carry things."""
+"""Operation arrays of recipes without preparations."""
 
 
 def _place_of(problem: Problem, thing: Thing) -> LocationId | None:
-    """Where a thing stands once the hand is free; None when it is missing."""
+    """Where an item stands once the hand is free; None if it is missing."""
     return problem.robot_at if thing.held else thing.at
 
 
@@ -466,12 +472,12 @@ def _fetch_cost(problem: Problem, thing: Thing, arrays: _Arrays, i: int, j: int)
 
 
 def _steps(problem: Problem, attempt: _Attempt, moves: IntArray) -> tuple[PlanStep, ...]:
-    """The search's errands, in its reverse order, as steps of a plan."""
+    """The errands found by the search (in reverse order) as steps of a plan."""
     return _Walk(problem, attempt).steps(moves)
 
 
 class _Walk:
-    """Follows the errands and writes their steps down."""
+    """Expands errands into plan steps while tracking the state."""
 
     def __init__(self, problem: Problem, attempt: _Attempt) -> None:
         self.problem, self.attempt = problem, attempt
@@ -599,7 +605,7 @@ def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]
 
 
 def without_hypothetical(plan: Plan) -> Plan:
-    """The plan as others see it: a thing that is not found yet has a type and no id."""
+    """The plan without ids of hypothetical items: an item not found yet has a type only."""
     unknown = [any(item.startswith(MISSING) for item in step.items) for step in plan.steps]
     if not any(unknown):
         return plan

@@ -1,4 +1,4 @@
-"""How does a strategy decide? Find cost + search policy + solver, composed: the paper's five and most others."""
+"""Strategies composed of a find cost, a search policy and a solver: the paper's five and most others."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Composed:
     """A strategy made of parts.
 
     Attributes:
-        pricing: what planning charges for a find.
-        policy: where a find looks first.
-        find_known: whether a find is offered though an instance is known.
-        solver: what makes the plan; a single find needs none.
-        everywhere: plans over all reachable places, the plan over those that can matter being the bound, and says
-            how far from the best it may be (widening.py); at most EVERYWHERE_S a decision.
+        pricing: the find costs used for planning.
+        policy: the order in which a find searches containers.
+        find_known: whether a find may be planned even if an instance is known.
+        solver: the solver; a single find is solved in closed form.
+        everywhere: plan over all reachable locations, bounded by the plan over the relevant ones, and state the
+            optimality gap (widening.py); takes at most EVERYWHERE_S seconds per decision.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Composed:
         return with_search_order(plan, problem.find_costs, self.policy, view, made.alternatives)
 
     def problem(self, view: View) -> Problem:
-        """What this strategy has to solve at this moment."""
+        """The planning problem that this strategy poses for a view."""
         return problem_at(view, self.pricing, find_known=self.find_known)
 
     def _everywhere(self, view: View) -> Decision:
@@ -75,7 +75,7 @@ class Composed:
 
 
 def over_these_places(plan: Plan, problem: Problem) -> Plan:
-    """The plan with a note of what was left out: its bound holds over the places that the problem has."""
+    """The plan with a note that its bound holds over the problem's locations only."""
     all_places = len(problem.travel.locations)
     if plan.status is not PlanStatus.SOLVED or plan.note or len(problem.locations) == all_places:
         return plan
@@ -83,7 +83,7 @@ def over_these_places(plan: Plan, problem: Problem) -> Plan:
 
 
 def types_to_believe(task: Task) -> tuple[ItemType, ...]:
-    """The relevant types that exist in the place."""
+    """The relevant item types that exist in the house."""
     types = relevant_types(task.goal)
     return tuple(t for t in types if t in task.available) if task.available else types
 
@@ -95,10 +95,10 @@ def problem_at(
     find_known: bool = False,
     places: tuple[LocationId, ...] | None = None,
 ) -> Problem:
-    """The typed problem of a view, its finds priced.
+    """The planning problem of a view, with find costs.
 
     Args:
-        places: further places to plan over; hubs and the pricing's meeting places if not given.
+        places: further locations to plan over; by default hubs and the pricing's meeting places.
     """
     goal, knowledge = view.task.goal, view.knowledge
     types = missing_types(goal, knowledge, view.task.available, find_known=find_known)
@@ -130,7 +130,7 @@ def with_search_order(
     view: View,
     alternatives: tuple[Alternative, ...] = (),
 ) -> Decision:
-    """The decision for a plan: its first find gets the policy's order."""
+    """The decision for a plan, with the policy's search order for the plan's first find."""
     order = _order(plan, policy, view)
     return Decision(plan=plan, find_costs=find_costs, search_order=order, alternatives=alternatives)
 

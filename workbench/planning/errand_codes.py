@@ -1,4 +1,7 @@
-"""What do the numbers of the compiled search (recipe_search.py) mean? Apart from it: numba takes a while to load."""
+"""Integer codes of the compiled recipe search (recipe_search.py).
+
+They stand in a module of their own because importing numba takes a while.
+"""
 
 from __future__ import annotations
 
@@ -12,4 +15,4 @@ FETCH, PLACE, CARRY, PREPARE, CHOOSE, DROP = range(6)
 """Moves of the search: (kind, slot or operation, place)."""
 
 SOLVED, NO_PLAN, LIMIT = range(3)
-"""How it ended."""
+"""How the search ended."""

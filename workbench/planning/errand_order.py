@@ -1,8 +1,8 @@
-"""In which order are many errands run, when there are too many to search for the best? Nearest first, then mended.
+"""An approximate order of many errands, where an exact search is too expensive: nearest neighbour, then or-opt.
 
-An errand fetches one thing and carries it where it must end. From the end of one to the end of the next costs
-`leg[i, j]`; the best order is a travelling salesman's path. The nearest next errand makes a first one, and moving
-stretches of up to three errands elsewhere mends it (or-opt, Or 1976) until none helps.
+An errand fetches one item and carries it to its target. Going from the end of errand i through errand j costs
+`leg[i, j]`, so the best order is a travelling-salesman path. The nearest-neighbour order is improved by moving
+segments of up to three errands (or-opt, Or 1976) until no move helps.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ from workbench.planning.errand_codes import FloatArray
 from workbench.search.ties import first_least, tolerance
 
 MOST_MENDED = 200
-"""Errands beyond which, and moves after which, the order is left as it is."""
+"""Limit on the number of errands that are improved, and on the number of moves."""
 LONGEST_STRETCH = 3
 
 
 def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
-    """A good order of all errands, and what it costs; infinite where some errand cannot be run.
+    """A good order of all errands and its cost; infinite if some errand is infeasible.
 
     Args:
-        leg: shape (1 + errands, errands): from the start (row 0) or the end of errand i (row 1 + i) to the end of j.
+        leg: shape (1 + errands, errands): from the start (row 0) or the end of errand i (row 1 + i) to the end
+            of j.
     """
     order = _nearest_first(leg)
     if len(order) <= MOST_MENDED:

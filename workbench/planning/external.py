@@ -1,7 +1,7 @@
-"""How does any other PDDL planner plan a typed problem? By its command line, or through unified-planning.
+"""Solvers that run another PDDL planner, by its command line or through unified-planning.
 
-The planner runs in a process of its own with limits on time and memory; what it writes is read back step by step
-and believed only if every step is legal and the goal is met.
+The planner runs in a separate process with limits on time and memory. Its plan is replayed step by step and
+accepted only if every step is legal and the goal is met.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class PddlCommand:
     """A planner called by a command line with {domain}, {problem} and {plan} in it.
 
     Raises:
-        BadValue: a command line without {domain} and {problem}, or whose quotation never ends.
+        BadValue: a command line without {domain} and {problem}, or with an unclosed quotation mark.
     """
 
     command: str
@@ -52,7 +52,7 @@ class PddlCommand:
 
     @property
     def program(self) -> str | None:
-        """Where the planner's program is; None when it is not installed."""
+        """The path of the planner's executable; None if it is not installed."""
         words = shlex.split(self.command)
         return shutil.which(words[0]) if words else None
 

@@ -1,4 +1,4 @@
-"""How does Fast Downward plan a typed problem? The direct route (SAS+) and the PDDL route to the same search binary.
+"""The solver Fast Downward, either on SAS+ written directly or on PDDL through its translator.
 
 Searches by name: `blind` and `lmcut` are optimal; `ff-astar2` is the paper's (A* with the FF heuristic, both on
 cost plus one), not optimal; `anytime` returns the best plan found in its time.

@@ -1,4 +1,4 @@
-"""What does planning charge for a find? Optimistic, pessimistic, Eq. 1, or the truth that only the oracle has."""
+"""The find costs that strategies plan with: optimistic, pessimistic, Eq. 1, and the oracle's true costs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_MEETING_PLACES = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindQuestion:
-    """Price finds of every type of the belief from every origin to every target."""
+    """A request for find costs of all item types of a belief, from every origin to every target."""
 
     belief: Belief
     travel: TravelCosts
@@ -35,12 +35,12 @@ class FindQuestion:
     costs: ActionCosts
 
     def answered_by(self, formula: FindCostFormula) -> FindCosts:
-        """The find costs that a formula gives for it."""
+        """The find costs of this request by a formula."""
         return formula(self.belief, self.travel, origins=self.origins, targets=self.targets, costs=self.costs)
 
 
 class FindCostFormula(Protocol):
-    """Find costs of all types of a belief, from every origin to every target."""
+    """A function that computes find costs of all item types of a belief, from every origin to every target."""
 
     def __call__(
         self,
@@ -55,12 +55,12 @@ class FindCostFormula(Protocol):
 
 
 class FindPricing(Protocol):
-    """The find cost of a strategy."""
+    """The find-cost model of a strategy."""
 
     def price(self, question: FindQuestion) -> FindCosts: ...
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
-        """Unsearched containers at which it wants things to be able to meet; planning takes them in."""
+        """Unsearched containers that planning should consider as meeting places."""
         ...
 
 
@@ -108,7 +108,7 @@ class Expected:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WholeSearch:
-    """Eq. 1 with what follows when none of its candidates holds the object."""
+    """Eq. 1, plus the expected cost of searching on if none of its candidates holds the object."""
 
     belief_model: BeliefModel = "marginal"
     limit: int = PAPER_LIMIT
@@ -131,7 +131,8 @@ class WholeSearch:
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """The least way by a container that really holds the type; types that none holds are left out.
+    """The shortest route through a container that really holds the type; types that no container holds are left
+    out.
 
     Only the oracle has it.
     """

@@ -1,7 +1,8 @@
-"""Which first step costs least? The decision's own, another look or errand, tried in the same believed worlds.
+"""Comparison of alternative first steps by rollouts in worlds sampled from the belief.
 
-The steps tried are the looks that promise most (for one missing thing, for all of them, against the detour on the way
-that the decision takes anyway) and fetching each known thing. What follows them is rollouts.py's policy.
+Candidates are the decision's own first step, the most promising looks (for one missing item, for all of them, and
+relative to the detour from the planned route), and fetching each known item. The policy of rollouts.py continues
+each of them.
 """
 
 from __future__ import annotations
@@ -23,21 +24,22 @@ Array = npt.NDArray[np.float64]
 
 SOLVER = "rollouts"
 FIRST_SHARE, CLEARLY = 6, 2.0
-"""All steps are tried in a sixth of the worlds; clearly worse is what is so by two standard errors."""
+"""All steps are tried in a sixth of the worlds; those worse than the best by two standard errors are then dropped."""
 NEAR_M = 0.5
-"""A detour shorter than this is as good as none when looks are ranked by it."""
+"""Detours shorter than this many metres count as zero when looks are ranked."""
 
 
 @dataclass(frozen=True, slots=True)
 class FirstStep:
-    """FETCH a want or LOOK into a container, by their numbers in the delivery."""
+    """FETCH a want, or LOOK into a container, by index in the delivery."""
 
     kind: int
     target: int
 
 
 def first_step_of(made: Decision, delivery: Delivery) -> FirstStep | None:
-    """What a decision begins with; None for what rollouts do not know, such as putting something down on the way."""
+    """The first step of a decision; None for steps that rollouts do not model, such as putting an item down on the
+    way."""
     if made.look_on_the_way:
         return _look(made.look_on_the_way[0], delivery)
     step = next((s for s in made.plan.steps if s.action in ("find", "pick", "place")), None)
@@ -60,7 +62,7 @@ def _look(place: str, delivery: Delivery) -> FirstStep | None:
 
 
 def other_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -> tuple[FirstStep, ...]:
-    """What else could come first, at most that many looks; none where nothing is left to be found."""
+    """Alternative first steps with at most `looks` looks; empty if nothing is left to find."""
     here = delivery.situation
     if not delivery.open or not here.chance.any():
         return ()
@@ -82,7 +84,7 @@ def other_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -> tupl
 
 
 def _next_place(own: FirstStep, delivery: Delivery) -> int:
-    """The location at which the decision's first step is done."""
+    """The location of the decision's first step."""
     here = delivery.situation
     if own.kind == LOOK:
         return int(here.containers[own.target])
@@ -99,9 +101,9 @@ def _best_instance(want: int, delivery: Delivery) -> int:
 
 
 def cheapest(steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, rng: np.random.Generator) -> FirstStep:
-    """The step after which the whole delivery costs least on average over drawn worlds; of equals the earlier.
+    """The step with the least mean delivery cost over sampled worlds; ties go to the earlier step.
 
-    All are tried in the first worlds; in the others only those that are not clearly worse than the best.
+    All steps are tried in the first worlds; only those not clearly worse than the best are tried in the rest.
     """
     held = _drawn(delivery, worlds, rng)
     few = max(worlds // FIRST_SHARE, 1)
@@ -118,7 +120,7 @@ def cheapest(steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, r
 
 
 def _drawn(delivery: Delivery, worlds: int, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
-    """Which containers hold what, shape (worlds, wants, containers)."""
+    """Sampled worlds: whether each container holds each wanted type; bool, shape (worlds, wants, containers)."""
     here = delivery.situation
     wants, n = here.chance.shape
     held = np.zeros((worlds, wants, n), dtype=np.bool_)
@@ -129,14 +131,14 @@ def _drawn(delivery: Delivery, worlds: int, rng: np.random.Generator) -> npt.NDA
 
 
 def _costs(steps: tuple[FirstStep, ...], delivery: Delivery, held: npt.NDArray[np.bool_]) -> Array:
-    """Shape (steps, worlds)."""
+    """Rollout costs in cost units, shape (steps, worlds)."""
     kinds = np.array([step.kind for step in steps], dtype=np.int64)
     targets = np.array([step.target for step in steps], dtype=np.int64)
     return rollouts.costs_of(kinds, targets, delivery.situation, held)
 
 
 def beginning_with(step: FirstStep, made: Decision, delivery: Delivery, view: View) -> Decision:
-    """The decision with another first step; what is learnt by it is planned anew."""
+    """The decision with another first step; planning starts anew after it."""
     if step.kind == LOOK:
         return replace(made, look_on_the_way=(LocationId(delivery.containers[step.target]),))
     want, travel = delivery.wants[step.target], view.knowledge.travel

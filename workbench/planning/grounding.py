@@ -1,8 +1,8 @@
-"""Which ground actions does a problem have? The list that SAS+ is written from and plans are read back with.
+"""The ground actions of a problem, from which SAS+ is written and plans are read back.
 
-Every step is a PlanStep with preconditions and effects that follow from problem.apply; a test replays plans of
-every solver through apply. The goal's alternatives are closing actions that cost nothing: one for each assignment
-of things to a way of meeting the goal.
+Every step is a PlanStep whose preconditions and effects are those of problem.apply; tests replay plans of every
+solver through apply. The goal's alternatives are closing actions that cost nothing: one for each assignment of
+things to a way of meeting the goal.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ FINISH = "finish"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ending:
-    """One way of meeting the goal with certain things: what must hold of each."""
+    """One way of meeting the goal with particular items: the condition on each of them."""
 
     wants: tuple[Delivered | Holding, ...]
     things: tuple[Thing, ...]
 
 
 def things_that_prepare(problem: Problem) -> tuple[tuple[Preparation, tuple[Thing, ...]], ...]:
-    """Every preparation with every choice of different things for its parts."""
+    """Every preparation with every assignment of different items to its parts."""
     found: list[tuple[Preparation, tuple[Thing, ...]]] = []
     for preparation in PREPARATIONS:
         fitting = [[t for t in problem.things if t.type in part.types] for part in preparation.parts]
@@ -38,7 +38,7 @@ def things_that_prepare(problem: Problem) -> tuple[tuple[Preparation, tuple[Thin
 
 
 def endings(problem: Problem) -> tuple[Ending, ...]:
-    """Every way of meeting the goal with every assignment of different things."""
+    """Every way of meeting the goal with every assignment of different items."""
     found: list[Ending] = []
     for way in ways_of(problem.goal):
         if any(want.at not in problem.locations for want in way):
@@ -51,7 +51,7 @@ def endings(problem: Problem) -> tuple[Ending, ...]:
 
 
 def walking_steps(problem: Problem) -> Iterator[PlanStep]:
-    """move, from everywhere to everywhere else."""
+    """All moves between two different locations."""
     for a in problem.locations:
         for b in problem.locations:
             if a != b:
@@ -59,7 +59,7 @@ def walking_steps(problem: Problem) -> Iterator[PlanStep]:
 
 
 def handling_steps(problem: Problem) -> Iterator[PlanStep]:
-    """pick and place of every thing everywhere."""
+    """All picks and places of every item at every location."""
     for thing in problem.things:
         for at in problem.locations:
             for action in ("pick", "place"):
@@ -67,7 +67,7 @@ def handling_steps(problem: Problem) -> Iterator[PlanStep]:
 
 
 def finding_steps(problem: Problem) -> Iterator[PlanStep]:
-    """find of every missing thing from everywhere to everywhere."""
+    """All finds of every missing item, for every origin and target."""
     costs = problem.find_costs
     if costs is None:
         return
@@ -87,7 +87,7 @@ def finding_steps(problem: Problem) -> Iterator[PlanStep]:
 
 
 def preparing_steps(problem: Problem) -> Iterator[tuple[Preparation, PlanStep]]:
-    """Every preparation with every choice of things everywhere."""
+    """All preparations with every assignment of items, at every location."""
     for preparation, things in things_that_prepare(problem):
         for at in problem.locations:
             yield preparation, _on_the_spot(preparation.name, things, at, problem)

@@ -1,8 +1,8 @@
-"""How is a stranger's strategy asked in a process of ours? So that whatever it does is a status of its run.
+"""A wrapper that runs a third-party strategy in this process and turns its faults into plan statuses.
 
-What it raises, an answer that is no decision, and a decision that takes longer than the planning budget become a
-decision without a plan; what it prints goes to standard error, because standard output is the command's answer.
-(Replays go further and run it in a process of its own: replayers/sandbox.py.)
+An exception, an invalid decision, or a decision that exceeds the planning budget becomes a decision without a plan.
+Whatever the strategy prints goes to standard error, since standard output carries the command's result. (Replays
+isolate it further, in a process of its own: replayers/sandbox.py.)
 """
 
 from __future__ import annotations
@@ -31,13 +31,14 @@ LOG = logging.getLogger("lios")
 @final
 @dataclass(slots=True)
 class Guarded:
-    """A Strategy that never raises and never runs past the planning budget.
+    """A Strategy that never raises and never exceeds the planning budget.
 
-    The time limit interrupts Python code of the main thread; elsewhere (a Dask worker) there is none.
+    The time limit interrupts Python code in the main thread only; in other threads (a Dask worker) there is no
+    limit.
 
     Attributes:
-        strategy: the stranger's own.
-        why: what was wrong when it was asked for its types; it decides nothing then.
+        strategy: the wrapped third-party strategy.
+        why: what went wrong when its relevant types were requested; it then makes no decisions.
     """
 
     strategy: Strategy
@@ -48,7 +49,7 @@ class Guarded:
         return self.strategy.name
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        """The types about which it wants beliefs; none if it cannot say."""
+        """The item types that the strategy wants beliefs about; empty if it fails to say."""
         self.why = ""
         try:
             with _told(task.budget_s):
@@ -84,7 +85,7 @@ class Guarded:
 
 
 def what_is_wrong(made: object) -> str:
-    """Why an answer is no decision that can be walked and recorded; empty when it is one."""
+    """Why an answer is not a decision that can be executed and recorded; empty if it is valid."""
     if not isinstance(made, Decision):
         return f"it returned {'nothing' if made is None else type(made).__name__} instead of a Decision"
     plan = made.plan
@@ -114,7 +115,7 @@ def _well_made(step: object) -> bool:
 
 
 def _is(thing: object, kind: type) -> bool:
-    """isinstance of what a stranger may have put there, whatever its declared type."""
+    """isinstance for values of third-party code, whose declared types cannot be trusted."""
     return isinstance(thing, kind)
 
 
@@ -135,7 +136,7 @@ def _kind(thing: object) -> str:
 
 
 def raised(error: BaseException) -> str:
-    """What a stranger's code raised, on one line."""
+    """An exception of third-party code as one line of text."""
     return f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
 
 
@@ -144,12 +145,13 @@ def _without_plan(status: PlanStatus, why: str, solver: str) -> Decision:
 
 
 class _TooLate(BaseException):
-    """Raised in a stranger's code when its time is over; no Exception, which it might catch."""
+    """Raised in third-party code when its time is up; a BaseException, so that `except Exception` does not catch
+    it."""
 
 
 @contextmanager
 def _told(budget_s: float) -> Generator[None]:
-    """What is printed goes to standard error; _TooLate when the time is over."""
+    """Redirect prints to standard error and raise _TooLate when the time is up."""
     with redirect_stdout(sys.stderr), _at_most(budget_s):
         yield
 

@@ -1,4 +1,4 @@
-"""Where could things meet that are to be prepared together? A few places from which what is needed is near."""
+"""A few meeting places for items that are to be prepared together, chosen near what is needed."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def hubs_for(view: View, *, most: int = HUBS) -> tuple[LocationId, ...]:
     """The reachable locations from which the relevant types are nearest on average, best first; of equal ones
     (ties.py) the earlier.
 
-    A type's place is its nearest known instance, or the belief's containers weighted by their probability.
-    Goals without preparation need none.
+    The distance to a type is that to its nearest known instance, or the mean over the belief's containers weighted
+    by probability. Goals without preparations have no hubs.
     """
     if not prepares(view.task.goal):
         return ()

@@ -1,6 +1,6 @@
-"""Can every want have a thing of its own? Bipartite matching by augmenting paths (Kuhn 1955).
+"""Bipartite matching of wants to different items, by augmenting paths (Kuhn 1955).
 
-Trying every assignment takes forever where many wants ask for the same type.
+Enumerating assignments would take exponential time where many wants ask for the same type.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ T = TypeVar("T", bound=Hashable)
 
 
 def each_has_its_own(choices: Sequence[Sequence[T]]) -> bool:
-    """Whether different things can be chosen, one from each of the choices."""
+    """Whether one item can be chosen from each set of choices, all different."""
     if not all(choices):
         return False
     taken: dict[T, int] = {}
@@ -20,7 +20,7 @@ def each_has_its_own(choices: Sequence[Sequence[T]]) -> bool:
 
 
 def _finds(want: int, choices: Sequence[Sequence[T]], taken: dict[T, int], asked: set[T]) -> bool:
-    """Takes a thing for a want, moving others to other things where that helps."""
+    """Assign an item to a want, reassigning other wants along an augmenting path if needed."""
     for thing in choices[want]:
         if thing in asked:
             continue

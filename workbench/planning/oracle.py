@@ -1,6 +1,6 @@
-"""What would a robot do that knows where everything is? The lower bound that every table shows.
+"""The oracle, a strategy that knows where everything is: the lower bound of every table.
 
-It plans as if every container had been searched, and looks only into containers that hold what it takes or uses.
+It plans as if every container had been searched, and looks only into containers that hold an item that it uses.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from workbench.worlds.house import ContainerId, House, ItemId, ItemType, Locatio
 from workbench.worlds.knowledge import Knowledge
 
 MOST_WAYS_TRIED = 64
-"""Ways of meeting a goal that are compared where unseen things meet a part of it already."""
+"""Most ways of meeting a goal that are compared where unseen items meet part of it already."""
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Oracle:
-    """Knows the house that it is given.
+    """A strategy that plans on the true house.
 
     Attributes:
-        everywhere: plans over all reachable places, as Composed does.
+        everywhere: plan over all reachable locations, as in Composed.
     """
 
     house: House
@@ -80,7 +80,8 @@ class Oracle:
         return solve_widening(whole, problem.locations, budget_s=min(view.budget_s, EVERYWHERE_S)).plan
 
     def _looked(self, plan: Plan, problem: Problem, view: View) -> _Tour:
-        """What the plan costs with the looks that show that the goal is met, and the first of them."""
+        """The plan's cost including the looks needed to observe that the goal is met, and the first of these
+        looks."""
         if plan.status is not PlanStatus.SOLVED:
             return _Tour(plan=plan, cost=float("inf"))
         places = _to_be_seen(plan, problem, view)
@@ -105,12 +106,12 @@ class Oracle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Tour:
-    """A plan and where the oracle must show itself what it knows already.
+    """A plan and the places that must still be looked into so that the robot observes that the goal is met.
 
     Attributes:
-        cost: of the plan and of the detours to those places.
-        look: before which step such a place is visited, and which.
-        places: all of them.
+        cost: cost of the plan including the detours to those places.
+        look: the index of the step before which the first such place is visited, and the place.
+        places: all such places.
     """
 
     plan: Plan
@@ -120,7 +121,7 @@ class _Tour:
 
 
 def _to_be_seen(plan: Plan, problem: Problem, view: View) -> tuple[LocationId, ...]:
-    """The fewest places whose things meet a part of the goal at the plan's end though nobody has seen them."""
+    """The smallest set of places whose unseen items meet part of the goal at the end of the plan."""
     state = initial_state(problem)
     for step in plan.steps:
         state = apply(step, state)
@@ -137,7 +138,7 @@ def _to_be_seen(plan: Plan, problem: Problem, view: View) -> tuple[LocationId, .
 
 
 def _detour(route: tuple[LocationId, ...], place: LocationId, problem: Problem) -> tuple[float, int, LocationId]:
-    """Where on a route a place is visited at least cost: extra metres, before which step, the place."""
+    """The cheapest insertion of a place into a route: (extra metres, index of the step after it, place)."""
     if place in route:
         return 0.0, route.index(place), place
     lengths = [
@@ -157,7 +158,8 @@ def _seen(knowledge: Knowledge) -> set[ItemId]:
 def _with_looks(
     plan: Plan, view: View, detour: tuple[int, LocationId] | None, places: tuple[LocationId, ...]
 ) -> Decision:
-    """The plan with a look where it first handles what only the oracle knows of, or where that meets the goal."""
+    """The decision for a plan, with a look where it first handles an unseen item or where an unseen item meets the
+    goal."""
     knowledge = view.knowledge
     unsearched = frozenset(LocationId(c) for c in knowledge.unsearched)
     seen = _seen(knowledge)
@@ -177,14 +179,14 @@ def _with_looks(
 
 
 def _distance(view: View, place: LocationId) -> float:
-    """The goal is met by what nobody has seen yet: the nearest of its places is looked into first."""
+    """The decision if unseen items meet the goal already: look into the nearest of their places first."""
     return view.knowledge.travel.between(view.knowledge.robot_at, place) or 0.0
 
 
 def _looking_before(plan: Plan, k: int, view: View, *, holding: bool) -> Decision:
-    """A look at the place of step k: at once where nothing else comes first, as a find where the hand is free.
+    """A look at the location of step k: immediate if no step precedes it, otherwise as a find if the hand is free.
 
-    Where neither is so, the plan's steps end on arrival, and the next decision looks.
+    In all other cases the plan is cut at arrival, and the next decision looks.
     """
     place = plan.steps[k].origin
     stop = SearchStop(container=ContainerId(place), probability=1.0, reached=1.0, leg_m=0.0)

@@ -1,8 +1,8 @@
-"""How does a typed problem become PDDL? Printed whole from the problem, never edited; names mapped and mapped back.
+"""Translation of a typed problem into PDDL, with a mapping back from PDDL names to ours.
 
-STRIPS with types and action costs, which every classical planner reads. The goal's alternatives are closing actions
-`finish-1`, `finish-2`, ... that cost nothing, one for each assignment of things to a way of meeting the goal.
-Costs are integers: hundredths of a cost unit.
+The PDDL is STRIPS with types and action costs, which every classical planner reads; it is always generated in full.
+The goal's alternatives are closing actions `finish-1`, `finish-2`, ... that cost nothing, one for each assignment
+of things to a way of meeting the goal. Costs are integers: hundredths of a cost unit.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ RESERVED = frozenset(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PddlTask:
-    """Both files and how to read a plan back.
+    """The domain and problem files and the mappings to read a plan back.
 
     Attributes:
-        domain, problem: the files.
-        names: this project's name for each PDDL name.
-        steps: the step that each ground action ("pick mug_1 sink_2") stands for; a closing action stands for none.
+        domain, problem: text of the files.
+        names: the original name of each PDDL name.
+        steps: the plan step of each ground action ("pick mug_1 sink_2"); None for closing actions.
     """
 
     domain: str
@@ -51,7 +51,7 @@ class PddlTask:
 
 
 def pddl_of(problem: Problem) -> PddlTask:
-    """The problem in PDDL."""
+    """The problem translated into PDDL."""
     names = pddl_names([*problem.locations, *(thing.id for thing in problem.things)])
     steps: dict[str, PlanStep | None] = {}
     for step in (*walking_steps(problem), *handling_steps(problem), *finding_steps(problem)):
@@ -70,9 +70,9 @@ def pddl_of(problem: Problem) -> PddlTask:
 
 
 def pddl_names(ours: Iterable[str]) -> dict[str, str]:
-    """A name that PDDL allows for each of ours: lower case, a letter first, none twice, no reserved word.
+    """A unique valid PDDL name for each name: lower case, starting with a letter, no reserved word.
 
-    "Mug|surface|2|40" becomes "mug_surface_2_40"; names that would coincide get a number.
+    "Mug|surface|2|40" becomes "mug_surface_2_40"; colliding names get a numeric suffix.
     """
     names: dict[str, str] = {}
     taken = set(RESERVED) | {preparation.name for preparation in PREPARATIONS}

@@ -1,4 +1,4 @@
-"""What is a plan? Typed steps with costs, and what its solver says of its quality."""
+"""Plans: typed steps with costs, and the quality that the solver guarantees."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class PlanStep:
 
     Attributes:
         action: move, pick, place, find, pour-water, make-coffee, pour-coffee, boil, peel, toast.
-        origin: where the robot stands before it.
-        target: where it stands after it (equal to origin for what is done on the spot).
-        item_types: what it handles, as types, in the action's order.
-        items: the instances, where they are known; empty for a find.
+        origin: the robot's location before the step.
+        target: the robot's location after the step (equal to origin for manipulations).
+        item_types: types of the items handled, in the order of the action's parts.
+        items: ids of the items handled, where known; empty for a find.
         cost: in cost units.
     """
 
@@ -43,14 +43,14 @@ class PlanStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """Steps and what is known of their quality.
+    """The steps of a plan and its guarantees.
 
     Attributes:
         cost: sum of the steps' costs.
-        lower_bound: no plan of this problem costs less; None when nothing is proven.
-        optimal: cost equals the least possible.
-        solver: which solver made it.
-        note: why there is no plan, or what a pruning may lose.
+        lower_bound: proven lower bound on the cost of any plan of this problem; None without one.
+        optimal: whether the cost is proven optimal.
+        solver: name of the solver.
+        note: why there is no plan, or what a pruning may have lost.
     """
 
     status: PlanStatus

@@ -1,7 +1,7 @@
-"""What exactly is to be planned? One typed problem, from which every route to a plan starts.
+"""The typed planning problem, from which every solver's input is generated, and its transition function.
 
-It names only what can matter: the locations, the things of relevant types, and for missing types one hypothetical
-thing each, which a find brings. PDDL, SAS+ and the built-in solver are printed or read from it, never edited.
+It contains only what can matter: the locations, the items of relevant types, and hypothetical items of missing
+types, which a find brings. PDDL, SAS+ and the built-in solver's arrays are generated from it, never edited.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from workbench.worlds.knowledge import Fact, Knowledge
 from workbench.worlds.travel import TravelCosts
 
 MISSING = "?"
-"""The id of a hypothetical thing begins so: "?Mug", "?Mug#2"."""
+"""Prefix of the ids of hypothetical items: "?Mug", "?Mug#2"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,8 +30,8 @@ class Thing:
     """An item of the problem: a known instance, or a hypothetical one that a find brings.
 
     Attributes:
-        at: where it stands; None when it is missing or held.
-        held: in the robot's hand.
+        at: its location; None if it is missing or held.
+        held: whether it is in the robot's hand.
     """
 
     id: ItemId
@@ -46,12 +46,12 @@ class Thing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Everything that a solver needs.
+    """The complete input of a solver.
 
     Attributes:
-        locations: where the robot may stop, in an order that does not change; robot_at is among them.
+        locations: where the robot may stop, in a deterministic order; includes robot_at.
         things: sorted by id.
-        find_costs: with every missing type, and all locations as origins and targets; None without finds.
+        find_costs: of every missing type, with all locations as origins and targets; None without finds.
     """
 
     travel: TravelCosts
@@ -72,7 +72,8 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State:
-    """A moment of a plan: where the robot and every thing is, and what preparing has brought about."""
+    """A state during a plan: the locations of the robot and of all items, and the facts established by
+    preparations."""
 
     robot_at: LocationId
     holding: ItemId | None
@@ -87,14 +88,14 @@ def initial_state(problem: Problem) -> State:
 
 
 class IllegalStep(ValueError):
-    """A step whose preconditions do not hold."""
+    """A step has a precondition that does not hold."""
 
     def __init__(self, step: PlanStep, why: str) -> None:
         super().__init__(f"'{step}' cannot be done: {why}")
 
 
 def apply(step: PlanStep, state: State) -> State:
-    """The state after a step; hypothetical things are named by their ids in the step's items.
+    """The state after a step; the step names hypothetical items by their ids.
 
     Raises:
         IllegalStep: a precondition does not hold.
@@ -146,7 +147,7 @@ def _prepared(step: PlanStep, state: State) -> State:
 
 
 def holds(goal: Goal, state: State, problem: Problem) -> bool:
-    """Whether some assignment of different things to the goal's parts meets it."""
+    """Whether some assignment of different items to the goal's parts meets the goal."""
     return any(
         each_has_its_own(
             [
@@ -159,7 +160,7 @@ def holds(goal: Goal, state: State, problem: Problem) -> bool:
 
 
 def want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
-    """Whether this thing is as the want has it."""
+    """Whether an item satisfies a want."""
     if isinstance(want, Holding):
         return state.holding == item and state.robot_at == want.at
     there = state.places.get(item) == want.at
@@ -182,11 +183,12 @@ def ways_of(goal: Goal) -> tuple[tuple[Delivered | Holding, ...], ...]:
 def missing_types(
     goal: Goal, knowledge: Knowledge, available: tuple[ItemType, ...], *, find_known: bool = False
 ) -> tuple[ItemType, ...]:
-    """The relevant types for which a find is offered: fewer instances known than some way needs.
+    """The item types for which a find is offered: those with fewer known instances than some way of meeting the
+    goal needs.
 
     Args:
-        available: types that exist; empty when that is not known.
-        find_known: offer a find of known types too.
+        available: types that exist; empty if unknown.
+        find_known: also offer finds of known types.
     """
     if not knowledge.unsearched:
         return ()
@@ -199,14 +201,14 @@ def missing_types(
 
 @lru_cache(maxsize=256)
 def most_needed(goal: Goal) -> Mapping[ItemType, int]:
-    """Of each relevant type, sorted, how many wants of one way name it at most."""
+    """For each relevant type, sorted: the largest number of wants that name it in one way of meeting the goal."""
     ways = ways_of(goal)
     most = {t: max(sum(want.item_type == t for want in way) for way in ways) for t in relevant_types(goal)}
     return MappingProxyType(most)
 
 
 def _known(knowledge: Knowledge, item_type: ItemType) -> int:
-    """How many instances are known that the robot has or can get to."""
+    """The number of known instances that the robot holds or can reach."""
     held = knowledge.holding is not None and knowledge.holding.type == item_type
     return sum(knowledge.travel.reaches(location) for location, _ in knowledge.where(item_type)) + held
 
@@ -214,11 +216,12 @@ def _known(knowledge: Knowledge, item_type: ItemType) -> int:
 def locations_that_matter(
     goal: Goal, knowledge: Knowledge, hubs: tuple[LocationId, ...] = ()
 ) -> tuple[LocationId, ...]:
-    """The robot's place, the goal's places, the known places of relevant things, and hubs; reachable ones.
+    """The reachable ones among the robot's location, the goal's locations, the known locations of relevant items,
+    and hubs.
 
     For goals without preparation no optimal plan needs another place where travel and find costs obey the triangle
-    inequality: whatever is carried goes straight from where it is to where it is wanted. For cooking a meeting
-    place elsewhere may be better; hubs bring it back.
+    inequality: every item is carried straight from where it is to where it is wanted. For cooking, another meeting
+    place may be better; hubs provide some.
     """
     types = relevant_types(goal)
     known = [location for t in types for location, _ in knowledge.where(t)]
@@ -234,7 +237,7 @@ def problem_of(
     locations: tuple[LocationId, ...],
     find_costs: FindCosts | None,
 ) -> Problem:
-    """The problem as the robot knows it; finds are offered for the types that find_costs has."""
+    """The planning problem by the robot's knowledge; finds are offered for the types in find_costs."""
     things: list[Thing] = []
     found = find_costs.item_types if find_costs is not None else ()
     for item_type, most in most_needed(goal).items():
@@ -261,7 +264,7 @@ def problem_of(
 
 
 def goal_is_out_of_reach(problem: Problem) -> str:
-    """Why no way of meeting the goal can be walked, or "" when some can: its places cannot be reached."""
+    """Which goal locations cannot be reached, if that rules out every way of meeting the goal; otherwise ""."""
     for way in ways_of(problem.goal):
         if all(problem.travel.reaches(want.at) for want in way):
             return ""

@@ -1,7 +1,7 @@
-"""How is another program run safely? The one door that starts processes: limits on time, memory and output.
+"""Running external programs with limits on time, memory and output: the only module that starts processes.
 
-A program that crashes, hangs, fills the disk or the memory is an Answer with a status. Its children die with it:
-it gets a process group of its own, and the whole group is killed.
+A program that crashes, hangs, or fills the disk or the memory yields an Answer with a status. It runs in its own
+process group, which is killed as a whole, so that its children die with it.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ MEMORY_BYTES = 2 * 2**30
 
 class Exit(StrEnum):
     ENDED = "ended"
-    """By itself, with a return code."""
+    """The program exited by itself, with a return code."""
     TIMED_OUT = "timed-out"
     CRASHED = "crashed"
-    """Killed by a signal, its memory limit among them."""
+    """The program was killed by a signal, for example at its memory limit."""
     NOT_STARTED = "not-started"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """What became of it. output: the first megabyte of what it said, errors included."""
+    """How a program ended. `output` is the first megabyte of its standard output and error."""
 
     exit: Exit
     code: int = 0
@@ -49,14 +49,14 @@ def run_program(
     stdin: Path | None = None,
     environment: Mapping[str, str] | None = None,
 ) -> Answer:
-    """Runs a program to its end or its limits.
+    """Run a program until it exits or reaches a limit.
 
     Args:
-        folder: its working folder.
-        time_s: wall-clock seconds; also the limit of its processor time.
-        memory_bytes: address space.
-        stdin: a file to read from; nothing if not given.
-        environment: variables set besides the present ones.
+        folder: working folder of the program.
+        time_s: limit on wall-clock time and on processor time, in seconds.
+        memory_bytes: limit on its address space.
+        stdin: file for standard input; empty input by default.
+        environment: environment variables added to the current ones.
     """
     if not _can_be_started(command[0], folder):
         return Answer(exit=Exit.NOT_STARTED, output=f"{command[0]}: no such program")
@@ -89,14 +89,16 @@ def run_program(
 
 
 def _can_be_started(program: str, folder: Path) -> bool:
-    """Looked for on the path, or from the working folder where the name has a folder."""
+    """Whether the program exists: searched on PATH, or relative to the working folder if the name contains a
+    folder."""
     return shutil.which(program) is not None or shutil.which(str(folder / program)) is not None
 
 
 def _limits(time_s: float, memory_bytes: int) -> tuple[str, ...]:
-    """A shell that limits itself and then becomes the program: no moment is left without limits.
+    """The shell command that sets its own limits and then executes the program, so that it never runs without
+    limits.
 
-    A limit that a system does not know is left out.
+    Limits that the system does not support are skipped.
     """
     limits = (("c", 0), ("f", MOST_FILE_BYTES // 512), ("t", int(time_s) + 1), ("v", memory_bytes // 1024))
     set_all = "; ".join(f"ulimit -{letter} {limit} 2>/dev/null" for letter, limit in limits)

@@ -1,15 +1,16 @@
-"""What is the cheapest way to carry out one recipe? Exact A* over where its slots are, compiled with numba.
+"""Exact A* search for the cheapest way to carry out one recipe, compiled with numba.
 
-A state is the robot's place, what it holds, where each slot stands (or that its instance is not chosen yet) and
-which operations are done. One move of the search is a whole errand: fetch a slot and carry it somewhere, put it
-down, carry on, walk somewhere and prepare. With one hand and metric travel every optimal plan is a chain of these.
+A state consists of the robot's location, the held slot, the location of each slot (or that its instance is not
+chosen yet) and the set of finished operations. One move of the search is a whole errand: fetch a slot and carry it
+somewhere, put it down, carry on, or walk somewhere and prepare. With one hand and metric travel, every optimal plan
+is a sequence of errands.
 
-The heuristic never overestimates: what is carried is carried apart (one hand), so the least carries of all slots
-add up, and the slots of a pending operation must meet at one place, the best of which is charged. Walking with
-empty hands is charged by potentials: an errand starts where the one before ended, so adding pot(start) - pot(end) to
-the cost of each changes the sum by pot(robot) - pot(last end) only. With pot = the distance to a place where much
-must go, the least reduced cost of an errand that ends there is its whole round trip. The greatest bound over several
-potentials is taken; zero is one of them.
+The heuristic is admissible: one hand carries one item at a time, so the least carrying costs of all slots add up,
+and the slots of a pending operation must meet at one place, the best of which is charged. Walking with empty hands
+is charged by potentials: an errand starts where the previous one ended, so adding pot(start) - pot(end) to the cost
+of each changes the sum by pot(robot) - pot(last end) only. If pot is the distance to a place to which many items
+must go, the least reduced cost of an errand that ends there is its whole round trip. The largest bound over several
+potentials is taken, the zero potential included.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownParameterType=false, reportUnknownLambdaType=false
@@ -33,11 +34,11 @@ def _compiled(function: Any) -> Any:
 
 @_compiled
 def errands(at, find, tables, d, potential, c):
-    """What fetching each slot costs; see search for the answers.
+    """Errand costs of each slot; see `search` for the arrays returned.
 
     Args:
-        at: where each slot's known instances stand, -1 for none, shape (slots, instances).
-        find: tables of its missing ones, -1 for none, same shape.
+        at: location indices of each slot's known instances, padded with -1, shape (slots, instances).
+        find: table indices of its missing instances, padded with -1, same shape.
         tables: find costs, shape (tables, places, places).
         d, potential, c: as in search.
 
@@ -71,7 +72,7 @@ def _heuristic(
     robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, n_ops, c,
     work,
 ):  # fmt: skip
-    """The greatest of one lower bound for each potential."""
+    """The largest lower bound over all potentials."""
     best = 0.0
     for k in range(potential.shape[0]):
         bound = _bound(
@@ -84,7 +85,7 @@ def _heuristic(
 
 @_compiled
 def _leg(s, m, robot, hand, pos, d, least, potential, c):
-    """The least reduced cost of getting slot s to place m, the pick included."""
+    """The least reduced cost of bringing slot s to place m, including the pick."""
     if hand == s:
         return d[robot, m] + potential[robot] - potential[m]
     if pos[s] >= 0:
@@ -103,7 +104,7 @@ def _bound(
         if op_mask[s] & ~done:
             continue
         if t < 0:
-            # What is in hand and has served must be put down before anything that needs a free hand.
+            # A held item that is no longer needed must be put down before anything that needs a free hand.
             if hand == s and _needs_free_hand(done, op_slot, op_where, n_ops):
                 total += c
         elif hand == s or in_hand[s] or (pos[s] != t and (pos[s] >= 0 or not standing[s, t])):
@@ -138,10 +139,12 @@ def _needs_free_hand(done, op_slot, op_where, n_ops):
 def _meetings(
     o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, c, work
 ):  # fmt: skip
-    """What it costs at least to do an operation at each place, and those linked to it: work[o], and its minimum.
+    """Lower bounds on doing an operation, and those linked to it, at each place: fills work[o] and returns its
+    minimum.
 
-    That is bringing its slots together and onward, less those of earlier operations. A slot that stands here and
-    where the next operation of a link is done must be carried there, unless both are at one place.
+    This counts bringing its slots together and carrying them onward, without slots counted by earlier operations. A
+    slot that stands at two linked operations must be carried from one to the other, unless both are done at one
+    place.
     """
     nothing = (1 << o) - 1
     after = link[o, 1]
@@ -185,7 +188,7 @@ def _meetings(
 
 @_compiled
 def _partner_stands(s, b, pos, done, op_slot, op_where, n_ops):
-    """Whether a tool in hand would meet the other parts of one of its operations at b: they must stand there."""
+    """Whether the other parts of some operation of the tool in hand stand at b."""
     for o in range(n_ops):
         if (done >> o) & 1:
             continue
@@ -266,7 +269,7 @@ def _pop(heap_f, heap_n, count, eps):
 
 @_compiled
 def _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after):
-    """The place where an operation can be done with what stands there and is in hand, or -1."""
+    """The place where an operation can be done with the items there and the item in hand, or -1."""
     if (done >> o) & 1 or (op_after[o] & ~done) != 0:
         return -1
     where = -1
@@ -302,10 +305,10 @@ def _moves(
     robot, hand, pos, done, at_root, last, first, staging, d, fetch, standing, end, in_hand, op_slot, op_where,
     op_after, op_mask, carried_only, tool, n_ops, c, succ, cost,
 ):  # fmt: skip
-    """The moves from a state, written to succ and cost; how many.
+    """Write the moves from a state to succ and cost, and return their number.
 
-    What takes no walk and is part of every plan from here is done at once, and nothing else is tried: an operation
-    whose things are all here, putting down what belongs here.
+    A move that needs no walking and belongs to every plan from here is the only one returned: an operation whose
+    items are all here, or putting down an item that belongs here.
     """
     if first < 0:
         for o in range(n_ops):
@@ -317,7 +320,7 @@ def _moves(
     for s in range(len(pos)):
         pending = (op_mask[s] & ~done) != 0
         if first < 0 and pos[s] < 0 and hand != s:
-            # Choosing an instance where it stands costs nothing.
+            # Choosing an instance that stands in place already costs nothing.
             for a in range(d.shape[0]):
                 here = standing[s, a] and (pending or (end[s] == a and not in_hand[s]))
                 if here and (not carried_only[s] or a == end[s]):
@@ -357,28 +360,29 @@ def search(
     robot0, hand0, g0, first, d, fetch, least, potential, standing, end, in_hand, op_slot, op_where, op_after, link,
     n_ops, c, staging, weight, bound, most_nodes,
 ):  # fmt: skip
-    """A* from one state.
+    """A* search from one state.
 
     Args:
-        robot0, hand0: where the robot is; the slot in its hand or -1.
-        g0: cost before the first move.
-        first: a slot that must be fetched (or carried) first, or -1.
-        d: metres, shape (places, places).
+        robot0, hand0: the robot's location; the slot in its hand, or -1.
+        g0: cost incurred before the first move.
+        first: slot that must be fetched (or carried) first, or -1.
+        d: distances in metres, shape (places, places).
         fetch: cost of walking to a slot's nearest instance, picking it and carrying it on; shape
-            (slots, places, places); infinite where no instance is.
-        least: reduced minimum of fetch over its origins, shape (potentials, slots, places).
-        potential: shape (potentials, places); see the module's text.
-        standing: an instance stands there already, shape (slots, places).
-        end, in_hand: where each slot must be at the end, -1 for anywhere; held or standing.
+            (slots, places, places); infinite without an instance.
+        least: minimum of the reduced fetch cost over its origins, shape (potentials, slots, places).
+        potential: shape (potentials, places); see the module docstring.
+        standing: whether an instance stands there already, shape (slots, places).
+        end, in_hand: end: required final place of each slot, -1 for any; in_hand: whether it must be held there.
         op_slot, op_where: slots of each operation, -1 for none, and 1 for those in hand; shape (operations, parts).
         op_after: bit mask of operations that come before; they have smaller numbers.
-        link: of each operation the one before and the one after at which the same slot stands, -1 for none, that slot
+        link: of each operation the one before and the one after at which the same slot stands, -1 for none,
+            that slot
             (of the one after), and 1 if a tool must be put down before another operation; shape (operations, 4).
         c: cost of a manipulation.
-        staging: whether things may be put down on the way, where nothing else is done with them.
-        weight: of the heuristic in the order of the search; 1 gives the optimum, more a plan sooner.
-        bound: only plans that cost less are of interest.
-        most_nodes: gives up beyond.
+        staging: whether items may be put down at intermediate places where they are not used.
+        weight: weight of the heuristic; 1 gives the optimum, larger weights find a plan sooner.
+        bound: only plans cheaper than this are sought.
+        most_nodes: node limit.
 
     Returns:
         (status, cost, lower bound, moves), moves of shape (n, 3) in reverse order, expanded nodes.

@@ -1,7 +1,8 @@
-"""In which ways can a goal be met? Recipes: which things, which preparations, what must end where.
+"""Recipes: the ways of meeting a goal, each with its items, preparations and final locations.
 
-A recipe has slots (a thing of a type, to be chosen among its instances) and operations on them. Breakfast+Coffee
-has eighteen: boil in a pot or a kettle, peel one of three, toast, each with coffee from one of three makers.
+A recipe has slots (an item of a type, to be chosen among its instances) and operations on them. Breakfast+coffee
+has eighteen recipes: boil in one of two vessels, peel one of three foods, and make coffee with one of three makers;
+the toast is always the same.
 """
 
 from __future__ import annotations
@@ -20,20 +21,21 @@ from workbench.worlds.knowledge import Fact
 T = TypeVar("T")
 
 MOST_RECIPES = 4000
-"""Beyond, the others are left out, and no plan is proven optimal."""
+"""Beyond this number recipes are left out, and no plan is proven optimal."""
 MOST_REMEMBERED = 256
-"""Problems whose recipes are remembered: replanning and replay ask for the same ones with things elsewhere."""
+"""Number of problems whose recipes are cached: replanning and replay ask for the same recipes with items elsewhere.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slot:
-    """A thing that a recipe uses.
+    """An item that a recipe uses.
 
     Attributes:
-        has: properties that it must have already.
-        end: where it must stand at the end, None when that does not matter.
-        in_hand: at the end it is held there instead of standing.
-        things: instances that can fill it, sorted.
+        has: properties that it must have from the start.
+        end: where it must be at the end; None if that does not matter.
+        in_hand: whether it must be held there at the end.
+        things: ids of the instances that can fill it, sorted.
     """
 
     type: ItemType
@@ -59,7 +61,7 @@ class Recipe:
 
     @property
     def title(self) -> str:
-        """For people: "boil Egg, Pot; Bowl"."""
+        """A title for display: "boil Egg, Pot; Bowl"."""
         used = {slot for operation in self.operations for slot in operation.slots}
         done = [
             f"{operation.preparation.name} {', '.join(self.slots[slot].type for slot in operation.slots)}"
@@ -70,11 +72,11 @@ class Recipe:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Given:
-    """All of a problem that its recipes depend on: not where things stand, nor what finding them costs.
+    """The parts of a problem that its recipes depend on (the cache key): neither item locations nor find costs.
 
     Attributes:
-        things: with their types, sorted by id.
-        reached: the goal's places that can be reached.
+        things: items with their types, sorted by id.
+        reached: reachable locations of the goal.
     """
 
     goal: Goal
@@ -88,7 +90,7 @@ class _Given:
 
 @dataclass(frozen=True, slots=True)
 class _Open:
-    """A property that some slot still has to get, before operation `before`."""
+    """A property that a slot must still gain, before operation `before`."""
 
     slot: int
     prop: str
@@ -96,7 +98,7 @@ class _Open:
 
 
 def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
-    """Every recipe that the problem's things can fill, in an order that does not change."""
+    """Every recipe that the problem's items can fill, in a deterministic order."""
     given = _Given(
         goal=problem.goal,
         things=tuple([(thing.id, thing.type) for thing in problem.things]),
@@ -128,7 +130,7 @@ def _recipes(given: _Given) -> tuple[Recipe, ...]:
 
 
 def _expand(recipe: Recipe, wanted: tuple[_Open, ...], given: _Given) -> list[Recipe]:
-    """All ways of giving the wanted properties: by an instance that has it, or by a preparation."""
+    """All ways of providing the required properties: by an instance that has them, or by a preparation."""
     if not wanted:
         return [recipe]
     head, rest = wanted[0], wanted[1:]
@@ -153,7 +155,7 @@ def _expand(recipe: Recipe, wanted: tuple[_Open, ...], given: _Given) -> list[Re
 
 
 def _first_things_first(recipe: Recipe) -> Recipe:
-    """The recipe with every operation behind those that it comes after."""
+    """The recipe with its operations in topological order."""
     if not recipe.operations:
         return recipe
     order: list[int] = []
@@ -179,7 +181,7 @@ def _gives(operation: Operation, slot: int, prop: str) -> bool:
 
 
 def _ordered(recipe: Recipe, before: int | None, number: int) -> Recipe:
-    """The recipe with operation `number` ahead of operation `before`."""
+    """The recipe with the constraint that operation `number` precedes operation `before`."""
     if before is None:
         return recipe
     operation = recipe.operations[before]
@@ -190,7 +192,8 @@ def _ordered(recipe: Recipe, before: int | None, number: int) -> Recipe:
 def _cast(
     preparation: Preparation, index: int, slot: int, slots: tuple[Slot, ...], given: _Given
 ) -> list[tuple[tuple[int, ...], tuple[Slot, ...]]]:
-    """Who plays which part: a slot that the recipe has already, or a new one of each type that things exist of."""
+    """All assignments of parts to slots: to an existing slot of the recipe, or to a new slot of each available
+    type."""
     castings: list[tuple[tuple[int, ...], tuple[Slot, ...]]] = [((), slots)]
     for i, part in enumerate(preparation.parts):
         following: list[tuple[tuple[int, ...], tuple[Slot, ...]]] = []
@@ -208,10 +211,10 @@ def _cast(
 
 
 def _filled(recipe: Recipe, given: _Given) -> Iterator[Recipe]:
-    """The recipe with its slots' instances; where two slots share a type, one recipe for each assignment.
+    """The recipe with instances for its slots; where two slots share a type, one recipe per assignment.
 
-    Slots that ask for the same and are used by no operation are interchangeable: they take theirs in one order only.
-    So are things of a type that are still to be found: the first that is left stands for all.
+    Symmetries are broken: slots with equal requirements and no operation take their instances in one order only,
+    and of the missing items of a type the first unused one represents all.
     """
     fitting = [tuple(t for t in given.of_type(slot.type) if _fits(slot, t, given)) for slot in recipe.slots]
     types = [slot.type for slot in recipe.slots]

@@ -1,12 +1,13 @@
-"""What does a first step cost on average when a simple policy goes on? Rollouts in believed worlds, compiled.
+"""Rollouts: the cost of each candidate first step, followed by a simple policy, in sampled worlds; compiled with
+numba.
 
-A world says for every wanted type which unsearched containers hold it. It is drawn from the belief: one instance at
-least of what is missing and exists, anything of what is known already. The policy that goes on replans after every
-look, as ConditionedLIOS does: legs of known things by their metres, legs of missing ones by Eq. 1 over their
-candidates given what has been searched; the cheapest order of the deliveries; its first leg is walked, or the first
-look of its search taken. Every first step is tried in the same worlds, so that their costs can be compared in pairs.
+A world states for every wanted type which unsearched containers hold it. It is sampled from the belief: a missing
+type that exists has at least one instance, a known type any number. The continuation policy replans after every
+look, as ConditionedLIOS does: legs of known items cost their distance, legs of missing items cost Eq. 1 over the
+candidates not yet searched; the cheapest order of deliveries is chosen, and its first leg is walked, or the first
+look of its search is taken. All first steps are tried in the same worlds, so that costs can be compared pairwise.
 
-Import this module only when it is needed: numba itself takes most of a second.
+Import this module lazily: importing numba takes most of a second.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
@@ -25,11 +26,11 @@ Indices = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
 FETCH, LOOK = 0, 1
-"""Kinds of first steps: fetch (or carry on with) a wanted thing and deliver it; look into a container."""
+"""Kinds of first steps: fetch (or go on carrying) a wanted item and deliver it; look into a container."""
 
 MOST_STEPS = 400
 HOPELESS = 1e4
-"""Charged in a world in which the policy finds no way."""
+"""Cost of a world in which the policy cannot complete the delivery."""
 
 NOTHING_LEFT = 1e-9
 """A find with no more than this chance of coming to a next candidate has none left."""
@@ -39,23 +40,26 @@ NO_CHANCE = 1e-12
 
 
 class Situation(NamedTuple):
-    """A moment of a delivery in arrays; K wants, n unsearched containers, L locations, c candidates.
+    """The state of a delivery as arrays, with K wants, n unsearched containers, L locations and c candidates.
 
     Attributes:
-        metres: shape (L, L).
-        containers, targets: locations of the containers, shape (n,), and of the wants, shape (K,).
-        ways: bit masks of wants, any of which is enough.
-        done: bit mask of the wants that are met.
-        hand: the want that is held, or -1.
-        robot: location.
-        places, known: where instances are known, shape (K, any), and how many of them, shape (K,).
-        sought: whether a find is offered, shape (K,).
-        chance: before it is known that an instance exists (remaining.unconditioned), shape (K, n).
-        candidates: of Eq. 1, shape (K, c); number: the reverse, -1 for none, shape (K, n).
+        metres: travel distances, shape (L, L).
+        containers, targets: location indices of the containers, shape (n,), and of the wants' targets, shape (K,).
+        ways: bit masks of wants; meeting all wants of any one mask meets the goal.
+        done: bit mask of the wants already met.
+        hand: index of the want whose item is held, or -1.
+        robot: location index.
+        places, known: location indices of known instances, shape (K, any), and their number, shape (K,).
+        sought: whether a find may be planned, shape (K,).
+        chance: probability that a container holds the type, not conditioned on existence
+            (remaining.unconditioned), shape (K, n).
+        candidates: container indices of the candidates of Eq. 1, shape (K, c); number: the inverse, -1 for
+            none, shape (K, n).
         missing: remaining.still_missing_by_subset, shape (K, 2**c).
-        onward: what is still to come after a subset whose last was searched last, shape (K, 2**c, c).
-        beyond: a find's cost once all candidates have been searched, shape (K,).
-        look, handle: costs.
+        onward: expected cost still to come after a subset has been searched, by the last one searched, shape
+            (K, 2**c, c).
+        beyond: cost of a find after all candidates have been searched, shape (K,).
+        look, handle: action costs in cost units.
     """
 
     metres: Array
@@ -79,15 +83,15 @@ class Situation(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Room that all rollouts work in, one after the other.
+    """Scratch arrays that all rollouts share, one after the other.
 
     Attributes:
-        searched: containers, shape (n,); subset: of each want's candidates, shape (K,).
-        places, known: as a situation's, and what was found since.
-        legs: what delivering each want costs from the robot's place (row 0) and from each target, shape (K + 1, K).
-        rest: what is left (a mask of wants) once a want outside it was delivered last, shape (2**K, K + 1).
-        finds: what comes again in every world: finds by where they begin (a container, then a want's place), the
-            want and the subset, shape (n + K, K, 2**c); is_known: which of them are filled in.
+        searched: searched containers, shape (n,); subset: bit mask of each want's searched candidates, shape (K,).
+        places, known: as in Situation, plus the instances found since.
+        legs: cost of delivering each want from the robot's location (row 0) and from each target, shape (K + 1, K).
+        rest: cost of the remaining wants (a mask), by the want delivered last, shape (2**K, K + 1).
+        finds: cache of find costs across worlds, by origin (containers, then targets of wants), want and
+            subset, shape (n + K, K, 2**c); is_known: which entries are filled.
     """
 
     searched: Mask
@@ -102,7 +106,7 @@ class Room(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
-    """Eq. 1's table for one type: reference.cost_table before its last step, shape (2**c, c)."""
+    """The table of Eq. 1 for one type: reference.cost_table before its last step, shape (2**c, c)."""
     c = len(found)
     everything = (1 << c) - 1
     table = np.zeros((1 << c, c))
@@ -123,14 +127,14 @@ def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, 
 
 @njit(cache=True, nogil=True)
 def draw(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -> None:
-    """Worlds of one type.
+    """Sample worlds of one item type.
 
     Args:
-        chance: of each container, below 1, shape (n,).
-        exists: at least one container holds it; `even` then says which the first is, so that worlds drawn with
-            evenly spread numbers differ as evenly.
-        even, uniform: in [0, 1), shapes (worlds,) and (worlds, n).
-        held: filled, shape (worlds, n).
+        chance: probability of each container, below 1, shape (n,).
+        exists: at least one container holds it; `even` then selects the first one, so that stratified numbers
+            give stratified worlds.
+        even, uniform: random numbers in [0, 1), shapes (worlds,) and (worlds, n).
+        held: output, whether each container holds the type, shape (worlds, n).
     """
     worlds, n = held.shape
     none = 1.0
@@ -154,11 +158,11 @@ def draw(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -
 
 @njit(cache=True, nogil=True)
 def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> Array:
-    """What each first step costs in each world, the policy going on, shape (steps, worlds).
+    """The cost of each first step, continued by the policy, in each world, shape (steps, worlds).
 
     Args:
-        kinds: FETCH or LOOK; targets: a want or a container; shape (steps,).
-        held: shape (worlds, K, n).
+        kinds: FETCH or LOOK; targets: index of a want or of a container; both of shape (steps,).
+        held: whether each container holds each wanted type, shape (worlds, K, n).
     """
     answer = np.empty((len(kinds), len(held)))
     wants, n = len(here.targets), len(here.containers)
@@ -225,7 +229,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) ->
 
 @njit(cache=True, nogil=True, inline="always")
 def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indices) -> float:
-    """Metres by the best known instance to its target."""
+    """Distance in metres through the best known instance to the want's target."""
     best = np.inf
     for i in range(known[want]):
         via = places[want, i]
@@ -246,9 +250,11 @@ def _fill_legs(
     finds: Array,
     is_known: Mask,
 ) -> None:
-    """What delivering each want costs from the robot's place (row 0) and from each target left: Room.legs.
+    """Fill Room.legs: the cost of delivering each want from the robot's location (row 0) and from each remaining
+    target.
 
-    begin: the robot's place as Room.finds counts them.
+    Args:
+        begin: index of the robot's location in Room.finds.
     """
     wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
@@ -305,7 +311,7 @@ def _slack(cost: float) -> float:
 
 @njit(cache=True, nogil=True, inline="always")
 def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> int:
-    """The first want of the cheapest order of what is left of some way, or -1."""
+    """The first want of the cheapest order of the remaining wants, over all ways of meeting the goal, or -1."""
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
         if mask & done:
@@ -336,7 +342,8 @@ def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> in
 
 @njit(cache=True, nogil=True, inline="always")
 def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask) -> int:
-    """Eq. 1's next candidate; after them always the container of greatest chance against the way; -1 for none."""
+    """The next candidate by Eq. 1; after the candidates, the container with the largest ratio of probability to
+    distance; -1 for none."""
     look = _find(here, want, at, subset)[1]
     if look >= 0:
         return look

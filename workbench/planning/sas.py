@@ -1,7 +1,7 @@
-"""How does a typed problem become SAS+? Straight, without a translator: milliseconds instead of seconds.
+"""Direct translation of a typed problem into SAS+, which takes milliseconds where a PDDL translator takes seconds.
 
-The format is Fast Downward's translator output, version 3. Variables: where the robot is; what its hand holds;
-where each thing is (a location, the hand, or missing); one for each property that a thing may get; and whether the
+The format is Fast Downward's translator output, version 3. Variables: the robot's location; what its hand holds;
+where each item is (a location, the hand, or missing); one for each property that an item may gain; and whether the
 goal has been closed. Costs are integers: hundredths of a cost unit.
 """
 
@@ -32,11 +32,11 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SasTask:
-    """The text and how to read a plan back.
+    """The SAS+ text and the mapping to read a plan back.
 
     Attributes:
         text: the SAS+ file.
-        steps: the step that each operator stands for; a closing action stands for none.
+        steps: the plan step of each operator; None for closing actions.
     """
 
     text: str
@@ -62,7 +62,7 @@ class _Writer:
         return len(self.variables) - 1
 
     def operator(self, step: PlanStep | None, prevail: list[Pair], effects: list[tuple[int, int, int]]) -> None:
-        """effects: (variable, value before or -1, value after)."""
+        """Add an operator. `effects` are (variable, value before or -1, value after)."""
         name = f"o{len(self.operators)}"
         self.steps[name] = step
         lines = ["begin_operator", name, str(len(prevail)), *(f"{var} {value}" for var, value in prevail)]
@@ -72,7 +72,7 @@ class _Writer:
 
 
 def scaled(cost: float) -> int:
-    """A cost as the integer that planners get."""
+    """A cost as the integer given to planners."""
     return round(cost * COST_SCALE)
 
 
@@ -80,7 +80,7 @@ ROBOT, HAND = 0, 1
 
 
 def sas_of(problem: Problem) -> SasTask:
-    """The problem in SAS+."""
+    """The problem translated into SAS+."""
     w = _Writer(problem)
     w.where = {location: i for i, location in enumerate(problem.locations)}
     _variables(w)
@@ -151,7 +151,7 @@ def _prepare(w: _Writer, preparation: Preparation, step: PlanStep) -> None:
 
 
 def _conditions(w: _Writer, ending: Ending) -> list[Pair] | None:
-    """What must hold to close the goal so; None when that contradicts itself."""
+    """The conditions of a closing action; None if they contradict each other."""
     prevail: list[Pair] = []
     for want, thing in zip(ending.wants, ending.things, strict=True):
         if isinstance(want, Holding):

@@ -1,4 +1,4 @@
-"""How does a user write a scenario without code? A YAML file; a mistake is named with its line and column.
+"""Scenario files: tasks that users write in YAML, with errors reported by line and column.
 
     name: tea-time
     title: serve tea and toast
@@ -18,7 +18,7 @@
             - hold: Cup
               to: start
 
-The same word after `to` is the same place throughout a file; `random` is another place each time.
+The same word after `to` means the same place throughout a file; `random` draws a new place each time.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from workbench.worlds.travel import TravelCosts
 MOST_BYTES = 1_000_000
 MOST_DEPTH = 8
 MOST_GOALS = 1_000
-"""An alias of YAML is read wherever it stands, and a few lines of aliases may mean millions of goals."""
+"""YAML aliases are expanded wherever they occur, so a few lines could mean millions of goals."""
 TOP_KEYS = ("name", "title", "failure_cost", "budget_s", "add", "goal")
 
 
@@ -63,7 +63,7 @@ def prepared_by_file(path: Path, house: House, *, seed: int) -> House:
 
 
 class _Reader:
-    """Reads one file for one house. Nodes rather than values, because nodes know where they stand."""
+    """Reads one file for one house. It works on YAML nodes, which carry their line and column, instead of values."""
 
     def __init__(self, path: Path, house: House, rng: np.random.Generator, travel: TravelCosts | None) -> None:
         self.path, self.house, self.rng, self.travel = path, house, rng, travel
@@ -195,7 +195,7 @@ class _Reader:
         return LocationId(fitting[int(self.rng.integers(len(fitting)))])
 
     def reached(self) -> tuple[Container, ...]:
-        """The containers that can be reached; all where no travel costs are given."""
+        """The reachable containers; all if no travel costs are given."""
         reaches = None if self.travel is None else self.travel.reaches
         return tuple(c for c in self.house.plan.containers if reaches is None or reaches(LocationId(c.id)))
 

@@ -1,7 +1,7 @@
-"""Which tasks does the paper set? Its five scenarios, seeded, for any number of items and any house that has them.
+"""The paper's five scenarios and their variants: seeded tasks for any house that supports them.
 
-A task names item types, never instances; every type that it names exists in the house. A house that cannot support
-a scenario is refused with what it lacks.
+A task names item types, never instances; every type that it names exists in the house. If a house cannot support a
+scenario, the error says what it lacks.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ BOTTLE_STANDS = ("Fridge", "DiningTable")
 COFFEE_ADDS = (Added(item_type=GRINDS, stands=GRINDS_STAND), Added(item_type=WATER_BOTTLE, stands=BOTTLE_STANDS))
 
 SERVING_TYPES = ("DiningTable", "CounterTop", "CoffeeTable", "SideTable", "Desk")
-"""Where breakfast and coffee are served: the first of these types that the house has."""
+"""Where breakfast and coffee are served: at the first of these types that the house has."""
 
 MOST_ITEMS = 60
 
@@ -62,7 +62,7 @@ class ScenarioUnsupported(Unsupported):
     """A house lacks what a scenario needs.
 
     Attributes:
-        house, scenario, lacks: the facts, for those who count.
+        house, scenario, lacks: the parts of the message, for statistics.
     """
 
     def __init__(self, house: str, scenario: str, lacks: str) -> None:
@@ -77,11 +77,11 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
         scenario: "find", "deliver-N", "breakfast", "coffee", "breakfast+coffee", "any-of-N" (N from 1 to 60, in
             figures or in words up to three), or the path of a scenario file (.yaml, .yml).
         house: prepared by prepare_house.
-        travel: where it is given, only what can be reached is asked for.
+        travel: travel costs; if given, the task uses only reachable items and places.
 
     Raises:
         ScenarioUnsupported: the house lacks what it needs.
-        UnknownName, BadValue: no such scenario, or an N that cannot be.
+        UnknownName, BadValue: no such scenario, or N out of range.
         MalformedFile: a scenario file with a mistake; the message names line and column.
     """
     if is_scenario_file(scenario):
@@ -110,10 +110,10 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
 def prepare_house(scenario: str, house: House, *, seed: int) -> House:
     """The house with what the scenario adds: coffee grinds and a water bottle for coffee, nothing for others.
 
-    What the house holds already is not added again. The same seed gives the same places.
+    Items that the house holds already are not added again. The same seed gives the same places.
 
     Raises:
-        ScenarioUnsupported: no container of a type that receives them.
+        ScenarioUnsupported: no container of a suitable type.
     """
     if is_scenario_file(scenario):
         from workbench.planning.scenario_files import prepared_by_file
@@ -143,7 +143,7 @@ def add_item(
 
 
 def was_added(house: House, item_type: ItemType) -> bool:
-    """Whether the house has this item from add_item."""
+    """Whether add_item put this item into the house."""
     return any(item.id == _added_id(item_type) for items in house.contents.values() for item in items)
 
 
@@ -156,7 +156,7 @@ def is_scenario_file(scenario: str) -> bool:
 
 
 def scenario_name(scenario: str) -> str:
-    """The scenario's name as logs and tables spell it: "Any-of-3" is "any-of-three"."""
+    """The canonical name of a scenario, as in logs and tables: "any-of-three" for "Any-of-3"."""
     family, count = family_of(scenario)
     if family == "deliver":
         return f"deliver-{count}"
@@ -166,7 +166,8 @@ def scenario_name(scenario: str) -> str:
 
 
 def family_of(scenario: str) -> tuple[str, int]:
-    """("deliver", 3) of "deliver-3"; a count of 0 where the scenario has none.
+    """The family and the item count of a scenario: ("deliver", 3) for "deliver-3"; the count is 0 if the scenario
+    has none.
 
     Raises:
         UnknownName: no such scenario.
@@ -188,7 +189,7 @@ _WORDS = ("one", "two", "three")
 
 
 class _Choices:
-    """Draws types and places of one house, reachable ones where travel costs are given."""
+    """Draws item types and places of one house; only reachable ones if travel costs are given."""
 
     def __init__(self, *, house: House, scenario: str, travel: TravelCosts | None, rng: np.random.Generator) -> None:
         self.house, self.scenario, self.rng = house, scenario, rng
@@ -205,7 +206,7 @@ class _Choices:
         return tuple(self.types[int(i)] for i in drawn)
 
     def draw_targets(self, types: tuple[ItemType, ...]) -> tuple[LocationId, ...]:
-        """A place for each type, different from one another and none that holds the type already."""
+        """A target for each type: all different, and none that holds the type already."""
         targets: list[LocationId] = []
         for item_type in types:
             holders = self.house.holders(item_type)

@@ -1,11 +1,11 @@
-"""Which first step is best for everything that is missing? Our strategy beyond one object at a time.
+"""Scout-LIOS, a strategy that compares first steps for all missing items at once by rollouts.
 
-It plans as its base does, with find costs under the `marginal` belief that count the whole search. What is decided so
-is tried against other first steps in worlds drawn from the belief (first_steps.py), and the one whose mean cost is
-least is taken. So several missing things are sought at once, a container near the way is looked into while something
-is fetched or carried, and a thing that is known far away does not end the search for a nearer one.
+It plans as its base strategy does, with find costs that count the whole search under the `marginal` belief. That
+decision is compared with other first steps in worlds sampled from the belief (first_steps.py), and the step with
+the least mean cost is taken. So several missing items are sought at once, containers near the route are looked into
+while something is fetched or carried, and a known item far away does not end the search for a nearer one.
 
-For goals with preparation it decides as its base for cooking.
+For goals with preparations it decides as its base strategy for cooking does.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from workbench.planning.tasks import Holding, Task
 from workbench.worlds.house import ItemType
 
 WORLDS, LOOKS = 100, 8
-"""Worlds in which first steps are tried, and how many looks are among them; more of either gained nothing
+"""Number of sampled worlds, and most looks among the first steps; more of either did not improve costs
 (docs/planning.md)."""
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scout:
-    """Tries other first steps than those of a base strategy.
+    """A strategy that compares the first step of a base strategy with alternatives.
 
     Attributes:
-        base: plans; its policy orders the looks.
-        cooking: decides where things are to be prepared.
-        worlds: in which other first steps are tried; 0 tries none.
-        looks: how many looks are tried, at most.
-        pauses: decides anew after every pick and every place while something is missing, so that looks are thought
-            of with a thing in hand too.
+        base: the base strategy; its policy orders the looks.
+        cooking: the strategy for goals with preparations.
+        worlds: number of sampled worlds; 0 compares nothing.
+        looks: most looks that are compared.
+        pauses: replan after every pick and place while an item is missing, so that looks are also considered
+            with an item in hand.
     """
 
     base: Composed
@@ -63,7 +63,7 @@ class Scout:
         return _up_to_next_choice(made) if self.pauses and searching else made
 
     def _tried(self, made: Decision, view: View) -> Decision:
-        """The decision, or the same with another first step that costs less in worlds drawn from the belief."""
+        """The decision, or one with another first step whose mean cost over sampled worlds is lower."""
         from workbench.planning import first_steps, situations
 
         delivery = None if isinstance(view.task.goal, Holding) else situations.delivery_of(view)
@@ -79,7 +79,7 @@ class Scout:
 
 
 def _up_to_next_choice(made: Decision) -> Decision:
-    """The decision, to be made anew after its plan's first pick or place, unless a find comes before that."""
+    """The decision, cut after its plan's first pick or place unless a find comes earlier."""
     steps = made.plan.steps
     end = next((i + 1 for i, step in enumerate(steps) if step.action in ("pick", "place", "find")), len(steps))
     if end == len(steps) or steps[end - 1].action == "find":

@@ -1,6 +1,7 @@
-"""What is the cheapest plan that ends with one item in hand at one place? Closed form: no solver is needed.
+"""The optimal plan for bringing one item to one place, in closed form.
 
-Known: walk there, pick, walk to the target. Missing: one find. With something else in hand, put it down first.
+If an instance is known: walk there, pick it, walk to the target. If not: one find. If something else is in hand, it
+is put down first.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ def plan_single_find(
     """The optimal plan under these find costs.
 
     Args:
-        find_costs: with the goal's type, the robot's place and the goal's place on their axes; None when a find
-            is not offered.
-        find_known: whether a find may be chosen though an instance is known.
+        find_costs: costs that cover the goal's type, the robot's location and the goal's location; None if no
+            find may be planned.
+        find_known: whether a find may be chosen even if an instance is known.
     """
     here, to = knowledge.robot_at, goal.at
     if not knowledge.travel.reaches(to):

@@ -1,4 +1,4 @@
-"""What is to be delivered, and what is believed of where it is, in the arrays that rollouts read."""
+"""The state of a delivery task (what is wanted, and the beliefs about it) as the arrays that rollouts use."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ Indices = npt.NDArray[np.intp]
 
 MOST_WANTS = 5
 CANDIDATES = 10
-"""Of each type in the rollouts' own Eq. 1."""
+"""Candidates per type in Eq. 1 within rollouts."""
 
 MOST_CHANCE = 1 - 1e-9
 
 MOST_REMEMBERED = 256
-"""Searches for one thing: 0.1 MB each."""
+"""Number of cached searches for one item, about 0.1 MB each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Delivery:
-    """A view whose goal is to deliver things of different types, unprepared.
+    """A view whose goal is to deliver unprepared items of different types.
 
     Attributes:
-        wants: what the goal names, once each.
-        containers: unsearched ones that can be reached.
-        situation: the same in arrays.
+        wants: the distinct wants of the goal.
+        containers: the reachable unsearched containers.
+        situation: the same as arrays.
     """
 
     wants: tuple[Delivered, ...]
@@ -48,16 +48,16 @@ class Delivery:
 
     @property
     def open(self) -> tuple[int, ...]:
-        """The wants that are neither met nor in hand."""
+        """Indices of the wants that are neither met nor in hand."""
         s = self.situation
         return tuple(k for k in range(len(self.wants)) if not s.done >> k & 1 and k != s.hand)
 
 
 def delivery_of(view: View) -> Delivery | None:
-    """The view as a delivery; None for what rollouts do not cover.
+    """The view as a delivery; None if rollouts do not cover it.
 
-    That is a thing to be held at the end, two of one type, more than MOST_WANTS, something else in hand, a place out
-    of reach, or no container left to look into.
+    Not covered are: an item to be held at the end, two items of one type, more than MOST_WANTS wants, another item
+    in hand, an unreachable target, and no container left to search.
     """
     knowledge, travel = view.knowledge, view.knowledge.travel
     ways = ways_of(view.task.goal)
@@ -148,7 +148,7 @@ def _situation(
 
 
 class _Sought(NamedTuple):
-    """The rows of a Situation that are about one missing thing."""
+    """The rows of a Situation for one missing item."""
 
     chance: Array
     candidates: Indices
@@ -159,10 +159,10 @@ class _Sought(NamedTuple):
 
 @lru_cache(maxsize=MOST_REMEMBERED)
 def _sought(p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: float, handle: float) -> _Sought:
-    """A search for one thing: many moments have the same, and differ in the other things.
+    """The search arrays of one missing item, cached: many states share them and differ only in the other items.
 
     Args:
-        p, from_m, to_m, between_m: rows of float64 over the unsearched containers, between_m over all their pairs.
+        p, from_m, to_m, between_m: float64 bytes over the unsearched containers (between_m over all pairs).
     """
     chances, from_here, to_target = (np.frombuffer(row) for row in (p, from_m, to_m))
     n = len(chances)
@@ -182,7 +182,8 @@ def _possible(chances: Array) -> Array:
 
 
 def _beyond(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:
-    """A rough cost of going on among the containers that are no candidates: two in five of them are looked into."""
+    """A rough cost of searching on beyond the candidates, assuming that two in five of the other containers are
+    searched."""
     is_other = np.ones(len(chance), dtype=np.bool_)
     is_other[chosen] = False
     others = np.flatnonzero(is_other)

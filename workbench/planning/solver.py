@@ -1,4 +1,4 @@
-"""What makes plans? The seam that solvers fill, and the built-in one."""
+"""The solver protocol, and the built-in solver behind it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from workbench.planning.built_in import Solved, begin_with_each, solve, without_
 from workbench.planning.problem import Problem
 
 MOST_TO_EXPLAIN = 6
-"""Things of a problem beyond which the ways not taken are not computed: it would cost more than the plan."""
+"""Largest number of items for which alternatives are computed; beyond it, they would cost more than the plan."""
 
 
 class Solver(Protocol):
-    """Turns a typed problem into a plan. A crash, a hang or nonsense is a status of the plan, never an exception."""
+    """Turns a planning problem into a plan. A crash, a hang or an invalid answer becomes a status of the plan,
+    never an exception."""
 
     @property
     def name(self) -> str: ...
@@ -25,10 +26,10 @@ class Solver(Protocol):
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuiltIn:
-    """Exact, in this process.
+    """The built-in exact solver, run in this process.
 
     Attributes:
-        explain: also say what beginning otherwise would have cost.
+        explain: also compute the costs of alternative first steps.
     """
 
     explain: bool = True

@@ -38,7 +38,7 @@ COMMAND = "command:"
 
 
 class PlannerMissing(Unsupported):
-    """A planner that is not installed."""
+    """A planner is not installed."""
 
     def __init__(self, name: str, why: str) -> None:
         super().__init__(f"solver {name}: {why}.")
@@ -47,7 +47,7 @@ class PlannerMissing(Unsupported):
 def solver(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver:
     """The solver of that name.
 
-    One that is not installed says so by the status of its plans.
+    A solver that is not installed reports this in the status of its plans.
 
     Args:
         origin: who gives the name; command lines and "module:Class" are for users alone.

@@ -29,7 +29,7 @@ Plans = TypeVar("Plans", Composed, Oracle)
 
 
 class OracleNeedsHouse(Unsupported):
-    """The oracle was asked for where no truth is at hand."""
+    """The oracle was requested where no true house is available."""
 
     def __init__(self) -> None:
         super().__init__("the oracle knows the house, and no house is given here. Choose another strategy.")
@@ -39,7 +39,7 @@ class StrategyNotLoaded(PluginNotLoaded):
     """A plug-in or "module:Class" under which no strategy can be made.
 
     Args:
-        name: as it was asked for.
+        name: the requested name.
         why: what went wrong, without a full stop.
     """
 
@@ -63,7 +63,8 @@ def _conditioned(name: str, *, per_find: bool = False) -> Composed:
 
 
 def _whole_search(name: str) -> Composed:
-    """Find costs that count the whole search under the `marginal` belief, with the policy of that name."""
+    """A strategy with find costs that count the whole search under the `marginal` belief, and the policy of that
+    name."""
     return Composed(name=name, pricing=WholeSearch(), policy=policy(name))
 
 
@@ -79,7 +80,7 @@ STRATEGIES: Mapping[str, StrategyFactory] = MappingProxyType(
         "oracle": _oracle,
     }
 )
-"""In the order of tables: the paper's five, ours, the oracle."""
+"""In the order of the tables: the paper's five, ours, the oracle."""
 
 VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
     {
@@ -89,10 +90,10 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
         "conditioned-lios-per-find": lambda _: _conditioned("conditioned-lios-per-find", per_find=True),
     }
 )
-"""Known by name, and left out of "all": parts of ours by themselves."""
+"""Ablations of our strategies; selectable by name, but not part of "all"."""
 
 EVERYWHERE = "everywhere"
-"""STRATEGY@everywhere plans over all places, and says with each plan what is proven."""
+"""STRATEGY@everywhere plans over all locations and states the proven gap with each plan."""
 
 NEEDS_TRUTH = ("oracle",)
 
@@ -114,7 +115,7 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
         "oracle": "Oracle",
     }
 )
-"""How tables and figures spell them."""
+"""The spelling in tables and figures."""
 
 
 def strategy(name: str, *, origin: NameOrigin = NameOrigin.LOG, house: House | None = None) -> Strategy:
@@ -178,7 +179,7 @@ def _planning(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
 
 
 def canonical_name(name: str) -> str | None:
-    """The table's name for a name, alias or the paper's spelling; None for what is not in the table."""
+    """The canonical name for a name, an alias or the paper's spelling; None if it is not in the table."""
     wanted = name.strip().lower()
     wanted = ALIASES.get(wanted, wanted)
     if wanted in STRATEGIES or wanted in VARIANTS:
@@ -187,21 +188,21 @@ def canonical_name(name: str) -> str | None:
 
 
 def needs_truth(name: str) -> bool:
-    """Whether a strategy, with whichever solver, must be given the house."""
+    """Whether a strategy, with any solver, needs the true house."""
     return canonical_name(name.partition("@")[0]) in NEEDS_TRUTH
 
 
 def resolved_name(name: str) -> str:
-    """The name that logs and tables give for it: an alias or the paper's spelling is the table's, others are kept."""
+    """The name used in logs and tables: canonical for aliases and the paper's spellings, otherwise unchanged."""
     base, at, solver_name = name.partition("@")
     return f"{canonical_name(base) or base}{at}{solver_name}"
 
 
 def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
-    """Every strategy by name: the table's order, then installed ones, sorted.
+    """All strategy names: the table in its order, then installed plug-ins, sorted.
 
     Args:
-        with_truth: whether those that need the house are among them.
+        with_truth: whether to include strategies that need the true house.
     """
     ours = tuple(name for name in STRATEGIES if with_truth or name not in NEEDS_TRUTH)
     return (*ours, *(name for name in installed_names(STRATEGY) if name not in STRATEGIES))
@@ -226,6 +227,6 @@ def _from_outside(found: Plugin) -> Strategy:
 
 
 def is_strategy(thing: object) -> bool:
-    """Whether a thing has what a strategy has: a name, relevant_types(task) and decide(view)."""
+    """Whether an object has the interface of a strategy: a name, relevant_types(task) and decide(view)."""
     named = isinstance(getattr(thing, "name", None), str)
     return named and all(callable(getattr(thing, method, None)) for method in ("relevant_types", "decide"))

@@ -1,7 +1,8 @@
-"""What does a planner see, and what does it answer? The seam that strategies fill.
+"""The strategy protocol: the view that a planner gets and the decision that it returns.
 
-A strategy receives a frozen view and never the truth. It answers one decision: a plan, and for the plan's first
-find the order in which to look. The loop walks the plan until something is learnt, then asks again.
+A strategy receives a frozen view and never the true house. It returns one decision: a plan, and for the plan's
+first find the order in which to search. The execution loop carries out the plan until it learns something new, then
+asks again.
 """
 
 from __future__ import annotations
@@ -22,15 +23,15 @@ from workbench.worlds.knowledge import Knowledge
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """All that planning may see.
+    """Everything that a strategy may use for a decision.
 
     Attributes:
-        knowledge: the robot's state as it knows it.
+        knowledge: the robot's state and what it has observed.
         belief: over the unsearched containers, for the task's relevant item types.
-        task: what to do.
+        task: the task.
         costs: action costs.
-        budget_s: planning seconds that are left.
-        seed: for strategies that draw; the same view gives the same decision.
+        budget_s: planning time that is left, in seconds.
+        seed: for strategies that sample; the same view gives the same decision.
     """
 
     knowledge: Knowledge
@@ -43,7 +44,7 @@ class View:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Alternative:
-    """A way not taken: what the plan would have begun with instead, and what it would have cost."""
+    """An alternative that was not taken: how the plan would have begun, and what it would have cost."""
 
     title: str
     cost: float
@@ -52,19 +53,19 @@ class Alternative:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """A plan and where its first find looks first.
+    """A plan, and the search order of its first find.
 
     Attributes:
-        plan: steps from here to the goal.
-        find_costs: the table that the plan was made with, if it has finds.
-        search_order: for the plan's first find, the policy's order; its first stop is walked.
-        alternatives: ways not taken, cheapest first.
-        look_on_the_way: containers to look into while standing at or passing them before the first step
+        plan: the steps from the current state to the goal.
+        find_costs: the find costs used by the plan, if it has finds.
+        search_order: the policy's order for the plan's first find; the robot goes to its first stop.
+        alternatives: alternatives not taken, cheapest first.
+        look_on_the_way: containers to look into at or near the robot's route before the first step
             (opportunistic search); usually empty.
-        steps_now: how many of the plan's steps are walked before it decides anew; None for as far as the plan goes.
+        steps_now: number of steps to execute before replanning; None for the whole plan.
 
     Raises:
-        BadValue: steps_now below 1; the run would decide for ever and do nothing.
+        BadValue: steps_now is below 1; the run would never advance.
     """
 
     plan: Plan
@@ -80,19 +81,19 @@ class Decision:
 
 
 class Strategy(Protocol):
-    """Find cost + search policy + belief model + solver."""
+    """A planner: decides from a view what the robot does next."""
 
     @property
     def name(self) -> str:
-        """In lower case with hyphens: "model-lios"."""
+        """The name in lower case with hyphens, such as "model-lios"."""
         ...
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        """The item types about which it wants beliefs, sorted: the goal's, and what preparing them needs."""
+        """The item types that it needs beliefs about, sorted: those of the goal and of its preparations."""
         ...
 
     def decide(self, view: View) -> Decision: ...
 
 
 StrategyFactory = Callable[[House | None], Strategy]
-"""Makes a strategy. Only the oracle looks at the house; everything else must ignore it and work with None."""
+"""Makes a strategy. Only the oracle uses the house; all others must ignore it and accept None."""

@@ -1,4 +1,7 @@
-"""Can a house's things meet a goal at all? Counted by type, preparations included; not whether a plan exists."""
+"""A check, by counts of item types including preparations, whether a house can support a goal at all.
+
+It does not prove that a plan exists.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +16,12 @@ from workbench.worlds.names import readable_name
 
 
 def what_is_lacking(goal: Goal, things: Mapping[ItemType, int]) -> str:
-    """What every way of meeting the goal lacks, told of the first; empty where some way lacks nothing.
+    """What the first way of meeting the goal lacks, if every way lacks something; otherwise "".
 
-    A way that contradicts itself (two things in one hand) lacks none of them: that no plan exists is the planner's
-    to prove.
+    A contradictory way (two items in one hand) lacks nothing: proving that no plan exists is left to the planner.
 
     Args:
-        things: how many of each type there are.
+        things: number of items of each type.
     """
     first = ""
     for way in ways_of(goal):
@@ -47,7 +49,7 @@ def _lacking(way: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int
 
 
 def _can_get(item_type: ItemType, prop: str, things: Mapping[ItemType, int]) -> bool:
-    """Whether some preparation gives the property, each of its parts played by a type that there is."""
+    """Whether some preparation gives the property, with an available type for each of its parts."""
     return any(
         all(
             any(things.get(t) and all(_can_get(t, need, things) for need in part.needs) for t in part.types)

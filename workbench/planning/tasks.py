@@ -1,4 +1,4 @@
-"""What shall the robot do? Goals over item types with alternatives; any instance of a type serves."""
+"""Tasks: goals over item types, with alternatives. Any instance of a type serves."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from workbench.errors import BadValue
 from workbench.worlds.house import ItemType, LocationId
 
 MOST_WAYS = 5_000
-"""Each is planned for; more take longer than a planning budget."""
+"""Most ways of meeting a goal; each is planned for, and more would exceed any planning budget."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Holding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AllOf:
-    """Every part holds, each met by an instance of its own where two parts ask for the same type."""
+    """Every part holds; parts that ask for the same type are met by different instances."""
 
     parts: tuple[Goal, ...]
 
@@ -48,7 +48,7 @@ Goal = Delivered | Holding | AllOf | AnyOf
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Added:
-    """What a scenario has put into the house: one item, in a container of one of these types."""
+    """An item that a scenario has added to the house, in a container of one of these types."""
 
     item_type: ItemType
     stands: tuple[str, ...]
@@ -61,12 +61,12 @@ class Task:
     Attributes:
         scenario: "find", "deliver-3", "breakfast", "coffee", "breakfast+coffee", "any-of-three", or a user's.
         goal: what must hold at the end.
-        failure_cost: charged instead of the run's own cost when the task is not done.
-        budget_s: planning seconds for the whole run; more fails it.
-        title: one line for people.
-        available: the item types that are known to exist in the place (the paper's prior knowledge, Sec. III),
-            sorted: no other is searched for. Empty when that is not known; then every type may be.
-        added: what the scenario has put there itself; where it may stand is known (added.py).
+        failure_cost: cost charged for a failed run, in place of its own cost.
+        budget_s: planning time for the whole run in seconds; a run that exceeds it fails.
+        title: one line for display.
+        available: the item types known to exist in the house (prior knowledge, paper Sec. III), sorted; no
+            other type is searched for. Empty if unknown; then any type may exist.
+        added: items that the scenario has added; their possible containers are known (added.py).
     """
 
     scenario: str
@@ -86,7 +86,7 @@ class Task:
 
 
 def count_ways(goal: Goal) -> int:
-    """In how many ways a goal can be met: alternatives add up, parts multiply."""
+    """The number of ways to meet a goal: alternatives add up, parts multiply."""
     if isinstance(goal, AnyOf):
         return sum(count_ways(part) for part in goal.parts)
     if isinstance(goal, AllOf):

@@ -1,4 +1,4 @@
-"""Runs an engine of unified-planning on PDDL files and writes its plan: a program of its own, see external.py.
+"""The child process that runs an engine of unified-planning on PDDL files and writes its plan (see external.py).
 
 Usage: python -m workbench.planning.up_child ENGINE DOMAIN PROBLEM PLAN
 """

@@ -1,7 +1,7 @@
-"""What must be loaded or compiled before the first decision? Done once a process, before any clock runs.
+"""Warm-up: loads and compiles everything that the first decision needs, once per process, before time is measured.
 
-The built-in solver and the find costs are compiled at their first use on a machine, which may take longer than a
-planning budget; later their machine code is loaded from disk, which takes half a second.
+The built-in solver and the find costs are compiled at their first use on a machine, which may exceed a planning
+budget; later their machine code is loaded from disk in half a second.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from workbench.worlds.knowledge import Knowledge
 
 
 def warm_up(knowledge: Knowledge, estimator: Estimator, item_types: tuple[ItemType, ...]) -> None:
-    """Believes and plans once, with the place that the robot is in, and throws the answers away.
+    """Compute a belief and a plan once for the current house, and discard the results.
 
-    A process does this once for each estimator; further calls do nothing.
+    Runs once per estimator and process; further calls do nothing.
     """
     if estimator.name not in _warm() and knowledge.unsearched:
         estimator.believe(knowledge, item_types)
@@ -31,7 +31,7 @@ def warm_up(knowledge: Knowledge, estimator: Estimator, item_types: tuple[ItemTy
 
 @cache
 def _warm() -> set[str]:
-    """The estimators that have been used in this process."""
+    """The estimators that have been warmed up in this process."""
     return set()
 
 
@@ -40,7 +40,7 @@ def _plan_once(knowledge: Knowledge) -> None:
     from workbench.planning.strategies import strategy
     from workbench.plugins import NameOrigin
 
-    knowledge = Knowledge(plan=knowledge.plan, travel=knowledge.travel)  # a known thing may be out of reach
+    knowledge = Knowledge(plan=knowledge.plan, travel=knowledge.travel)  # a known item may be unreachable
     kind = ItemType("Mug")
     belief = Belief(
         item_types=(kind,),

@@ -1,8 +1,8 @@
-"""How much may leaving places out cost? Plan over few places, then over more, until proven or out of time.
+"""Planning over a growing set of locations, until the plan is proven optimal or time is up.
 
-A meeting place that was left out may be better for cooking. So the plan over the places that matter becomes the bound
-for a search over those and the nearest others, and that for all: what is cheaper is found, and the lower bound of the
-last search says how much cheaper any plan could be.
+For cooking, a meeting place outside the core locations may be better. So the plan over the core bounds a search
+over the core and its nearest other locations, and that one bounds a search over all of them. Cheaper plans are
+found, and the lower bound of the last search gives the optimality gap.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from workbench.search.ties import by_cost
 from workbench.worlds.house import LocationId
 
 STAGES = (6, 16)
-"""How many further places each stage before the last takes in."""
+"""Number of further locations in each stage before the last."""
 
 NODES = 400_000
 
@@ -25,11 +25,11 @@ NODES = 400_000
 def solve_widening(
     problem: Problem, core: tuple[LocationId, ...], *, budget_s: float, clock: Clock = time.perf_counter
 ) -> Solved:
-    """The cheapest plan over all places of the problem, with its proven gap.
+    """The cheapest plan found over all locations of the problem, with its proven gap.
 
     Args:
-        problem: over all places, its finds priced for all of them.
-        core: the places that matter most, among the problem's; planned over first.
+        problem: problem over all locations, with find costs for all of them.
+        core: the most relevant locations of the problem; planned over first.
     """
     deadline = clock() + budget_s
     others = by_cost(sorted(p for p in problem.locations if p not in core), lambda p: _aside(problem, core, p))
@@ -57,7 +57,7 @@ def solve_widening(
 
 
 def _with_gap(plan: Plan, places: int) -> Plan:
-    """The plan with its proven gap in words."""
+    """The plan with its proven gap in its note."""
     if plan.status is not PlanStatus.SOLVED or plan.lower_bound is None:
         return plan
     gap = 0.0 if plan.optimal else 1.0 - plan.lower_bound / max(plan.cost, 1e-9)
@@ -66,5 +66,5 @@ def _with_gap(plan: Plan, places: int) -> Plan:
 
 
 def _aside(problem: Problem, core: tuple[LocationId, ...], place: LocationId) -> float:
-    """How far a place lies from the ways between the places that matter: its sum of the two least distances."""
+    """The distance of a location from the core: the sum of its two least distances to core locations."""
     return sum(sorted(problem.distance(place, other) for other in core)[:2])

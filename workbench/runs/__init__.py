@@ -1,1 +1,1 @@
-"""The log's vocabulary: one frozen class a topic, its codec, its version."""
+"""The schema of logs: one frozen class per topic, with codecs and versions."""

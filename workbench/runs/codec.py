@@ -1,4 +1,4 @@
-"""How does an event become bytes, and bytes an event? Domain types on one side, the wire vocabulary on the other.
+"""Conversion between events of the execution loop, wire events and bytes.
 
 `to_wire` turns what the loop yields into wire events; `encode` and `decode` stand side by side. Beliefs are written
 to the last bit: a replay believes them, and a millionth can flip a decision. Find costs, costs and path points are
@@ -43,14 +43,14 @@ DECIMALS = 6
 
 
 class UndecodableMessage(Malformed):
-    """A message's bytes are not what its topic says."""
+    """A message does not match the schema of its topic."""
 
     def __init__(self, topic: str, reason: str) -> None:
         super().__init__(f"a message of {topic} cannot be decoded: {reason}. Run lios doctor on the log.")
 
 
 class UnknownTopic(Malformed):
-    """A topic that is not part of the vocabulary."""
+    """A topic that is not part of the log schema."""
 
     def __init__(self, topic: str) -> None:
         super().__init__(f"{topic} is no topic of this vocabulary. Read it raw: replayers.messages.")
@@ -62,11 +62,11 @@ def encode(event: DomainEvent) -> bytes:
 
 
 def decode(topic: str, data: bytes) -> DomainEvent:
-    """The wire event in a message of a topic; one of an older schema version as it is meant today.
+    """Decode a message of a topic; older schema versions are converted to the current one.
 
     Raises:
         UnknownTopic: the topic is not in TOPICS.
-        UndecodableMessage: the bytes are no JSON, or not of the topic's class.
+        UndecodableMessage: the bytes are not JSON, or do not match the topic's class.
     """
     decoder = _DECODERS.get(topic)
     if decoder is None:
@@ -79,7 +79,7 @@ def decode(topic: str, data: bytes) -> DomainEvent:
 
 
 def _of_version_1(plan: PlanComputed) -> PlanComputed:
-    """A plan of schema version 1, which expected a cost of 0.0 where none was found; later ones stay as they are."""
+    """Convert a plan of schema version 1, which stored an expected cost of 0.0 if no plan was found."""
     if plan.status == PlanStatus.SOLVED or plan.expected_cost is None:
         return plan
     return msgspec.structs.replace(plan, expected_cost=None)
@@ -90,7 +90,7 @@ _DECODERS = {topic: msgspec.json.Decoder(cls) for topic, cls in TOPICS.items()}
 
 @singledispatch
 def to_wire(event: Event) -> tuple[DomainEvent, ...]:
-    """The wire events of one event of the loop: one, or two for a decision (its timing apart)."""
+    """The wire events of one event of the loop: one, or two for a decision (its timing is separate)."""
     raise TypeError(f"{type(event).__name__} is no event of the loop")
 
 
@@ -211,7 +211,7 @@ def _(event: Ended) -> tuple[DomainEvent, ...]:
 
 
 def ground_truth(contents: Contents, stamp_ns: int) -> GroundTruth:
-    """What every container held at the start, as a wire event; containers in sorted order."""
+    """The true initial contents of all containers as a wire event; containers sorted."""
     return GroundTruth(
         stamp=Stamp.of(stamp_ns), contents={name: seen_items(contents[name]) for name in sorted(contents)}
     )

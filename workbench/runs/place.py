@@ -1,7 +1,7 @@
-"""Where did a run happen? The floor plan, travel costs, standing poses and occupancy that a log carries with it.
+"""The place of a run as stored in its log: floor plan, travel costs, standing poses and occupancy grid.
 
-Attachment "place.json". Travel costs keep every digit, so that a replay walks the same metres, bit for bit.
-The occupancy grid is packed to one bit a cell, zlib, base64.
+It is the attachment "place.json". Travel costs keep every digit, so that replayed distances are equal bit for bit.
+The occupancy grid is packed to one bit per cell, compressed with zlib and encoded in base64.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ __all__ = [
 PLACE_ATTACHMENT = "place.json"
 PLACE_VERSION = 1
 MAX_CELLS = 64_000_000
-"""A larger occupancy grid is a damaged file, not a place."""
+"""Most cells of an occupancy grid; larger ones are taken as a damaged file."""
 
 
 class MalformedPlace(Malformed):
-    """An attachment place.json that does not describe a place."""
+    """The attachment place.json is invalid."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"{PLACE_ATTACHMENT} describes no place: {reason}. Run lios doctor on the log.")
@@ -48,12 +48,12 @@ class MalformedPlace(Malformed):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """A place as the robot knew it before it opened anything, complete enough to walk in again.
+    """A place as the robot knew it before any search, complete enough to replay motions in it.
 
     Attributes:
-        standing: where the robot stands to use each reachable location.
-        occupancy: furniture and walls, for ways and for the viewer's map; None when it was not known.
-        robot_radius_m: how far the robot's middle keeps from what is occupied.
+        standing: the robot's pose at each reachable location.
+        occupancy: occupancy grid, for paths and for display; None if unknown.
+        robot_radius_m: minimum distance in metres of the robot's centre from occupied cells.
     """
 
     plan: FloorPlan
@@ -64,10 +64,10 @@ class Place:
 
     @classmethod
     def of(cls, plan: FloorPlan, ways: Paths, *, travel: TravelCosts | None = None) -> Place:
-        """The place of a floor plan and its ways; travel costs and grid are taken from ways that keep them.
+        """The place of a floor plan and its paths; travel costs and grid come from `ways` if it has them.
 
         Raises:
-            BadValue: ways without `travel`, and none given.
+            BadValue: `ways` has no travel costs, and none are given.
         """
         known, grid = travel or getattr(ways, "travel", None), getattr(ways, "grid", None)
         if not isinstance(known, TravelCosts):
@@ -82,14 +82,14 @@ class Place:
         )
 
     def paths(self) -> Paths:
-        """The ways between locations, found again on the occupancy grid; straight lines where there is no grid."""
+        """The paths between locations, recomputed on the occupancy grid; straight lines without a grid."""
         from workbench.runs.ways import Ways
 
         return Ways(self.standing, self.travel, self.occupancy, self.robot_radius_m)
 
 
 class _Travel(msgspec.Struct, frozen=True, kw_only=True):
-    """Where costs are the same both ways, row i of metres holds its first i + 1 entries only."""
+    """For symmetric costs, row i of metres holds only its first i + 1 entries."""
 
     locations: tuple[str, ...]
     metres: tuple[tuple[float, ...], ...]
@@ -129,10 +129,10 @@ def place_to_json(place: Place) -> bytes:
 
 
 def place_from_json(data: bytes | str) -> Place:
-    """The place again.
+    """Decode the attachment.
 
     Raises:
-        MalformedPlace: no JSON, not a place, or a grid that cannot be.
+        MalformedPlace: not JSON, not a place, or an invalid grid.
     """
     try:
         wire = msgspec.json.decode(data, type=_Place)

@@ -1,4 +1,4 @@
-"""Which run is this? Its identity as the metadata record `lios.run`: every value as text, with a checksum."""
+"""The identity and outcome of a run as MCAP metadata records, with all values as text and with checksums."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from workbench.runs.vocabulary import SCHEMA_VERSION, Outcome, RunInfo, Stamp
 
 INFO_METADATA = "lios.run"
 OUTCOME_METADATA = "lios.outcome"
-"""Status and costs once more, written at the end, so that a folder of logs is listed without reading messages."""
+"""Status and costs, written again at the end, so that logs can be listed without reading messages."""
 CHECKSUM = "crc32"
-"""MCAP has no checksum on metadata records; this key holds one over the other pairs."""
+"""Key of the checksum over the other pairs, since MCAP has none on metadata records."""
 
 
 class MalformedInfo(Malformed):
-    """A metadata record lios.run that identifies no run."""
+    """The metadata record lios.run is invalid."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"metadata {INFO_METADATA} identifies no run: {reason}. Run lios doctor on the log.")
 
 
 class NewerSchema(Malformed):
-    """A log of a later release."""
+    """The log has a newer schema version."""
 
     def __init__(self, version: int) -> None:
         super().__init__(
@@ -35,17 +35,17 @@ class NewerSchema(Malformed):
 
 
 def info_to_metadata(info: RunInfo) -> dict[str, str]:
-    """The record's pairs, the same for the same run; `started` in nanoseconds since the Unix epoch."""
+    """The key-value pairs of a run's identity, deterministic; `started` in nanoseconds since the Unix epoch."""
     pairs = {name: _text(getattr(info, name)) for name in info.__struct_fields__}
     return {**pairs, CHECKSUM: checksum(INFO_METADATA, pairs)}
 
 
 def info_from_metadata(pairs: Mapping[str, str]) -> RunInfo:
-    """The identity again; unknown keys are ignored, so that later fields do no harm.
+    """Decode the identity; unknown keys are ignored for forward compatibility.
 
     Raises:
-        MalformedInfo: a key is missing or of the wrong kind.
-        NewerSchema: a schema version beyond this release's.
+        MalformedInfo: a key is missing or its value is invalid.
+        NewerSchema: the schema version is newer than this release supports.
     """
     values: dict[str, object] = {name: pairs[name] for name in RunInfo.__struct_fields__ if name in pairs}
     try:
@@ -63,7 +63,7 @@ def info_from_metadata(pairs: Mapping[str, str]) -> RunInfo:
 
 
 def outcome_to_metadata(outcome: Outcome, decisions: int) -> dict[str, str]:
-    """The record's pairs; costs with every digit."""
+    """The key-value pairs of a run's outcome; costs keep every digit."""
     names = ("status", "cost", "own_cost", "searches", "travel_m", "reason")
     pairs = {name: str(getattr(outcome, name)) for name in names}
     pairs |= {"ended": str(outcome.stamp.ns), "decisions": str(decisions)}
@@ -71,13 +71,13 @@ def outcome_to_metadata(outcome: Outcome, decisions: int) -> dict[str, str]:
 
 
 def checksum(name: str, pairs: Mapping[str, str]) -> str:
-    """Of a record's name and all pairs but the checksum's own, in sorted order, as eight hexadecimal digits."""
+    """Checksum (eight hexadecimal digits) of a record's name and of all pairs but the checksum, sorted."""
     text = f"{name}\n" + "".join(f"{key}={pairs[key]}\n" for key in sorted(pairs) if key != CHECKSUM)
     return f"{zlib.crc32(text.encode()):08x}"
 
 
 def is_intact(name: str, pairs: Mapping[str, str]) -> bool:
-    """Whether a record is what was written; one without a checksum is believed."""
+    """Whether a record matches its checksum; True for records without one."""
     return CHECKSUM not in pairs or pairs[CHECKSUM] == checksum(name, pairs)
 
 

@@ -1,4 +1,4 @@
-"""With which settings was a run made? The attachment "settings.json": action costs and whatever else was chosen."""
+"""The settings of a run as the attachment "settings.json": action costs and further choices."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ SETTINGS_ATTACHMENT = "settings.json"
 
 
 class MalformedSettings(Malformed):
-    """An attachment settings.json that holds no settings."""
+    """The attachment settings.json is invalid."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"{SETTINGS_ATTACHMENT} holds no settings: {reason}. Run lios doctor on the log.")
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
-    """Action costs, and free facts about how the run was made."""
+    """Action costs, and free-form information about how the run was made."""
 
     costs: ActionCosts
     more: dict[str, Any] = {}
@@ -32,10 +32,10 @@ def settings_to_json(costs: ActionCosts, more: Mapping[str, Any] | None = None) 
 
 
 def settings_from_json(data: bytes | str) -> Settings:
-    """The settings again.
+    """Decode the attachment.
 
     Raises:
-        MalformedSettings: no JSON, or no settings.
+        MalformedSettings: not JSON, or not settings.
     """
     try:
         return msgspec.json.decode(data, type=Settings)

@@ -1,4 +1,4 @@
-"""What was the robot asked to do? The attachment "task.json"."""
+"""The task of a run as the attachment "task.json"."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from workbench.worlds.house import ItemType, LocationId
 
 TASK_ATTACHMENT = "task.json"
 MAX_DEPTH = 32
-"""A goal nested deeper is a damaged file."""
+"""Deepest nesting of a goal; deeper ones are taken as a damaged file."""
 
 
 class MalformedTask(Malformed):
-    """An attachment task.json that is no task."""
+    """The attachment task.json is invalid."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"{TASK_ATTACHMENT} is no task: {reason}. Run lios doctor on the log.")
@@ -55,7 +55,7 @@ class _Task(msgspec.Struct, frozen=True, kw_only=True):
     title: str = ""
     available: tuple[str, ...] = ()
     added: tuple[_Added, ...] | msgspec.UnsetType = msgspec.UNSET
-    """Left out where nothing was added, as in logs from before it was written."""
+    """Omitted if nothing was added, as in logs older than this field."""
 
 
 def task_to_json(task: Task) -> bytes:
@@ -74,10 +74,10 @@ def task_to_json(task: Task) -> bytes:
 
 
 def task_from_json(data: bytes | str) -> Task:
-    """The task again.
+    """Decode the attachment.
 
     Raises:
-        MalformedTask: no JSON, or not a task.
+        MalformedTask: not JSON, or not a task.
     """
     try:
         wire = msgspec.json.decode(data, type=_Task)

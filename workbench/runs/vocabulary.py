@@ -1,4 +1,4 @@
-"""What stands in a log? One frozen class a topic, written and checked by msgspec, with its JSON Schema.
+"""The messages of a log: one frozen class per topic, validated by msgspec, with its JSON Schema.
 
 Wire names are told in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
 brings a reader for the old one.
@@ -205,7 +205,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     source: str = "simulation"
     """simulation, spot, import, or replay."""
     origin_run: str = ""
-    """For a replay, the run id of the log that it was made from."""
+    """For a replay: the run id of the source log."""
     origin_sha256: str = ""
     code_version: str = ""
     code_revision: str = ""
@@ -231,7 +231,7 @@ TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
         "/recorder/dropped": Dropped,
     }
 )
-"""Topic by topic. The schema's name is "lios." and the class's name."""
+"""Event classes by topic. The schema's name is "lios." and the class's name."""
 
 TOPIC_OF: Mapping[type[msgspec.Struct], str] = MappingProxyType({cls: topic for topic, cls in TOPICS.items()})
 

@@ -1,8 +1,8 @@
-"""Which way leads from one location to another, when only a log is at hand?
+"""Paths between locations, recomputed from the occupancy grid and standing poses of a log.
 
-The same ways that the robot's navigation found: they come from the log's occupancy grid and standing poses by the
-same code, so that a replay walks the same corner points. A straight line where the log has no grid, or where a
-standing pose is not on free ground (a place whose map was measured otherwise).
+They are computed by the same code as the robot's navigation, so that a replay follows the same corner points. A
+path is a straight line if the log has no grid, or if a standing pose is not on a free cell (a place whose map was
+measured in another way).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from workbench.worlds.travel import TravelCosts
 
 @final
 class Ways:
-    """Ways of a logged place; implements `Paths`."""
+    """Paths of a logged place; implements `Paths`."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class Ways:
         return self._standing.get(location)
 
     def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
-        """Corner points from a to b, both ends included; None when one of them cannot be reached."""
+        """Corner points from a to b, both ends included; None if one of them is unreachable."""
         start, end = self._standing.get(a), self._standing.get(b)
         if start is None or end is None:
             return None
@@ -50,7 +50,7 @@ class Ways:
 
     @cached_property
     def _navigation(self) -> Navigation | None:
-        """Made when the first way is asked for."""
+        """The navigation, computed on first use."""
         grid = self._occupancy
         if grid is None:
             return None

@@ -1,1 +1,1 @@
-"""What it costs, on average, to find an object (Eq. 1), and in which order to look."""
+"""Expected costs of finding objects (Eq. 1), and search policies."""

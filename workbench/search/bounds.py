@@ -1,7 +1,7 @@
-"""What would a find cost at best, and what do pessimists charge? The paper's two find costs without a model.
+"""The paper's two find costs without a belief model: optimistic and pessimistic.
 
 optimistic(o, from, to) = min over unsearched a of d(from, a) + R_search + R_pick + d(a, to): as if the object were
-certain to be in the container that is most on the way. pessimistic = optimistic + 200.
+certain to be in the container with the smallest detour. pessimistic = optimistic + 200.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def optimistic_find_costs(
     targets: Sequence[LocationId],
     costs: ActionCosts,
 ) -> FindCosts:
-    """The least that any find can cost; the same for every item type. With nothing left to search, 0.
+    """Lower bounds on find costs, equal for all item types; 0 if nothing is left to search.
 
     Raises:
         LocationOutOfReach: an origin or target that is not among the travel costs.
@@ -55,7 +55,7 @@ def pessimistic_find_costs(
     targets: Sequence[LocationId],
     costs: ActionCosts,
 ) -> FindCosts:
-    """The optimistic costs and PESSIMISTIC_PENALTY: search only when nothing else serves."""
+    """The optimistic costs plus PESSIMISTIC_PENALTY, so that search is the last resort."""
     optimistic = optimistic_find_costs(belief, travel, origins=origins, targets=targets, costs=costs)
     return FindCosts(
         item_types=optimistic.item_types,

@@ -1,12 +1,12 @@
-"""Which containers does a find reason about? The subset program is exact over a few candidates per item type.
+"""The choice of candidate containers per item type over which Eq. 1 is exact.
 
 Two rankings:
 
 - `probable`, the paper's: the two containers of least d(q, a) + d(a, q_to), then the most probable ones;
 - `worth`, ours: by p / (1 + d(q, a) + d(a, q_to) / 2), probability against the walk (docs/search.md).
 
-For a table over many origins and targets the distances are means over them, so that an item type has one
-candidate set; for one query they are that query's own.
+For a table over many origins and targets the distances are means over them, so that each item type has one
+candidate set; for a single query they are exact.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NEAREST_KEPT = 2
 
 
 class TooManyCandidates(Unsupported):
-    """A candidate limit whose table of subsets does not fit."""
+    """A candidate limit whose subset table is too large."""
 
     def __init__(self, limit: int) -> None:
         size = table_bytes(limit)
@@ -41,12 +41,12 @@ class TooManyCandidates(Unsupported):
 
 
 def table_bytes(limit: int, *, targets: int = 8) -> int:
-    """Memory of the subset table: a float64 per subset, last container and target of one tile."""
+    """Memory of the subset table: one float64 per subset, last container and target of a tile, in bytes."""
     return (1 << limit) * limit * targets * 8
 
 
 def check_limit(limit: int) -> int:
-    """The limit itself.
+    """The limit, if valid.
 
     Raises:
         BadValue: below 1.
@@ -60,7 +60,7 @@ def check_limit(limit: int) -> int:
 
 
 def ranking_of(model: BeliefModel) -> Ranking:
-    """The ranking that goes with a belief model unless another is asked for: the paper's with the paper's."""
+    """The default ranking of a belief model: the paper's ranking for the paper's model."""
     return "probable" if model == "independent" else "worth"
 
 

@@ -1,9 +1,9 @@
-"""The program of reference.py, compiled: the same recursion, the same figures to rounding, hundreds of times faster.
+"""The dynamic program of reference.py compiled with numba: equal results up to rounding, hundreds of times faster.
 
 The inner loop runs over the targets, which share all but one term; subsets are visited by size, so that only two
 layers of them are in memory. The first call on a machine compiles for a few seconds and keeps the result beside
-this file, or in numba's own cache where that cannot be written. Import this module only when it is needed:
-numba itself takes most of a second.
+this file, or in numba's own cache where that cannot be written. Import this module lazily: importing numba takes
+most of a second.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
@@ -22,22 +22,23 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 TILE = 64
-"""Targets that are carried through the subsets together."""
+"""Targets that are processed together."""
 
 MOST_ENTRIES = 8_000_000
-"""Entries of the two layers in memory, at most, while a tile can be narrower."""
+"""Most entries of the two layers in memory; tiles are narrowed to stay below it."""
 
 THREADS_FROM, MOST_THREADS = 11, 8
-"""From this many candidates on, item types are shared among threads; the program holds no lock of Python's."""
+"""From so many candidates on, item types are spread over threads; the compiled code releases the GIL."""
 
 MATH = {"nnan", "ninf", "nsz"}
-"""No entry is ever NaN or infinite; sums keep their order, so the answers do not depend on the machine."""
+"""Fast-math flags. No entry is NaN or infinite; the order of sums is kept, so results do not depend on the machine.
+"""
 
 
 def cost_table(
     missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
 ) -> Array:
-    """W(nothing, origin) for every item type; arguments and answer as reference.cost_table."""
+    """W(nothing, origin) for every item type; arguments and result as in reference.cost_table."""
     answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
     ends = np.zeros_like(found) if tail is None else tail
     layers = _layers(between_m.shape[1])

@@ -1,8 +1,8 @@
-"""Loops of remaining.py and corrected.py, compiled: the chance of any instance, what is missing after every subset,
-the order of those that are no candidates.
+"""Inner loops of remaining.py and corrected.py, compiled with numba.
 
-A search asks for both before every look; in numpy their many small steps took longer than the program itself.
-Import this module only when it is needed, as compiled.py.
+They compute the probability of any instance, the probability that the object is missing after every subset, and the
+order of containers beyond the candidates. A search needs them before every look, where numpy's many small steps
+took longer than the dynamic program itself. Import this module lazily, like compiled.py.
 """
 
 # pyright: reportUntypedFunctionDecorator=false, reportMissingTypeStubs=false
@@ -20,10 +20,10 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
-"""How R comes from sums: remaining.still_missing; marginal is as exists."""
+"""The formula of R, as in remaining.still_missing; marginal uses that of exists."""
 
 STEPS, CLOSE = 60, 1e-14
-"""Newton's steps at most, and the step that is none any more."""
+"""Most Newton steps, and the step size at which iteration stops."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -78,7 +78,7 @@ def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
-    """corrected.others from the mean way from the candidates, shape (item types, containers)."""
+    """corrected.others given the mean distance from the candidates, shape (item types, containers)."""
     items, n = p.shape
     left = n - searched.shape[1]
     order = np.empty((items, left), np.intp)

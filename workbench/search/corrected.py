@@ -1,11 +1,10 @@
-"""What does a find cost in fact? Eq. 1 with what it leaves out, and scaled to what searches have cost.
+"""Find costs by Eq. 1, corrected for containers beyond its candidates and calibrated to realised search costs.
 
-Eq. 1 over a few candidates is too low in two ways. Where the object is in none of them, it counts nothing more;
-here the search goes on: the other containers follow, always the one of greatest probability against the way from
-the last, and their cost is what remains once all candidates have been searched. And beliefs err, mostly on the
-confident side; here a scale, one number per estimator, brings the mean of what was predicted to the mean of what
-was realised on validation houses. Neither changes the order of a search: a scale cannot, and the other containers
-come last in any case.
+Eq. 1 over a few candidates is too low for two reasons. If the object is in none of them, it counts no further cost;
+here the search goes on through the other containers, each time to the one with the largest ratio of probability to
+distance. And beliefs are overconfident; here a scale, one number per estimator, brings the mean predicted cost to
+the mean realised cost. Neither changes the order of a search: a scale cannot, and the other containers come last in
+any case.
 """
 
 from __future__ import annotations
@@ -49,13 +48,11 @@ def corrected_find_costs(
     ranking: Ranking | None = None,
     scale: float | None = None,
 ) -> FindCosts:
-    """Find costs that are right on average.
+    """Find costs that are calibrated on average.
 
     Args:
-        scale: realised over predicted; None takes the estimator's, by the name in the belief.
-        The others as expected_find_costs.
-
-    Raises:
+        scale: realised over predicted cost; None takes the scale of the belief's estimator.
+        The others: as in expected_find_costs. Raises:
         BadValue: a scale that is not positive and finite.
         The others as expected_find_costs.
     """
@@ -89,17 +86,18 @@ def scale_of(estimator: str) -> float:
 def tail_costs(
     here: Places, probability: Array, candidates: Indices, *, costs: ActionCosts, model: BeliefModel
 ) -> Array:
-    """What follows once every candidate has been searched, weighted by the chance that it comes to that.
+    """The cost of searching on after every candidate, weighted by the probability that the object is in none of
+    them.
 
-    The order of the other containers is one per item type: it begins with the one of greatest probability against
-    the mean way from the candidates, and goes on from there.
+    Each item type has one order of the other containers: it begins with the largest ratio of probability to mean
+    distance from the candidates, and continues from there.
 
     Args:
-        probability: of the item types that are asked about, shape (item types, containers).
+        probability: probability of each container, shape (item types, containers).
         candidates: shape (item types, k).
 
     Returns:
-        By last candidate and target, shape (item types, k, targets).
+        Costs by last candidate and target, shape (item types, k, targets).
     """
     items, k = candidates.shape
     if k == len(here.containers):
@@ -115,7 +113,7 @@ def tail_costs(
 
 
 def _others(p: Array, searched: Indices, between_m: Array) -> Indices:
-    """The containers that are no candidates, in the order in which they follow: shape (item types, others)."""
+    """The containers beyond the candidates in search order, shape (item types, others)."""
     from_m = between_m[searched].mean(axis=1)
     program = compiled_loops()
     return (

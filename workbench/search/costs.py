@@ -1,4 +1,4 @@
-"""What does an action cost? The paper's figures, in its units: one metre of travel costs 1."""
+"""Action costs in the paper's units: one metre of travel costs 1."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from workbench.errors import BadValue
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionCosts:
-    """Costs of actions other than moving, which costs its metres.
+    """Costs of all actions but moving, which costs its distance in metres.
 
     Attributes:
         search: 0 in simulation, 1 on the robot (paper, Sec. V).

@@ -1,8 +1,8 @@
-"""What does it cost, on average, to find an object? Eq. 1 of the paper, for every type, origin and target at once.
+"""Expected find costs by Eq. 1 of the paper, for all item types, origins and targets of a house at once.
 
-The recursion and its weights are in reference.py; compiled.py runs the same program faster. Candidates are one
-set per item type (candidates.py), so that the table obeys the triangle inequality: walking first and searching
-then never costs less than the find from where one stands.
+The recursion and its weights are in reference.py; compiled.py is a faster implementation. Each item type has one
+candidate set (candidates.py), so that the table obeys the triangle inequality: walking first and then searching
+never costs less than searching from the current location.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 MOST_SUBSETS = 1 << 22
-"""Subsets of all item types together that are held in memory at once."""
+"""Most subsets held in memory at once, over all item types."""
 
 
 def expected_find_costs(
@@ -48,11 +48,11 @@ def expected_find_costs(
     """Eq. 1 for all (item type, origin, target), exact over at most `limit` candidates per item type.
 
     Args:
-        ranking: which containers are candidates; None takes the paper's for `independent`, ours otherwise.
+        ranking: how candidates are chosen; None takes the paper's ranking for `independent`, ours otherwise.
 
     Returns:
-        Find costs of kind "model". With nothing left to search every entry is 0, as Eq. 1 says of an empty U:
-        whoever offers finds asks first whether the belief has containers.
+        Find costs of kind "model". If nothing is left to search, every entry is 0, as by Eq. 1 for an empty U:
+            callers must check first that the belief has containers.
 
     Raises:
         LocationOutOfReach: an origin or target that is not among the travel costs.
@@ -78,7 +78,7 @@ def expected_search(
     limit: int = PAPER_LIMIT,
     ranking: Ranking | None = None,
 ) -> ExpectedSearch:
-    """The minimiser of Eq. 1 for one query: the whole order over its candidates, with partial costs.
+    """The optimal order of candidates by Eq. 1 for one query, with partial costs.
 
     Raises:
         ValueError: the item type is not in the belief, or what expected_find_costs raises.
@@ -104,8 +104,8 @@ def cost_table(
     """Eq. 1 for all of `here`, shape (item types, origins, targets).
 
     Args:
-        tail: given probabilities and candidates, shapes (item types, containers) and (item types, k), what follows
-            when the object is in none of them: reference.cost_table's `tail`.
+        tail: a function of probabilities and candidates, shapes (item types, containers) and (item types, k),
+            that returns the cost of searching on beyond them: `tail` of reference.cost_table.
     """
     check_limit(limit)
     metres = np.zeros((len(here.probability), len(here.from_m), here.to_m.shape[1]))
@@ -130,7 +130,7 @@ def best_order(
     limit: int,
     ranking: Ranking | None = None,
 ) -> Indices:
-    """The minimiser's order for one item type, from the first origin to the first target of `here`.
+    """The optimal order for one item type, from the first origin to the first target of `here`.
 
     Returns:
         Indices into here.containers, at most `limit` of them.
@@ -144,7 +144,7 @@ def best_order(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Setup:
-    """The arrays of reference.cost_table, with the probabilities and candidates that they are about."""
+    """The arrays of reference.cost_table, with their probabilities and candidates."""
 
     probability: Array
     candidates: Indices

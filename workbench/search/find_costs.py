@@ -1,4 +1,4 @@
-"""The table of find costs: what finding each item type costs from each location to each location."""
+"""Tables of find costs: the cost of finding each item type from each origin to each target."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 
 BeliefModel = Literal["independent", "exists", "exclusive", "marginal"]
-"""What P(a) means once other containers turned out empty (remaining.py; docs/search.md)."""
+"""The meaning of P(a) after other containers turned out empty (remaining.py; docs/search.md)."""
 
 FindCostKind = Literal["optimistic", "pessimistic", "model"]
 
@@ -43,13 +43,17 @@ class FindCosts:
         shape = (len(self.item_types), len(self.origins), len(self.targets))
         if metres.shape != shape:
             raise BadValue("find costs", metres.shape, f"of shape {shape} (item types, origins, targets)")
-        if metres.size and not (metres.min() >= 0 and metres.max() < np.inf):  # nan is neither
+        if metres.size and not (metres.min() >= 0 and metres.max() < np.inf):  # also true for nan
             raise BadValue("find costs", "a negative or non-finite entry", "finite and at least 0")
         metres.flags.writeable = False
         object.__setattr__(self, "metres", metres)
 
     def of(self, item_type: ItemType, origin: LocationId, target: LocationId) -> float:
-        """One cost. Raises ValueError when a label is not on its axis."""
+        """One cost in cost units.
+
+        Raises:
+            ValueError: a label is not on its axis.
+        """
         return float(
             self.metres[self.item_types.index(item_type), self.origins.index(origin), self.targets.index(target)]
         )
@@ -57,13 +61,13 @@ class FindCosts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchStop:
-    """One container in the order in which a search policy intends to look.
+    """One container in a search order.
 
     Attributes:
-        container: where.
-        probability: chance that the object is found here, given that it was not found at earlier stops.
-        reached: chance that the search comes this far.
-        leg_m: metres from the stop before (or the origin).
+        container: the container to look into.
+        probability: probability that the object is found here, given that it was not found at earlier stops.
+        reached: probability that the search reaches this stop.
+        leg_m: distance in metres from the previous stop (or the origin).
     """
 
     container: ContainerId

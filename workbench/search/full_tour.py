@@ -1,8 +1,9 @@
-"""Eq. 1 over every unsearched container, not over a few candidates.
+"""A search policy that optimises Eq. 1 over all unsearched containers instead of a few candidates.
 
-Exact where a table over all containers is small. Beyond that: the exact order over the leading candidates, then
-the others by probability against the way, made cheaper by small changes (tours.py) until none helps. Anytime:
-after any number of passes there is a whole order with its expected cost, and more passes never cost more.
+It is exact where a table over all containers is small. Otherwise it takes the exact order of the leading
+candidates, then the others by the ratio of probability to distance, and improves this order by local search
+(tours.py). It is an anytime algorithm: after any number of passes there is a complete order with its expected cost,
+and more passes never make it worse.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from workbench.search.ties import RELATIVE
 from workbench.worlds.house import ContainerId
 
 LEADING = 10
-"""Containers among which the first order is exact; a house with no more is solved exactly."""
+"""Number of containers whose initial order is exact; houses with no more are solved exactly."""
 
 PASSES = 20
-"""Passes of small changes at most; five are usually enough to find no more."""
+"""Most passes of local search; five are usually enough to converge."""
 
 
 @final
@@ -37,8 +38,8 @@ class FullTour:
     """The policy over all unsearched containers.
 
     Attributes:
-        leading: containers among which the first order is exact.
-        passes: how long to improve it; 0 takes it as it is.
+        leading: number of containers whose initial order is exact.
+        passes: passes of local search; 0 keeps the initial order.
 
     Raises:
         BadValue, TooManyCandidates: `leading` or `passes` out of range.
@@ -55,7 +56,7 @@ class FullTour:
             raise BadValue("passes", self.passes, "at least 0")
 
     def search(self, query: SearchQuery) -> ExpectedSearch:
-        """The order over all containers with its expected cost; nothing is left out of it."""
+        """The order over all containers with its expected cost."""
         here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
         return along(self._order(here, item, query), here, item=item, model=self.belief_model, costs=query.costs)

@@ -1,4 +1,5 @@
-"""Look in the order that Eq. 1 says costs least on average: LIOS, with a belief model and candidates as settings."""
+"""The search policy of LIOS: the order with the least expected cost by Eq. 1, for a given belief model and
+candidate limit."""
 
 from __future__ import annotations
 
@@ -17,10 +18,10 @@ from workbench.worlds.house import ContainerId
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeastExpectedCost:
-    """Eq. 1's minimiser over `limit` candidates.
+    """The optimal order by Eq. 1 over `limit` candidates.
 
     Raises:
-        BadValue, TooManyCandidates: a limit that cannot be.
+        BadValue, TooManyCandidates: the limit is out of range.
     """
 
     name: str

@@ -1,4 +1,5 @@
-"""Look into the nearest unsearched container, then the one nearest to that: the paper's baseline, Greedy."""
+"""The search policy Greedy, the paper's baseline: the nearest unsearched container first, then the one nearest to
+it."""
 
 from __future__ import annotations
 
@@ -21,13 +22,13 @@ class NearestFirst:
     name: str = "greedy"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
-        """Nearest first from stop to stop; equal distances in the plan's order. Probabilities are independent."""
+        """Nearest neighbour from stop to stop; ties in the plan's order. Probabilities are taken as independent."""
         here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
         return along(nearest_chain(here), here, item=item, model="independent", costs=query.costs).stops
 
     def first(self, query: SearchQuery) -> ContainerId | None:
-        """The nearest alone."""
+        """The nearest container."""
         reachable = [c for c in query.belief.containers if query.travel.reaches(LocationId(c))]
         if not reachable:
             return None

@@ -1,4 +1,4 @@
-"""Walk straight to the nearest instance: the policy that knows the house, and no policy costs less."""
+"""The oracle search policy, which goes straight to the best instance and is a lower bound for all policies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class KnowsTheHouse:
     name: str = "oracle"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
-        """The holder of least d(origin, a) + d(a, target); empty when no unsearched container holds the type."""
+        """The container with the type that has the least d(origin, a) + d(a, target); empty if no unsearched
+        container holds the type."""
         here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         holders = frozenset(self.house.holders(query.item_type))
         ways = [(here.from_m[0, i] + here.to_m[i, 0], i) for i, c in enumerate(here.containers) if c in holders]

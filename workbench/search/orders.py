@@ -1,4 +1,4 @@
-"""What does looking in a given order cost, step by step? An order of containers as stops with their partial costs."""
+"""The expected cost of a given search order, stop by stop."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from workbench.search.remaining import still_missing_along
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExpectedSearch:
-    """An order in which to look, and what it costs on average under the belief.
+    """A search order and its expected cost under the belief.
 
     Attributes:
         stops: the order.
-        partial_costs: what each stop adds to the expected cost: the way there and the look, weighted by the
-            chance that the search comes this far, and the pick and the way to the target, weighted by the chance
-            that it ends here.
+        partial_costs: contribution of each stop to the expected cost: the way there and the look, weighted by
+            the probability that the search reaches it, plus the pick and the way to the target, weighted by the
+            probability that it ends there.
         cost: their sum.
-        missing: chance that the object is found at none of the stops.
+        missing: probability that the object is at none of the stops.
     """
 
     stops: tuple[SearchStop, ...]

@@ -1,7 +1,7 @@
-"""Where a search can look and how far that is: a belief and travel costs brought onto common axes.
+"""A belief and travel costs on common axes: the containers that a search can reach, with their distances.
 
-Containers that no path leads to are left out: no search can find anything there, and under the belief models
-that know of an instance it is then known to be elsewhere.
+Unreachable containers are left out: no search can find anything there. Under belief models that assume an instance,
+that instance is then in a reachable container.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 
 class LocationOutOfReach(NotFound):
-    """An origin or target that is not on the axis of the travel costs."""
+    """An origin or target is not among the travel costs."""
 
     def __init__(self, location: str) -> None:
         super().__init__(
@@ -31,7 +31,7 @@ class LocationOutOfReach(NotFound):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Places:
-    """The containers that can be searched, and the metres that a search can walk.
+    """The searchable containers and the distances between them, in metres.
 
     Attributes:
         containers: reachable unsearched containers, in the belief's order.
@@ -51,7 +51,7 @@ class Places:
 def places(
     belief: Belief, travel: TravelCosts, *, origins: Sequence[LocationId], targets: Sequence[LocationId]
 ) -> Places:
-    """The belief's containers that can be reached, with their distances.
+    """The reachable containers of a belief, with their distances.
 
     Raises:
         LocationOutOfReach: an origin or target that is not on the axis of the travel costs.

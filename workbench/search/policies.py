@@ -33,7 +33,7 @@ POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
         "full-lios": lambda: FullTour(),
     }
 )
-"""Policies that see no truth. The oracle needs the house: oracle_policy(house)."""
+"""Policies that do not know the true house. For the oracle see oracle_policy(house)."""
 
 
 def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
@@ -53,7 +53,8 @@ def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
 
 
 def canonical_policy(name: str) -> str | None:
-    """The table's name for a name in any case or in the paper's spelling (ConditionedLIOS); None for others."""
+    """The canonical name of a policy, given in any case or in the paper's spelling (ConditionedLIOS); None for
+    others."""
     joined = {ours.replace("-", ""): ours for ours in POLICIES}
     wanted = name.strip().lower()
     return wanted if wanted in POLICIES else joined.get(wanted)

@@ -1,4 +1,4 @@
-"""In which order does a find look into containers? The seam that search policies fill."""
+"""The search policy protocol: the order in which a find looks into containers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from workbench.worlds.travel import TravelCosts
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchQuery:
-    """Find an instance of item_type from origin and carry it to target, given a belief and travel costs."""
+    """A request to find an instance of item_type from origin and carry it to target, given a belief and travel
+    costs."""
 
     item_type: ItemType
     origin: LocationId
@@ -25,18 +26,19 @@ class SearchQuery:
 
 
 class SearchPolicy(Protocol):
-    """Chooses where to look next. Both kinds replan after every container, so only the first stop is walked."""
+    """Chooses where to look next. Policies are asked again after every container, so only the first stop is
+    visited."""
 
     @property
     def name(self) -> str: ...
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
-        """The intended order, best first; empty when nothing is left to search."""
+        """The intended search order; empty if nothing is left to search."""
         ...
 
 
 def first_stop(policy: SearchPolicy, query: SearchQuery) -> ContainerId | None:
-    """Where a policy looks first; None when nothing is left to search."""
+    """The container that a policy searches first; None if nothing is left to search."""
     first = getattr(policy, "first", None)
     if first is not None:
         return first(query)

@@ -1,15 +1,15 @@
-"""Eq. 1 by dynamic programming over subsets, in numpy: the program to read, and the measure of the compiled one.
+"""Eq. 1 by dynamic programming over subsets, in numpy: the readable reference for the compiled implementation.
 
-With R(S) the chance that the object is still missing after S (remaining.py), weighting each step by the chance
-that it is taken gives one recursion for every belief model:
+With R(S) the probability that the object is still missing after S has been searched (remaining.py), weighting each
+step by the probability that it is taken gives one recursion for every belief model:
 
     W(S, i) = min over a not in S of
               R(S) (d(i, a) + R_search) + (R(S) - R(S + a)) (R_pick + d(a, to)) + W(S + a, a)
 
 with W = 0 when every candidate has been searched; the find cost is W(nothing, origin).
 
-Worked out by hand, for three containers on a line at 1, 3 and 6 m with the origin and the target at 0 m,
-p = 0.2, 0.5, 0.8 independent, search 0 and pick 5. Nearest first costs
+Worked out by hand, for three containers on a line at 1, 3 and 6 m with the origin and the target at 0 m, p = 0.2,
+0.5, 0.8 independent, search 0 and pick 5. Nearest first costs
 
     1 + .2 (5 + 1) + .8 [2 + .5 (5 + 3) + .5 [3 + .8 (5 + 6)]] = 11.72
 
@@ -37,7 +37,7 @@ def cost_table(
         from_m: metres from each origin to each candidate, shape (item types, origins, k).
         found: R_pick + d(a, to), shape (item types, k, targets).
         search: R_search.
-        tail: W(all candidates, i), what follows once every candidate has been searched and i was the last: shape
+        tail: W(all candidates, i), the cost after every candidate has been searched, i being the last: shape
             (item types, k, targets); None for nothing, as in the paper.
 
     Returns:
@@ -126,12 +126,12 @@ def subset_costs(missing: Array, between_m: Array, found: Array, search: float, 
 
 
 def _least(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
-    """The recursion's right-hand side, standing at each row of from_m: shape (rows, targets)."""
+    """The right-hand side of the recursion for each row of from_m, shape (rows, targets)."""
     return _steps(missing, from_m, found, search, table, subset).min(axis=1)
 
 
 def _steps(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
-    """What is minimised, for each next container a in order: shape (rows, candidates left, targets)."""
+    """The terms that are minimised, for each next container a, shape (rows, candidates left, targets)."""
     left = np.array([a for a in range(from_m.shape[1]) if not subset >> a & 1], dtype=np.intp)
     after = subset | (1 << left)
     gain = missing[subset] - missing[after]

@@ -1,6 +1,7 @@
-"""With what chance is the object still not found after a set of containers has been searched?
+"""The probability R(S) that an object is still missing after a set S of containers has been searched, by belief
+model.
 
-R(S), the one quantity in which belief models differ. With p the probability of finding the item type in each
+R(S) is the only quantity in which belief models differ. With p the probability of finding the item type in each
 container and all containers U still unsearched:
 
     independent   R(S) = product over S of (1 - p)
@@ -9,17 +10,17 @@ container and all containers U still unsearched:
     marginal      as exists, of z p for p, with z such that z = 1 - product over U of (1 - z p)
 
 `exists` is `independent` conditioned on an instance being in at least one container of U; `exclusive` knows one
-instance, whose places exclude one another. `marginal` is conditioned like `exists`, but takes p for the chances that
-hold *after* conditioning, which is what an estimator learns from houses that hold the item: the chances before it
-were z p, smaller by the chance z of any instance at all. Where the p add up to 1 or less, z is 0 and `marginal` is
-`exclusive`. Where every p is 0 the last three take their common limit for small equal p: every container is as
-likely as any other.
+instance, whose places exclude one another. `marginal` is conditioned like `exists`, but takes p as the
+probabilities *after* conditioning, which is what an estimator learns from houses that hold the item: before
+conditioning they are z p, where z is the probability of any instance at all. Where the p add up to 1 or less, z is
+0 and `marginal` is `exclusive`. Where every p is 0 the last three take their common limit for small equal p: every
+container is as likely as any other.
 
-All three are functions of a sum over S and a sum over the others, so no difference of nearly equal numbers is
-ever formed: probabilities of 1e-12 and of 1 are as good as any.
+All three are functions of a sum over S and a sum over the others, so nearly equal numbers are never subtracted:
+probabilities of 1e-12 and of 1 are handled accurately.
 
-What is worked out before every look runs compiled (compiled_remaining.py); the same in numpy stands here to be read,
-and serves where numba cannot be imported.
+The computations needed before every look are compiled (compiled_remaining.py); the numpy versions here are the
+readable reference, and the fallback if numba cannot be imported.
 """
 
 from __future__ import annotations
@@ -36,25 +37,25 @@ from workbench.search.find_costs import BeliefModel
 Array = npt.NDArray[np.float64]
 
 ALIKE = 1e-12
-"""What stands for p where every p is 0 and an instance is known to exist."""
+"""Value of p used if every p is 0 and an instance is known to exist."""
 
 LEAST_CHANCE = 1e-9
-"""What stands for a z of 0: then p are as good as exclusive."""
+"""Value of z used in place of 0; the model is then practically exclusive."""
 
 KINDS: dict[BeliefModel, int] = {"independent": 0, "exists": 1, "exclusive": 2, "marginal": 1}
-"""How R comes from sums, by number: compiled_remaining.py."""
+"""The formula of R, as a number for compiled_remaining.py."""
 
 BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive", "marginal")
 
 
 def weights(probability: Array, model: BeliefModel) -> Array:
-    """What is summed over containers: log(1 - p), with z p for p in marginal; p for exclusive.
+    """The quantity summed over containers: log(1 - p), with z p in place of p for marginal; p for exclusive.
 
     Args:
         probability: shape (..., containers), over all unsearched containers.
 
     Raises:
-        BadValue: a belief model that does not exist, or an entry that is no probability.
+        BadValue: an unknown belief model, or an entry that is not a probability.
     """
     p = np.asarray(probability, dtype=np.float64)
     if model not in BELIEF_MODELS:
@@ -66,9 +67,9 @@ def weights(probability: Array, model: BeliefModel) -> Array:
 
 
 def unconditioned(probability: Array, model: BeliefModel) -> Array:
-    """The chances before it is known that an instance exists: z p in marginal, p in the others.
+    """Probabilities not conditioned on the existence of an instance: z p for marginal, p for the others.
 
-    Where the model knows of an instance and every p is 0, equal small ones stand for them.
+    If the model assumes an instance and every p is 0, equal small values are used.
 
     Args:
         probability: shape (..., containers).
@@ -88,7 +89,7 @@ def unconditioned(probability: Array, model: BeliefModel) -> Array:
 def chance_of_any(p: Array) -> Array:
     """z, the positive root of 1 - product of (1 - z p) = z, or 0 where there is none: shape (..., 1).
 
-    The left side less the right is concave in z, so Newton's steps from 1 fall onto the root and never below it.
+    The left side minus the right side is concave in z, so Newton's method from 1 approaches the root from above.
     """
     z = np.ones((*p.shape[:-1], 1))
     for _ in range(60):
@@ -135,7 +136,7 @@ def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp]
 
 
 def missing_by_subset(w: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:
-    """The same from `weights`, shape (item types, containers)."""
+    """As still_missing_by_subset, from `weights`, shape (item types, containers)."""
     chosen = np.take_along_axis(w, candidates, axis=1)
     others = w.copy()
     np.put_along_axis(others, candidates, 0.0, axis=1)

@@ -1,14 +1,15 @@
-"""What does an order of containers cost, and which small changes make it cheaper? Compiled local search.
+"""Local search for cheaper orders of containers under Eq. 1, compiled with numba.
 
-The chance that the object is still missing depends on which stops came before, not on their order. So when a
-stretch of an order is rearranged, nothing changes before it, and after it only the way there: the new cost of
-the stretch is all that has to be summed, and the sum is given up once it exceeds the old one.
+The probability that the object is still missing depends on which stops came before, not on their order. So
+rearranging a segment of an order changes nothing before it, and after it only the leg that follows: only the new
+cost of the segment has to be summed, and the sum is abandoned once it exceeds the old one.
 
-One step serves all belief models: the chance to end at a stop is m p, with m the product of 1 - p over the stops
-before (1 where places exclude one another), and what is still missing falls by that. It begins at 1, at the chance
-that an instance exists (`exists`), or at the sum of p (`exclusive`); the cost is divided by that beginning.
+One recursion serves all belief models: the probability of ending at a stop is m p, with m the product of 1 - p over
+the stops before (1 where places exclude one another), and what is still missing falls by that. It begins at 1, at
+the probability that an instance exists (`exists`), or at the sum of p (`exclusive`); the cost is divided by that
+beginning.
 
-Changes: a stretch is turned round, or a run of one to three stops is moved elsewhere (2-opt and or-opt, as for the
+Moves: a segment is reversed, or a run of one to three stops is moved elsewhere (2-opt and or-opt, as for the
 travelling repairman problem, of which this is the probabilistic form).
 """
 
@@ -34,15 +35,15 @@ LEAST_GAIN = RELATIVE
 """A change must save this share of the cost, so that rounding never makes two orders take turns."""
 
 NEGLIGIBLE = 1e-3
-"""Changes that begin where less than this share of the cost is still to come are not tried."""
+"""Moves that start where less than this share of the cost remains are not tried."""
 
 
 class Search(NamedTuple):
-    """One query in arrays.
+    """One query as arrays.
 
     Attributes:
-        p: remaining.unconditioned, shape (containers,); where an instance is known to exist, some entry is above 0.
-        model: of MODEL_NUMBERS.
+        p: remaining.unconditioned, shape (containers,); if an instance is assumed, some entry is above 0.
+        model: number by MODEL_NUMBERS.
         from_m: from the origin to each container, shape (containers,).
         between_m: shape (containers, containers).
         found: R_pick + d(a, to), shape (containers,).
@@ -58,11 +59,10 @@ class Search(NamedTuple):
 
 
 class _Along(NamedTuple):
-    """Of the present order, before each stop and after the last, shape (containers + 1,).
+    """Prefix quantities of the current order, before each stop and after the last, shape (containers + 1,).
 
-    miss: m.
-    left: chance that the object is still missing, not yet divided by left[0].
-    upto: cost of the stops before, not yet divided by left[0].
+    miss: m. left: probability that the object is still missing, not yet divided by left[0]. upto: cost of the stops
+    before, not yet divided by left[0].
     """
 
     miss: Array
@@ -72,7 +72,7 @@ class _Along(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def improve(start: Indices, query: Search, passes: int) -> tuple[Indices, float]:
-    """An order after at most `passes` passes over all small changes, each taking every change that helps.
+    """Improve an order by at most `passes` passes over all moves, accepting every move that helps.
 
     Args:
         start: indices of all containers, shape (containers,).
@@ -109,7 +109,7 @@ def improve(start: Indices, query: Search, passes: int) -> tuple[Indices, float]
 
 @njit(cache=True, nogil=True)
 def _beginning(query: Search) -> float:
-    """What is missing before the first stop."""
+    """The probability that the object is missing before the first stop, not normalised."""
     if query.model == INDEPENDENT:
         return 1.0
     total = 0.0
@@ -132,9 +132,9 @@ def _measure(order: Indices, query: Search, now: _Along) -> None:
 
 @njit(cache=True, nogil=True)
 def _stop(order: Indices, place: int, first: int, length: int, to: int) -> int:
-    """Which container is at a place of the stretch that a change touches.
+    """The container at a position of the segment that a move touches.
 
-    length 0: the stops first..to are turned round. Otherwise the run of `length` stops at `first` goes to `to`.
+    length 0: the stops first..to are reversed. Otherwise the run of `length` stops at `first` goes to `to`.
     """
     if length == 0:
         return order[first + to - place]
@@ -145,7 +145,7 @@ def _stop(order: Indices, place: int, first: int, length: int, to: int) -> int:
 
 @njit(cache=True, nogil=True)
 def _helps(order: Indices, first: int, length: int, to: int, low: int, high: int, query: Search, now: _Along) -> bool:
-    """Whether the stops low..high cost less after the change, the leg that follows included."""
+    """Whether the stops low..high, including the leg that follows, cost less after the move."""
     n = len(order)
     after = now.left[high + 1]
     most = now.upto[high + 1] - now.upto[low] - LEAST_GAIN * now.upto[n]

@@ -1,1 +1,1 @@
-"""Where the robot is: floor plans, houses, travel costs, and the worlds that answer its actions."""
+"""Environments: floor plans, houses, travel costs, and the worlds that execute actions."""

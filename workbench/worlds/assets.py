@@ -1,4 +1,4 @@
-"""How large is an asset exactly? An optional table of asset ids, types and bounding boxes in Unity's axes."""
+"""The optional asset table: exact types and bounding boxes of assets by id."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from workbench.errors import FileMissing, MalformedFile
 
 COLUMNS = ("asset_id", "object_type", "size_x_m", "size_y_m", "size_z_m")
 BESIDE = "asset_sizes.csv"
-"""A table of this name beside a file of houses is theirs."""
+"""A table of this name beside a house file is used for it."""
 
 MAX_TABLE_BYTES = 64 * 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asset:
-    """A type and an exact (depth, width, height): x, y, z of a thing's own frame."""
+    """An item type and its exact size (depth, width, height) in metres: x, y, z of its own frame."""
 
     type: str
     size_m: tuple[float, float, float]
 
 
 def assets_for(houses: Path | str, given: Path | None) -> Path | None:
-    """The table for a file of houses: the one given, else the one that lies beside it, else none.
+    """The asset table for a house file: the given one, else the one beside the file, else None.
 
     Args:
         houses: the file, or an address such as "houses.jsonl.gz:17".
@@ -36,10 +36,10 @@ def assets_for(houses: Path | str, given: Path | None) -> Path | None:
 
 
 def read_assets(path: Path | None) -> Mapping[str, Asset]:
-    """The table by asset id; empty without a file.
+    """The assets by id; empty without a file.
 
     Raises:
-        FileMissing, MalformedFile: not there; not such a table.
+        FileMissing, MalformedFile: the file is missing, or not an asset table.
     """
     if path is None:
         return {}

@@ -1,4 +1,4 @@
-"""Does the house hang together? Rooms joined by interior doors and open walls; which room a point is in."""
+"""Connectivity of rooms through interior doors and open walls, and the lookup of the room at a point."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan, Room, RoomId, Wall
 
 PROBE_M = 0.15
-"""How far to either side of an open wall its rooms are looked for."""
+"""Distance on either side of an open wall at which its rooms are looked up."""
 
 
 class RoomsNotConnected(Malformed):
@@ -25,10 +25,10 @@ class RoomsNotConnected(Malformed):
 
 
 def require_connected(plan: FloorPlan) -> None:
-    """Check that every room can be entered from every other, furniture aside.
+    """Check that every room can be entered from every other one, ignoring furniture.
 
     Raises:
-        RoomsNotConnected: names the rooms that are apart from the largest group.
+        RoomsNotConnected: names the rooms outside the largest connected group.
     """
     joined: dict[RoomId, RoomId] = {room.id: room.id for room in plan.rooms}
 
@@ -57,7 +57,7 @@ def require_connected(plan: FloorPlan) -> None:
 
 
 def room_at(rooms: Sequence[Room], point: Point) -> Room:
-    """The room whose floor a point is on, or else the nearest one."""
+    """The room that contains a point, or else the nearest room."""
     for room in rooms:
         if inside(point, room.floor):
             return room
@@ -75,12 +75,12 @@ def inside(point: Point, polygon: Sequence[Point]) -> bool:
 
 
 def distance_to_polygon(point: Point, polygon: Sequence[Point]) -> float:
-    """Metres from a point to a polygon's edge."""
+    """Distance in metres from a point to the boundary of a polygon."""
     return min(distance_to_segment(point, a, b) for a, b in zip(polygon, (*polygon[1:], polygon[0]), strict=True))
 
 
 def distance_to_segment(point: Point, a: Point, b: Point) -> float:
-    """Metres from a point to the segment from a to b."""
+    """Distance in metres from a point to the segment from a to b."""
     (x, y), (x0, y0), (x1, y1) = point, a, b
     square = (x1 - x0) ** 2 + (y1 - y0) ** 2
     t = 0.0 if square == 0 else min(1.0, max(0.0, ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / square))
@@ -88,7 +88,7 @@ def distance_to_segment(point: Point, a: Point, b: Point) -> float:
 
 
 def _rooms_beside(wall: Wall, rooms: Sequence[Room]) -> tuple[RoomId, ...]:
-    """The rooms on both sides along a wall."""
+    """The rooms on both sides of a wall, along its length."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
     if length < 1e-6:

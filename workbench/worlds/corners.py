@@ -1,7 +1,7 @@
-"""Which few corner points make a way over the grid, without being longer and without cutting through anything?
+"""Reduction of a grid path to a few corner points, of the same length and over free cells only.
 
-Between two of its cells a shortest way may be replaced by one straight and one diagonal piece of the same total
-length, if all their cells are free. So the corner points add up to the travel cost, exactly.
+Between two of its cells, a shortest path may be replaced by one straight and one diagonal piece of the same total
+length, if all their cells are free. So the length of the polyline equals the travel cost exactly.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Cell = tuple[int, int]
 
 
 def corner_cells(free: npt.NDArray[np.bool_], cells: Sequence[Cell]) -> list[Cell]:
-    """The corners of a way of adjacent cells, both ends included; as long as the way, over free cells only."""
+    """The corners of a path of adjacent cells, both ends included; of the same length and over free cells only."""
     if len(cells) < 2:
         return list(cells)
     corners = [cells[0]]
@@ -37,7 +37,7 @@ def corner_cells(free: npt.NDArray[np.bool_], cells: Sequence[Cell]) -> list[Cel
 
 
 def _is_straight_enough(cells: Sequence[Cell], start: int, end: int) -> bool:
-    """Whether the way between two of its cells is as short as free ground would allow."""
+    """Whether the path between two of its cells is as short as on an empty grid."""
     (row0, column0), (row1, column1) = cells[start], cells[end]
     return max(abs(row1 - row0), abs(column1 - column0)) == end - start and _diagonals(cells, start, end) == min(
         abs(row1 - row0), abs(column1 - column0)
@@ -60,7 +60,7 @@ def _elbow(free: npt.NDArray[np.bool_], a: Cell, b: Cell) -> Cell | None:
 
 
 def _is_free(free: npt.NDArray[np.bool_], a: Cell, b: Cell) -> bool:
-    """Whether a straight or diagonal piece runs over free cells, corners of obstacles not cut."""
+    """Whether a straight or diagonal piece runs over free cells without cutting corners of obstacles."""
     step = (_sign(b[0] - a[0]), _sign(b[1] - a[1]))
     for row, column in _between(a, b, step):
         if not free[row, column]:

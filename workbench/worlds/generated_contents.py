@@ -1,4 +1,5 @@
-"""What do the containers hold? As many items, and as often of each type, as such containers in real houses."""
+"""Contents of containers in generated houses, drawn with the item counts and types of such containers in real
+houses."""
 
 from __future__ import annotations
 
@@ -22,16 +23,17 @@ SCENARIO_ITEMS = (
     "Pot",
     "Toaster",
 )
-"""What the paper's scenarios ask for, as far as real houses have it (they add coffee grinds and a water bottle)."""
+"""Item types of the paper's scenarios that occur in real houses (the scenarios add coffee grinds and a water
+bottle)."""
 
 
 def fill(
     statistics: HouseStatistics, furniture: Sequence[tuple[str, str]], rng: np.random.Generator, *, stocked: bool
 ) -> tuple[tuple[str, ...], ...]:
-    """Item types of each piece of furniture, given as (kind of room, type).
+    """Draw the item types in each piece of furniture, given as (room kind, type).
 
     Args:
-        stocked: where there is a kitchen, add a missing scenario item where the statistics say it is found.
+        stocked: in houses with a kitchen, add missing scenario items where the statistics place them.
     """
     contents = [
         list(draw_contents(statistics, room_kind=kind, container=container, rng=rng))
@@ -52,10 +54,10 @@ def fill(
 def draw_contents(
     statistics: HouseStatistics, *, room_kind: str, container: str, rng: np.random.Generator
 ) -> tuple[str, ...]:
-    """Item types of one container, in a drawn order; empty for a container of which nothing is known.
+    """Draw the item types in one container, in random order; empty for a container without statistics.
 
-    The number of items is drawn first, then types one by one: a type's weight is the share of containers that hold
-    it, and once drawn, how often there is another one.
+    The number of items is drawn first, then types one by one. The weight of a type is the share of containers that
+    hold it; after it has been drawn, the mean number of further instances.
     """
     shares = _shares(statistics, room_kind, container)
     if shares is None or not shares.types:

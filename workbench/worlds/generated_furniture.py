@@ -1,7 +1,7 @@
-"""Where does the furniture stand? Numbers from the statistics, places by a few rules of thumb.
+"""Furniture of generated houses: counts drawn from the statistics, poses by a few placement rules.
 
 Beds, fridges and dressers stand with their back to a wall; tables stand free in large rooms, with chairs around
-them; nothing stands in front of a door. What finds no place is left out.
+them; nothing stands in front of a door. Pieces that do not fit are left out.
 """
 
 from __future__ import annotations
@@ -21,23 +21,24 @@ DOOR_CLEARANCE_M = 0.9
 FRONT_CLEARANCE_M = 0.45
 TRIES = 200
 ON_THE_WALL: Mapping[str, float] = {"Painting": 1.55, "Television": 1.4}
-"""Types that hang, and the height of their middle."""
+"""Wall-mounted types, and the height of their centre in metres."""
 FREE_STANDING = ("DiningTable", "CoffeeTable")
 SEATED = ("DiningTable", "Desk")
-"""What chairs are put at."""
+"""Types with chairs around them."""
 COUNTERS = ("Countertop_I_4x2", "Countertop_I_6x2", "Countertop_I_8x2", "Countertop_I_10x2")
 LARGE_FIRST = (
     *("CounterTop", "Bed", "Fridge", "Sofa", "DiningTable", "Dresser", "TVStand", "Desk", "Toilet", "Sink"),
     *("ShelvingUnit", "WashingMachine", "ClothesDryer", "Bathtub", "ArmChair", "CoffeeTable", "SideTable", "Cart"),
 )
-"""The order in which things are put down; others follow by name, chairs last."""
+"""Placement order of types; others follow by name, chairs last."""
 UNITS = {0: (0.0, 1.0), 90: (1.0, 0.0), 180: (0.0, -1.0), 270: (-1.0, 0.0)}
-"""Unity's degrees about y -> where the front points, as (x, z)."""
+"""Unity's rotation about y in degrees -> direction of the front as (x, z)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Piece:
-    """A thing in a room: its middle at (x, y, z), turned by degrees about y; size (depth, width, height)."""
+    """A piece of furniture: centre (x, y, z) and size (depth, width, height) in metres, rotation about y in
+    degrees."""
 
     type: str
     asset: str
@@ -50,7 +51,7 @@ class Piece:
 
     @property
     def body(self) -> Rectangle:
-        """The floor under it."""
+        """Its footprint on the floor."""
         return _rectangle(self.x, self.z, self.degrees, self.size_m)
 
 
@@ -74,7 +75,7 @@ def _furnish_room(
 
 
 def _draw_numbers(figures: RoomShares, room: PlannedRoom, rng: np.random.Generator) -> dict[str, int]:
-    """How many of each type, for a room of this kind and size."""
+    """Draw the number of pieces of each type for a room of this kind and size."""
     area = room.at.width * room.at.depth
     which = sum(area > limit for limit in figures.area_limits)
     numbers: dict[str, int] = {}
@@ -97,7 +98,7 @@ def _place(
     kept_free: Sequence[Rectangle],
     rng: np.random.Generator,
 ) -> Piece | None:
-    """The first of some drawn places where it fits."""
+    """The first of several random poses at which the piece fits."""
     word = vocabulary().get(type_name)
     asset = COUNTERS[int(rng.integers(len(COUNTERS)))] if type_name == "CounterTop" else (word.asset if word else "")
     size = size_of_asset_m(asset) or usual_size_m(type_name)
@@ -129,7 +130,7 @@ def _candidates(
 def _seats(
     size: tuple[float, float, float], placed: Sequence[Piece], rng: np.random.Generator
 ) -> Iterator[tuple[float, float, int]]:
-    """Places around tables and at desks, facing them."""
+    """Poses around tables and at desks, facing them."""
     seats: list[tuple[float, float, int]] = []
     for table in placed:
         if table.type not in SEATED:
@@ -164,7 +165,7 @@ def _somewhere(
 def _at_a_wall(
     room: PlannedRoom, size: tuple[float, float, float], rng: np.random.Generator
 ) -> tuple[float, float, int]:
-    """Its back to a wall, in a corner in a third of the tries."""
+    """A random pose with the back to a wall, in a corner in a third of the tries."""
     degrees = int(rng.choice([0, 90, 180, 270]))
     half = _rectangle(0, 0, degrees, size)
     at = room.at
@@ -179,7 +180,7 @@ def _at_a_wall(
 
 
 def _fits(piece: Piece, placed: Sequence[Piece], kept_free: Sequence[Rectangle], *, hangs: bool) -> bool:
-    """Inside its room, clear of doors, not into other things, and neither front blocked."""
+    """Whether a piece is inside its room, clear of doors, does not overlap others, and no front is blocked."""
     body = piece.body
     if not body.within(piece.room.at):
         return False
@@ -198,7 +199,7 @@ def _fits(piece: Piece, placed: Sequence[Piece], kept_free: Sequence[Rectangle],
 
 
 def _front(piece: Piece) -> Rectangle:
-    """The floor before a thing that must stay clear of furniture other than chairs."""
+    """The area in front of a piece that must stay clear of furniture other than chairs."""
     body, (ux, uz) = piece.body, UNITS[piece.degrees]
     return Rectangle(
         x0=body.x0 - FRONT_CLEARANCE_M * (ux < 0),
@@ -209,7 +210,7 @@ def _front(piece: Piece) -> Rectangle:
 
 
 def _door_zones(hole: Hole, room: PlannedRoom) -> Iterator[Rectangle]:
-    """The floor on this room's side of a door; of an open wall only a strip."""
+    """The area on this room's side of a door that must stay clear; only a strip for an open wall."""
     if room.number not in (hole.side.first.number, hole.side.second.number if hole.side.second else -1):
         return
     deep = DOOR_CLEARANCE_M

@@ -1,7 +1,7 @@
-"""How is a generated house written? As ProcTHOR's JSON, schema 1.0.0, in Unity's frame.
+"""Generated houses as ProcTHOR JSON (schema 1.0.0), in Unity's frame.
 
-AI2-THOR's types carry the id of an asset of about their size, so that AI2-THOR can build them; types that it does
-not have (a hairbrush, a lemon) have no asset.
+Types known to AI2-THOR carry the id of an asset of about their size, so that AI2-THOR can build the house; other
+types (a hairbrush, a lemon) have no asset.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def house_json(
     """One house.
 
     Args:
-        contents: per piece the item types that it holds.
-        agent: the start pose, as ProcTHOR writes it.
-        rng: for where on a container its items lie; without it they lie in its middle.
+        contents: item types in each piece.
+        agent: the start pose in ProcTHOR's form.
+        rng: draws the positions of items on their container; without it they lie in its centre.
     """
     metadata: dict[str, Any] = {"roomSpecId": f"generated-{len(house.rooms)}-room", "schema": "1.0.0", "warnings": {}}
     if agent is not None:
@@ -95,7 +95,7 @@ def _wall_id(side: Side, room: PlannedRoom | None) -> str:
 
 
 def _walls(side: Side, *, empty: bool) -> list[dict[str, Any]]:
-    """A wall for each of a side's two faces, as ProcTHOR has them."""
+    """A wall for each of the two faces of a side, as in ProcTHOR."""
     walls: list[dict[str, Any]] = []
     for room in (side.first, side.second):
         wall: dict[str, Any] = {
@@ -150,7 +150,7 @@ def _window(hole: Hole, number: int) -> dict[str, Any]:
 def _objects(
     pieces: Sequence[Piece], contents: Sequence[Sequence[str]], rng: np.random.Generator | None
 ) -> list[dict[str, Any]]:
-    """Furniture with its items; item numbers go on where the room's furniture ended."""
+    """Furniture with its items; item numbers continue after those of the room's furniture."""
     numbers = Counter(piece.room.number for piece in pieces)
     objects: list[dict[str, Any]] = []
     for piece, name, items in zip(pieces, piece_ids(pieces), contents, strict=True):
@@ -182,7 +182,7 @@ def _thing(
 
 
 def _on(piece: Piece, item: str, rng: np.random.Generator | None) -> tuple[float, float, float]:
-    """A place on top of a piece of furniture."""
+    """A position on top of a piece of furniture."""
     u, v = (rng.uniform(-0.4, 0.4, size=2)) if rng is not None else (0.0, 0.0)
     body = piece.body
     top = piece.y + piece.size_m[2] / 2 + usual_size_m(item)[2] / 2

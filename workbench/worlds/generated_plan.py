@@ -1,7 +1,7 @@
-"""How do rooms become a house? Walls where they meet, and a tree of doors and open walls that joins them all.
+"""Floor plans of generated houses: walls between laid-out rooms, and a spanning tree of doors and open walls.
 
-Doors per pair of kinds and open walls follow data/house_statistics.json. Coordinates are Unity's
-(x, z), so that writing ProcTHOR's JSON needs no conversion.
+Door frequencies per pair of room kinds, and shares of open walls, follow data/house_statistics.json. Coordinates
+are Unity's (x, z), so that writing ProcTHOR's JSON needs no conversion.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from workbench.worlds.house_statistics import HouseStatistics, pair_name
 
 DOOR_M, DOUBLE_DOOR_M = 1.04, 1.95
 CUTS = 40
-"""So often are rooms of given sizes laid out before other sizes are drawn: else small rooms would be too rare."""
+"""Layout attempts for given room sizes before new sizes are drawn; with fewer, small rooms would be too rare."""
 
 
 class NoFloorPlan(Failed):
-    """No plan of that many rooms came out."""
+    """No floor plan was found within the allowed tries."""
 
     def __init__(self, rooms: int, tries: int) -> None:
         super().__init__(f"no floor plan of {rooms} rooms in {tries} tries. Try another --seed or fewer rooms.")
@@ -30,9 +30,9 @@ class NoFloorPlan(Failed):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Side:
-    """A straight piece of wall between two rooms, or between a room and the outside (second is None).
+    """A straight wall segment between two rooms, or between a room and the outside (second is None).
 
-    Either x0 = x1 or z0 = z1, and the first end is the lesser one.
+    Either x0 = x1 or z0 = z1; the first end has the smaller coordinates.
     """
 
     first: PlannedRoom
@@ -49,7 +49,8 @@ class Side:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hole:
-    """A door or window in a side, from `low` to `high` metres along it. opened: the whole side is open instead."""
+    """A door or window in a side, from `low` to `high` metres along it; `opened` if the whole side is an
+    open wall."""
 
     side: Side
     low: float
@@ -69,10 +70,10 @@ class PlannedHouse:
 def plan_house(
     statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator, tries: int = 400
 ) -> PlannedHouse:
-    """Rooms, walls, doors and windows.
+    """Draw the rooms, walls, doors and windows of a house.
 
     Raises:
-        NoFloorPlan: none came out in that many tries.
+        NoFloorPlan: no plan was found in so many tries.
     """
     areas: list[tuple[str, float]] = []
     for turn in range(tries):
@@ -93,7 +94,7 @@ def plan_house(
 
 
 def _sides(rooms: Sequence[PlannedRoom]) -> tuple[Side, ...]:
-    """All walls: pieces shared by two rooms once, and what is left of each room's edges as outer walls."""
+    """All walls: segments shared by two rooms (once), and the rest of each room's edges as outer walls."""
     sides: list[Side] = []
     for room in rooms:
         for edge in _edges(room.at):
@@ -124,7 +125,7 @@ def _edges(at: Rectangle) -> tuple[Edge, ...]:
 
 
 def _shared(edge: Edge, other: Rectangle) -> tuple[float, float] | None:
-    """The part of an edge that an edge of another room lies on."""
+    """The part of an edge that it shares with an edge of another room."""
     along_x, level, low, high = edge
     for other_along_x, other_level, other_low, other_high in _edges(other):
         if along_x == other_along_x and abs(level - other_level) < 1e-6:
@@ -156,7 +157,8 @@ def _side(first: PlannedRoom, second: PlannedRoom | None, edge: Edge, low: float
 def _join(
     statistics: HouseStatistics, rooms: Sequence[PlannedRoom], sides: Sequence[Side], rng: np.random.Generator
 ) -> tuple[Hole, ...] | None:
-    """A random tree of doors over all rooms, likely pairs of kinds first; None when the rooms do not touch."""
+    """A random spanning tree of doors over all rooms, likely pairs of kinds first; None if the rooms are not
+    adjacent."""
     inner = [side for side in sides if side.second is not None and side.length >= DOOR_M + 0.3]
     keys = [-log(max(rng.random(), 1e-12)) / _weight(statistics, side) for side in inner]
     group = {room.number: room.number for room in rooms}
@@ -193,7 +195,7 @@ def _windows(outside: Sequence[Side], rng: np.random.Generator) -> list[Hole]:
 
 
 def _front_door(outside: Sequence[Side], windows: Sequence[Hole], rng: np.random.Generator) -> Hole | None:
-    """A shut door to the outside, in a living room or kitchen if one has an outer wall without a window."""
+    """A closed door to the outside, in a living room or kitchen if one has an outer wall without a window."""
     taken = [window.side for window in windows]
     free = [side for side in outside if side not in taken]
     liked = [side for side in free if side.first.kind in ("LivingRoom", "Kitchen")] or free

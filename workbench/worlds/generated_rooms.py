@@ -1,4 +1,4 @@
-"""How are rooms laid out? Kinds and sizes are drawn, and a rectangle is cut into them."""
+"""Room layouts of generated houses: kinds and sizes are drawn, and a rectangle is cut into the rooms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LEAST_SIDE_M = {"Bathroom": 1.8}
 LEAST_OTHER_SIDE_M = 2.5
 GREATEST_ASPECT = 3.0
 GAP = "gap"
-"""A part of the rectangle that is not built on, so that not every house is a rectangle."""
+"""A part of the rectangle that stays empty, so that not every house is rectangular."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,8 @@ class PlannedRoom:
 
 
 def draw_kinds(statistics: HouseStatistics, rooms: int, rng: np.random.Generator) -> list[str]:
-    """Kinds of that many rooms, as often as real houses have them; a size nobody has extends the nearest one."""
+    """Draw the kinds of so many rooms with their frequencies in real houses; unseen numbers extend the
+    nearest one."""
     known = sorted(statistics.rooms, key=lambda n: (abs(int(n) - rooms), int(n)))
     sets = statistics.rooms[known[0]]
     weights = np.array(list(sets.values()), dtype=float)
@@ -67,7 +68,7 @@ def draw_kinds(statistics: HouseStatistics, rooms: int, rng: np.random.Generator
 def draw_areas(
     statistics: HouseStatistics, kinds: Sequence[str], rng: np.random.Generator
 ) -> list[tuple[str, float]]:
-    """Square metres of each room: a part that a house's rooms share, and a part of each room's own."""
+    """Draw the area of each room in square metres, with a factor shared by the house and a factor per room."""
     shared = rng.normal()
     between = statistics.house_log_area_sd
     areas: list[tuple[str, float]] = []
@@ -82,7 +83,7 @@ def draw_areas(
 
 
 def cut_rooms(areas: list[tuple[str, float]], rng: np.random.Generator) -> tuple[PlannedRoom, ...] | None:
-    """Cut a rectangle into rooms of about those areas, in an order that keeps bathrooms near bedrooms."""
+    """Cut a rectangle into rooms of about the given areas, in an order that keeps bathrooms near bedrooms."""
     order = [areas[i] for i in rng.permutation(len(areas))]
     order = sorted(order, key=_is_for_sleep)
     if len(order) >= 3 and rng.random() < 0.75:
@@ -121,7 +122,7 @@ def _cut_piece(
 
 
 def is_livable(room: PlannedRoom) -> bool:
-    """Whether a room is neither too narrow nor too long."""
+    """Whether the proportions of a room are acceptable."""
     least = LEAST_SIDE_M.get(room.kind, LEAST_OTHER_SIDE_M)
     short, long = sorted((room.at.width, room.at.depth))
     return short >= least and long <= GREATEST_ASPECT * short

@@ -1,7 +1,7 @@
-"""A house of one's own: drawn from the statistics of real houses, written as ProcTHOR's JSON.
+"""The house generator: houses drawn from the statistics of real houses, written as ProcTHOR JSON.
 
-Every generated house is connected and every container in it can be reached: what cannot be is taken out before the
-house is handed over, and a house in which a room is shut off is drawn anew. The same seed gives the same house.
+Every generated house is connected and all its containers are reachable: unreachable furniture is removed, and a
+house with an inaccessible room is drawn anew. The same seed gives the same house.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ RESOLUTION_M, ROBOT_RADIUS_M = 0.1, 0.2
 
 
 class NoHouse(Failed):
-    """No house came out."""
+    """No valid house was found within the allowed tries."""
 
     def __init__(self, rooms: int) -> None:
         super().__init__(f"no house of {rooms} rooms in {TRIES} tries. Try another --seed or fewer rooms.")
@@ -46,11 +46,12 @@ def generate_houses(
     stocked: bool = False,
     statistics: HouseStatistics | None = None,
 ) -> Iterator[dict[str, Any]]:
-    """Houses as ProcTHOR's JSON, one after the other; house i depends on the seed and i alone.
+    """Yield houses as ProcTHOR JSON; house i depends on the seed and i alone.
 
     Args:
-        rooms: least and greatest number of rooms; within it numbers come as often as in real houses.
-        stocked: a house with a kitchen gets what the scenarios need and it lacks (SCENARIO_ITEMS).
+        rooms: minimum and maximum number of rooms; within this range, numbers have their frequencies in real
+            houses.
+        stocked: add missing scenario items (SCENARIO_ITEMS) to houses with a kitchen.
 
     Raises:
         BadValue: numbers out of range.
@@ -70,10 +71,10 @@ def generate_houses(
 def generate_house(
     statistics: HouseStatistics, *, rooms: int, rng: np.random.Generator, stocked: bool = False
 ) -> dict[str, Any]:
-    """One house as ProcTHOR's JSON.
+    """Generate one house as ProcTHOR JSON.
 
     Raises:
-        NoHouse: every try had a room shut off.
+        NoHouse: every try had an inaccessible room.
     """
     for _ in range(TRIES):
         plan = plan_house(statistics, rooms=rooms, rng=rng)
@@ -87,9 +88,9 @@ def generate_house(
 
 
 def write_houses(path: Path, houses: Iterable[Mapping[str, Any]]) -> int:
-    """Write houses, a line each, gzipped if the name says so; the same houses give the same bytes.
+    """Write houses, one per line, compressed if the name ends in .gz; the same houses give the same bytes.
 
-    The file appears whole or not at all. Answers how many were written.
+    The file is written atomically. Returns the number of houses.
     """
     count = 0
     writing = path.with_name(f".{path.name}.writing")
@@ -107,14 +108,14 @@ def write_houses(path: Path, houses: Iterable[Mapping[str, Any]]) -> int:
 
 
 def _draw_size(statistics: HouseStatistics, least: int, most: int, rng: np.random.Generator) -> int:
-    """A number of rooms; one that the real houses lack counts as a rare one."""
+    """Draw the number of rooms; numbers absent from real houses count as rare."""
     sizes = list(range(least, most + 1))
     weights = np.array([sum(statistics.rooms.get(str(n), {"": 1}).values()) for n in sizes], dtype=float)
     return int(rng.choice(sizes, p=weights / weights.sum()))
 
 
 def _reachable(plan: PlannedHouse, pieces: tuple[Piece, ...]) -> tuple[Piece, ...] | None:
-    """The furniture without what nobody can get to; None when a room is shut off by it."""
+    """The furniture without unreachable pieces; None if furniture makes a room inaccessible."""
     while True:
         house = house_from_json(house_json(plan, pieces), name="generated")
         try:
@@ -136,7 +137,7 @@ def _navigation(record: dict[str, Any]) -> Navigation:
 
 
 def _draw_agent(navigation: Navigation, rng: np.random.Generator) -> dict[str, Any]:
-    """A start pose on free floor, as ProcTHOR writes it."""
+    """A random start pose on free floor, in ProcTHOR's form."""
     rows, columns = np.nonzero(navigation.free)
     which = int(rng.integers(len(rows)))
     x, z = navigation.grid.point_at(int(rows[which]), int(columns[which]))

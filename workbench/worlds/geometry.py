@@ -11,12 +11,12 @@ Point = tuple[float, float]
 """A point (x, y) on the floor of the map frame, in metres."""
 
 MAX_COORDINATE_M = 10_000.0
-"""A coordinate beyond this is a mistake of units, not a house."""
+"""Larger coordinates are taken as a mistake of units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pose:
-    """Where something stands and faces in the map frame.
+    """A planar pose with height in the map frame; metres and radians.
 
     Raises:
         BadValue: a coordinate that is not finite or beyond MAX_COORDINATE_M.
@@ -37,7 +37,7 @@ class Pose:
 
 
 def footprint(pose: Pose, size_x_m: float, size_y_m: float) -> tuple[Point, Point, Point, Point]:
-    """The four corners of a box of size_x by size_y metres, centred and turned by the pose, counter-clockwise."""
+    """The four corners of a box of size_x by size_y metres, centred on and rotated by the pose, counter-clockwise."""
     c, s = cos(pose.yaw_rad), sin(pose.yaw_rad)
     half = ((1, 1), (-1, 1), (-1, -1), (1, -1))
     corners = [

@@ -1,7 +1,8 @@
-"""What is a house? Rooms, walls, doors, containers: known to the robot; and what they hold: known to a simulator.
+"""Houses: a floor plan (rooms, walls, doors, containers), which the robot knows, and its contents, which only a
+simulator knows.
 
-`FloorPlan` is all that a robot may know before it opens anything. `House` adds the contents, which only a
-simulated world and the oracle receive: what planning may see is decided by a type.
+`FloorPlan` is what a robot knows before it searches anything. `House` adds the contents, which only a simulated
+world and the oracle receive, so that the types decide what planning may see.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ ContainerId = NewType("ContainerId", str)
 RoomId = NewType("RoomId", str)
 ItemId = NewType("ItemId", str)
 ItemType = NewType("ItemType", str)
-"""The generic name as the house spells it, in CamelCase: "Mug", "RemoteControl"."""
+"""The type of an item in CamelCase, as in the house file: "Mug", "RemoteControl"."""
 LocationId = NewType("LocationId", str)
-"""Where the robot can stand: a container's id, or START."""
+"""A location at which the robot can stand: a container's id, or START."""
 
 START = LocationId("start")
 """The robot's start pose. Never the id of a container."""
@@ -50,12 +51,12 @@ class Opening:
     top_m: float = 2.1
     rooms: tuple[RoomId, ...] = ()
     passable: bool = False
-    """A robot can go through: an interior door. Doors to the outside are shut."""
+    """Whether a robot can pass: true for interior doors; doors to the outside are closed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wall:
-    """A straight wall; an empty one is an opening between rooms and stops nobody."""
+    """A straight wall; an empty one is an open passage between rooms."""
 
     id: str
     start: Point
@@ -67,7 +68,7 @@ class Wall:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Furniture:
-    """A piece of furniture that holds nothing that a robot searches: a plant, a floor lamp, a bathtub.
+    """A piece of furniture that is not searched: a plant, a floor lamp, a bathtub.
 
     size_m is (x, y, z) in its own frame; base_m is the height of its underside above the floor.
     """
@@ -97,7 +98,7 @@ class Container:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Item:
-    """One thing that a container holds. A goal names types; any instance serves."""
+    """An item in a container. Goals name item types; any instance serves."""
 
     id: ItemId
     type: ItemType
@@ -105,10 +106,10 @@ class Item:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FloorPlan:
-    """All that is known of a place before anything is opened.
+    """The layout of a house, known before any search.
 
     Raises:
-        BadValue: two things of one id, a container in a room that is not there, or a container named START.
+        BadValue: duplicate ids, a container in an unknown room, or a container named START.
     """
 
     name: str
@@ -135,14 +136,22 @@ class FloorPlan:
                 raise BadValue("container id", container.id, f"another name than {START!r}")
 
     def container(self, container_id: ContainerId) -> Container:
-        """The container of that id. Raises KeyError when there is none."""
+        """The container of that id.
+
+        Raises:
+            KeyError: no such container.
+        """
         for container in self.containers:
             if container.id == container_id:
                 return container
         raise KeyError(container_id)
 
     def room(self, room_id: RoomId) -> Room:
-        """The room of that id. Raises KeyError when there is none."""
+        """The room of that id.
+
+        Raises:
+            KeyError: no such room.
+        """
         for room in self.rooms:
             if room.id == room_id:
                 return room
@@ -150,15 +159,15 @@ class FloorPlan:
 
 
 Contents = Mapping[ContainerId, tuple[Item, ...]]
-"""What containers hold. A container with an empty tuple is known to be empty; one without an entry is unknown."""
+"""Contents by container. An empty tuple means known to be empty; a missing entry means unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class House:
-    """A floor plan and what every container holds: the truth. Only simulated worlds and the oracle receive it.
+    """A floor plan with the true contents of every container. Only simulated worlds and the oracle receive it.
 
     Raises:
-        BadValue: contents of a container that the floor plan does not have.
+        BadValue: contents of a container that is not in the floor plan.
     """
 
     plan: FloorPlan

@@ -1,4 +1,4 @@
-"""Which bytes are a house? Reads .jsonl.gz, .jsonl and .json, a line at a time and within bounds."""
+"""Reading house files (.jsonl.gz, .jsonl and .json) line by line, with bounded memory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from workbench.errors import BadValue, FileMissing, MalformedFile, NotFound
 from workbench.worlds.shipped import shipped_houses
 
 MAX_LINE_BYTES = 64 * 1024 * 1024
-"""A house longer than this, decompressed, is refused: real ones take well under one MiB."""
+"""Longest accepted house in bytes, decompressed; real houses take well under one MiB."""
 
 SUFFIXES = (".jsonl.gz", ".jsonl", ".json.gz", ".json")
 
@@ -31,19 +31,20 @@ class HouseIndexOutOfRange(NotFound):
 
 
 class HouseIndexMissing(NotFound):
-    """A file of several houses was given where one house is needed."""
+    """A file of several houses was given without an index where one house is needed."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(f"{path} may hold many houses. Say which one, counted from 0: {path}:0.")
 
 
 def split_address(address: str) -> tuple[Path, int | None]:
-    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped file.
+    """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped
+    file.
 
     Raises:
         FileMissing: no such file.
         MalformedFile: a folder.
-        BadValue: an index that is no whole number.
+        BadValue: an index that is not a whole number.
     """
     if _is_file(address):
         return Path(address), None
@@ -77,10 +78,11 @@ def is_many(path: Path) -> bool:
 
 
 def house_lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """The houses of a file with their index, as JSON text; a .json file is one house.
+    """Yield the index and the JSON text of every house of a file; a .json file is one house.
 
     Raises:
-        FileMissing, MalformedFile: not there; truncated, not text, or a house longer than MAX_LINE_BYTES.
+        FileMissing, MalformedFile: the file is missing; it is truncated, not text, or has a house longer than
+            MAX_LINE_BYTES.
     """
     if not path.exists():
         raise FileMissing(path)
@@ -100,7 +102,7 @@ def house_lines(path: Path) -> Iterator[tuple[int, bytes]]:
 
 
 def house_line(path: Path, index: int) -> bytes:
-    """The house of one index.
+    """The JSON text of the house with that index.
 
     Raises:
         HouseIndexOutOfRange: the file is shorter.
@@ -114,10 +116,10 @@ def house_line(path: Path, index: int) -> bytes:
 
 
 def explain_bad_json(path: Path, index: int, line: bytes, reason: str) -> NoReturn:
-    """Say why a line is no house.
+    """Raise an error that explains why a line is not a valid house.
 
     Raises:
-        MalformedFile: always; NaN and Infinity, which JSON does not have, are named.
+        MalformedFile: always; the message names NaN and Infinity, which JSON does not have.
     """
     where = f"house {index} " if is_many(path) else ""
 
@@ -139,7 +141,7 @@ def explain_bad_json(path: Path, index: int, line: bytes, reason: str) -> NoRetu
 
 @contextmanager
 def _opened(path: Path) -> Generator[IO[bytes]]:
-    """The file's bytes, decompressed if its name ends in .gz; what is wrong with it becomes a MalformedFile."""
+    """Open a file, decompressed if its name ends in .gz; read errors become MalformedFile."""
     try:
         with path.open("rb") as raw:
             packed = path.name.lower().endswith(".gz")
@@ -153,7 +155,7 @@ def _opened(path: Path) -> Generator[IO[bytes]]:
 
 
 def _is_file(name: str) -> bool:
-    """Whether a name is that of a file; a name that no file can have is not."""
+    """Whether a name is an existing file; False for invalid file names."""
     try:
         return Path(name).is_file()
     except (OSError, ValueError):

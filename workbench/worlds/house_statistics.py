@@ -1,11 +1,11 @@
-"""What are real houses like, in figures? Rooms, sizes, furniture and contents, measured on the training houses.
+"""Statistics of real houses (rooms, sizes, furniture, contents), measured on the training houses.
 
-The generator draws from these figures alone. They are kept in data/house_statistics.json, made by
+The generator uses only these statistics. They are kept in data/house_statistics.json, made by
 
     lios houses stats ../shared/procthor/multi_room_train.jsonl.gz ../shared/procthor/single_room_train.jsonl.gz \\
         --split train --measure workbench/data/house_statistics.json
 
-Objaverse types are counted under their generic name ("ObjaHairbrush" as "Hairbrush"): a generated house has things,
+Objaverse types are counted under their generic name ("ObjaHairbrush" as "Hairbrush"): generated houses have items,
 not assets.
 """
 
@@ -28,22 +28,22 @@ from workbench.worlds.house import House, Opening, Room, Wall
 from workbench.worlds.names import generic_type
 
 AREA_CLASSES = 3
-"""Rooms of a kind are counted apart by size: small, middling, large."""
+"""Size classes of rooms: small, medium, large."""
 ENOUGH = 15
-"""Containers of houses of several rooms that make a figure; where there are fewer, all houses count."""
+"""Minimum number of containers in multi-room houses for a statistic; with fewer, single-room houses are included."""
 FEWEST_SEEN = 3
-"""An item type seen less often in the training houses is never drawn; it counts in the number of items."""
+"""Item types seen less often in the training houses are never drawn, but count in the number of items."""
 LEFT_OUT = frozenset({"Grenade", "Weapon", "Dagger", "Unknown"})
 """Item types that no household task names."""
 
 
 class RoomShares(msgspec.Struct, frozen=True, kw_only=True):
-    """Figures of one kind of room.
+    """Statistics of one room kind.
 
     Attributes:
-        area_quantiles: square metres of the smallest room, of 5 % quantiles, and of the largest one.
+        area_quantiles: areas in square metres: minimum, quantiles in steps of 5 %, maximum.
         log_area_sd: standard deviation of the natural logarithm of square metres.
-        area_limits: square metres that part the size classes, ascending.
+        area_limits: boundaries of the size classes in square metres, ascending.
         furniture: per size class, per type, the share of rooms with 0, 1, 2, ... pieces.
     """
 
@@ -54,12 +54,12 @@ class RoomShares(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ContentShares(msgspec.Struct, frozen=True, kw_only=True):
-    """What a type of container holds in a kind of room.
+    """Contents statistics of a container type in a room kind.
 
     Attributes:
-        seen: how many such containers were counted.
+        seen: number of such containers.
         number: share of containers with 0, 1, 2, ... items.
-        types: per item type (share of containers that hold one, mean number where there is one).
+        types: per item type (share of containers that hold one, mean number of them if there is one).
     """
 
     seen: int
@@ -68,15 +68,16 @@ class ContentShares(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class HouseStatistics(msgspec.Struct, frozen=True, kw_only=True):
-    """All figures.
+    """All statistics of a set of houses.
 
     Attributes:
-        made_by: the command.
-        houses: how many houses were measured.
-        rooms: per number of rooms, sets of room kinds ("Bathroom Bedroom Kitchen") and in how many houses.
-        kinds: per kind of room.
-        house_log_area_sd: how much the sizes of a house's rooms vary together.
-        doors: per pair of kinds ("Bathroom-Bedroom"), doors counted.
+        made_by: the command that made them.
+        houses: number of measured houses.
+        rooms: per number of rooms: sets of room kinds ("Bathroom Bedroom Kitchen") and the number of houses
+            with each.
+        kinds: statistics per room kind.
+        house_log_area_sd: standard deviation of the log-area factor that the rooms of a house share.
+        doors: number of doors per pair of room kinds ("Bathroom-Bedroom").
         open_walls: per pair of kinds, the share of their connections that are open walls.
         double_doors: share of interior doors wider than 1.5 m.
         contents: "Kitchen/CounterTop" or, where few were seen, "/CounterTop" -> what it holds.
@@ -95,13 +96,13 @@ class HouseStatistics(msgspec.Struct, frozen=True, kw_only=True):
 
 @cache
 def shipped_statistics() -> HouseStatistics:
-    """The figures that come with the product."""
+    """The statistics that are shipped."""
     data = files("workbench").joinpath("data/house_statistics.json").read_bytes()
     return msgspec.json.decode(data, type=HouseStatistics)
 
 
 def measure(houses: Sequence[House], *, made_by: str) -> HouseStatistics:
-    """Figures of some houses. Houses of one room count for furniture and contents, not for house plans."""
+    """Statistics of some houses. Single-room houses count for furniture and contents, not for layouts."""
     plans = [house for house in houses if len(house.plan.rooms) > 1]
     kinds = sorted({room.kind for house in houses for room in house.plan.rooms})
     return HouseStatistics(
@@ -118,7 +119,7 @@ def measure(houses: Sequence[House], *, made_by: str) -> HouseStatistics:
 
 
 def statistics_json(statistics: HouseStatistics) -> bytes:
-    """The figures as readable JSON, a list or a row of them a line."""
+    """The statistics as readable JSON, with one list or row per line."""
     text = msgspec.json.format(msgspec.json.encode(statistics), indent=1).decode()
     inner = re.compile(r"\[[^\[\]{}]*\]")
     text = inner.sub(lambda found: " ".join(found[0].split()), text)
@@ -133,7 +134,7 @@ def area_m2(floor: Sequence[Point]) -> float:
 
 
 def pair_name(a: str, b: str) -> str:
-    """Two kinds of room as one key, in alphabetical order."""
+    """A key for two room kinds, in alphabetical order."""
     return "-".join(sorted((a, b)))
 
 
@@ -146,7 +147,7 @@ def _room_sets(plans: Iterable[House]) -> dict[str, dict[str, int]]:
 
 
 def _room_shares(kind: str, houses: Sequence[House], plans: Sequence[House]) -> RoomShares:
-    """Sizes from houses of several rooms; furniture from those, or from all where a kind is rare in them."""
+    """Areas from multi-room houses; furniture from those, or from all houses if the kind is rare among them."""
     areas = [area_m2(room.floor) for house in plans for room in house.plan.rooms if room.kind == kind]
     source = plans if len(areas) >= 30 else houses
     areas = [area_m2(room.floor) for house in source for room in house.plan.rooms if room.kind == kind]
@@ -167,7 +168,7 @@ def _room_shares(kind: str, houses: Sequence[House], plans: Sequence[House]) -> 
 
 
 def _furniture_of(house: House, room: Room) -> Counter[str]:
-    """How many of each AI2-THOR type stand or hang in a room."""
+    """The number of pieces of each AI2-THOR type in a room."""
     things = (*house.plan.containers, *house.plan.furniture)
     return Counter(t.type for t in things if t.room == room.id and not t.type.startswith("Obja"))
 
@@ -182,7 +183,7 @@ def _number_shares(rooms: Sequence[Counter[str]]) -> dict[str, tuple[float, ...]
 
 
 def _house_spread(plans: Sequence[House]) -> float:
-    """Standard deviation, over houses, of the mean log area against what the room kinds let expect."""
+    """Standard deviation over houses of the mean log area relative to its expectation by room kinds."""
     by_kind: dict[str, list[float]] = defaultdict(list)
     for house in plans:
         for room in house.plan.rooms:
@@ -239,7 +240,7 @@ def _width(door: Opening) -> float:
 
 
 def _contents(houses: Sequence[House], plans: Sequence[House]) -> dict[str, ContentShares]:
-    """What containers hold, per kind of room and container, from houses of several rooms where they suffice."""
+    """Contents statistics per room kind and container type, from multi-room houses where there are enough."""
     everywhere, several = _held(houses), _held(plans)
     total = Counter[str]()
     for key, containers in everywhere.items():
@@ -256,7 +257,7 @@ def _contents(houses: Sequence[House], plans: Sequence[House]) -> dict[str, Cont
 
 
 def _held(houses: Iterable[House]) -> dict[str, list[Counter[str]]]:
-    """Per "Kitchen/CounterTop" and per "/CounterTop", what each such container holds."""
+    """The contents of each container, by "Kitchen/CounterTop" and by "/CounterTop"."""
     held: dict[str, list[Counter[str]]] = defaultdict(list)
     for house in houses:
         kind = {room.id: room.kind for room in house.plan.rooms}

@@ -1,4 +1,4 @@
-"""What does the robot know right now? A frozen view, advanced by what it sees and does."""
+"""The robot's knowledge: an immutable state that observations and actions advance."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from workbench.worlds.house import (
 from workbench.worlds.travel import TravelCosts
 
 Fact = tuple[str, tuple[ItemId, ...]]
-"""A property of items that preparing has brought about: ("boiled", (egg,))."""
+"""A property of items established by a preparation: ("boiled", (egg,))."""
 
 
 @dataclass(slots=True, eq=False)
 class _Asked:
-    """What was answered about the same contents before; walking, say, changes none of it.
+    """Cache of queries about the same contents; moving the robot, for example, does not invalidate it.
 
     Attributes:
-        items_at, first_seen, closed, plan, travel: what the answers hold for, by identity: nothing of it can change.
-        unsearched, where: as Knowledge's, as far as they were asked for.
+        items_at, first_seen, closed, plan, travel: the immutable inputs that the cached answers depend on,
+            compared by identity.
+        unsearched, where: cached answers of the methods of the same names.
     """
 
     items_at: Mapping[LocationId, tuple[Item, ...]] | None = None
@@ -44,15 +45,15 @@ class _Asked:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Knowledge:
-    """The robot's state as it knows it. Planning receives this and never the truth.
+    """The robot's state and everything it has observed. Planning receives this and never the true house.
 
     Attributes:
-        plan, travel: the place and its travel costs.
-        robot_at: where the robot stands.
+        plan, travel: the floor plan and its travel costs.
+        robot_at: the robot's location.
         holding: the item in its hand.
         items_at: per location, the items known to be there now; every searched container has an entry.
-        first_seen: per searched container, what it held when it was first looked into.
-        facts: what preparing has brought about, e.g. ("boiled", (egg,)).
+        first_seen: contents of each searched container when it was first looked into.
+        facts: facts established by preparations, e.g. ("boiled", (egg,)).
         visited: containers searched in this run, in order; those known at the start are not among them.
         closed: containers that could not be searched (a failed look); no longer candidates.
     """
@@ -79,7 +80,7 @@ class Knowledge:
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
-        """Containers that can be reached and have not been looked into, in the plan's order."""
+        """Reachable containers that have not been searched, in the plan's order."""
         if self._asked.unsearched is None:
             seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
             names = [c.id for c in self.plan.containers]
@@ -88,7 +89,7 @@ class Knowledge:
         return self._asked.unsearched
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
-        """Known instances of a type that stand somewhere (not the held one), in sorted order of place."""
+        """Known instances of a type with their locations, without the held one, sorted by location."""
         asked = self._asked.where
         if item_type not in asked:
             found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
@@ -97,14 +98,14 @@ class Knowledge:
         return asked[item_type]
 
     def knows(self, item_type: ItemType) -> bool:
-        """Whether an instance's place is known, the hand included."""
+        """Whether the location of some instance is known, including one in the hand."""
         return (self.holding is not None and self.holding.type == item_type) or bool(self.where(item_type))
 
     def moved(self, location: LocationId) -> Knowledge:
         return self._with(location, self.holding, self.items_at)
 
     def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
-        """After looking into a container."""
+        """The knowledge after looking into a container."""
         first = MappingProxyType({**self.first_seen, container: items})
         there = MappingProxyType({**self.items_at, LocationId(container): items})
         visited = (*self.visited, container) if in_run else self.visited
@@ -115,11 +116,11 @@ class Knowledge:
         return after._others_stand_as_in(self, {item.type for item in (*before, *items)})
 
     def shut(self, container: ContainerId) -> Knowledge:
-        """After a container turned out to be impossible to search."""
+        """The knowledge after a container turned out to be impossible to search."""
         return replace(self, closed=self.closed | {container})
 
     def picked(self, item: Item) -> Knowledge:
-        """After picking an item up at robot_at."""
+        """The knowledge after picking an item at robot_at."""
         here = self.items_at.get(self.robot_at, ())
         left = tuple([i for i in here if i.id != item.id])
         there = MappingProxyType({**self.items_at, self.robot_at: left})
@@ -127,7 +128,7 @@ class Knowledge:
         return self._with(self.robot_at, item, there)._others_stand_as_in(self, gone)
 
     def placed(self) -> Knowledge:
-        """After putting the held item down at robot_at."""
+        """The knowledge after placing the held item at robot_at."""
         if self.holding is None:
             return self
         here = (*self.items_at.get(self.robot_at, ()), self.holding)
@@ -135,7 +136,7 @@ class Knowledge:
         return self._with(self.robot_at, None, there)._others_stand_as_in(self, {self.holding.type})
 
     def lost(self, item: ItemId) -> Knowledge:
-        """After an item turned out not to be where it was believed to be."""
+        """The knowledge after an item turned out not to be at its known location."""
         there = {loc: tuple(i for i in items if i.id != item) for loc, items in self.items_at.items()}
         return replace(self, items_at=MappingProxyType(there))
 
@@ -143,7 +144,7 @@ class Knowledge:
         return replace(self, facts=facts)
 
     def _others_stand_as_in(self, before: Knowledge, moved: set[ItemType]) -> Knowledge:
-        """This, with what was asked of types that did not move."""
+        """This knowledge, with cached answers about types that did not move taken over."""
         if self._asked is not before._asked:
             self._asked.where.update([(t, at) for t, at in before._asked.where.items() if t not in moved])
         return self
@@ -157,7 +158,7 @@ class Knowledge:
         first_seen: Contents | None = None,
         visited: tuple[ContainerId, ...] | None = None,
     ) -> Knowledge:
-        """As dataclasses.replace, which looks up every field by name: too slow for what changes with every step."""
+        """A faster dataclasses.replace for the fields that change with every step."""
         return Knowledge(
             plan=self.plan,
             travel=self.travel,
@@ -173,7 +174,7 @@ class Knowledge:
 
 
 def knowledge_at_start(plan: FloorPlan, travel: TravelCosts, known: Contents) -> Knowledge:
-    """What the robot knows before its first step: the place, and the contents of the given containers."""
+    """The knowledge before the first step: the floor plan and the contents of the given containers."""
     knowledge = Knowledge(plan=plan, travel=travel)
     for container in sorted(known):
         knowledge = knowledge.seen(container, tuple(known[container]), in_run=False)

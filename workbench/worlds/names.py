@@ -1,7 +1,7 @@
-"""What are things called, which hold others, which can be carried, how large are they usually?
+"""The vocabulary of item and furniture types: names, sizes, and which are containers or can be carried.
 
-One readable table, data/vocabulary.csv, a row a type. Types that it does not have are read by rule: "ObjaWallClock"
-(an Objaverse asset of ProcTHOR) is a "wall clock". Sizes are medians over the things of that type in the training
+The table is data/vocabulary.csv, with one row per type. Other types are interpreted by rule: "ObjaWallClock" (an
+Objaverse asset of ProcTHOR) is a "wall clock". Sizes are medians over the things of that type in the training
 houses of the shared ProcTHOR files, or over AI2-THOR's assets of a type that they do not have.
 """
 
@@ -17,7 +17,7 @@ from importlib.resources import files
 from workbench.errors import UnknownName
 
 UNKNOWN_SIZE_M = (0.5, 0.5, 0.5)
-"""Depth, width, height of a thing that the table does not have."""
+"""Depth, width and height in metres of a type that is not in the table."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,11 +27,11 @@ class Word:
     Attributes:
         type: in CamelCase, as ProcTHOR spells it.
         name: for people and for text encoders, in the singular.
-        container: furniture into which a robot looks, whether or not it holds anything.
-        carry: a robot's arm can take it.
+        container: whether it is furniture that a robot searches.
+        carry: whether a robot's arm can carry it.
         size_m: usual (depth, width, height): x, y, z of its own frame, x being its front.
-        asset_names: how the ids of AI2-THOR's assets of this type begin, besides its own name.
-        asset: an AI2-THOR asset of about the usual size, "" when there is none.
+        asset_names: further prefixes of the ids of AI2-THOR's assets of this type, besides its name.
+        asset: an AI2-THOR asset of about the usual size; "" if there is none.
     """
 
     type: str
@@ -57,24 +57,24 @@ def readable_name(type_name: str) -> str:
 
 
 def is_container(type_name: str) -> bool:
-    """Whether furniture of this type can hold items that a robot searches for."""
+    """Whether a type is furniture that a robot searches."""
     word = vocabulary().get(type_name)
     return word is not None and word.container
 
 
 def container_types() -> tuple[str, ...]:
-    """The types of furniture that the beliefs were taught, sorted."""
+    """The container types in the training data of the beliefs, sorted."""
     return tuple(sorted(name for name, word in vocabulary().items() if word.container))
 
 
 def can_carry(type_name: str) -> bool:
-    """Whether a robot's arm can take a thing of this type; yes for a type that the table does not have."""
+    """Whether a robot's arm can carry an item of this type; True for types that are not in the table."""
     word = _nearest_word(type_name)
     return word is None or word.carry
 
 
 def usual_size_m(type_name: str) -> tuple[float, float, float]:
-    """Usual (depth, width, height) of a type: x, y, z of its own frame; half a metre each for an unknown one."""
+    """Usual (depth, width, height) of a type: x, y, z of its own frame; half a metre each for an unknown type."""
     word = _nearest_word(type_name)
     return word.size_m if word else UNKNOWN_SIZE_M
 
@@ -86,10 +86,10 @@ def generic_type(type_name: str) -> str:
 
 
 def type_named(name: str, known: Iterable[str], *, kind: str = "item type", where: str = "") -> str:
-    """The type that a person means: "mug", "cell phone", "cell-phone" and "CellPhone" all do.
+    """The type for a name as typed by a user: "cell phone", "cell-phone" or "CellPhone".
 
     Raises:
-        UnknownName: nothing of that name among the known types; lists the nearest names.
+        UnknownName: no known type of that name; suggests similar names.
     """
     types = sorted(known, key=lambda t: (t.startswith("Obja"), t))
     if name in types:
@@ -103,9 +103,10 @@ def type_named(name: str, known: Iterable[str], *, kind: str = "item type", wher
 
 @cache
 def type_of_asset(asset_id: str) -> str | None:
-    """The type of an AI2-THOR asset, by how its id begins: "TV_Stand_212_1" -> "TVStand", "bin_18" -> "GarbageCan".
+    """The type of an AI2-THOR asset, by the prefix of its id: "TV_Stand_212_1" -> "TVStand", "bin_18" ->
+    "GarbageCan".
 
-    None for an asset that the vocabulary does not know, such as an Objaverse one.
+    None for unknown assets, such as those of Objaverse.
     """
     name = asset_id.lower().removeprefix("robothor_")
     for prefix, type_name in _asset_prefixes():
@@ -115,7 +116,8 @@ def type_of_asset(asset_id: str) -> str | None:
 
 
 def size_of_asset_m(asset_id: str) -> tuple[float, float, float] | None:
-    """The size of an asset whose id says it: "Countertop_L_8x6" is 8 feet wide and 6 deep. None for others."""
+    """The size of an asset whose id contains it: "Countertop_L_8x6" is 8 feet wide and 6 feet deep. None for
+    others."""
     match = re.fullmatch(r"Countertop_[A-Za-z]+_(\d{1,2})x(\d{1,2})", asset_id)
     if match is None:
         return None

@@ -1,7 +1,7 @@
-"""How does the robot get about? Where it stands to use each container, what every way costs, and the ways.
+"""Navigation in a floor plan: where the robot stands to use each container, and the paths and travel costs between.
 
-A container is approached from within its own room: the nearest free cell to it may be behind a wall. Containers
-that nobody can stand beside are listed as unreachable. Results are kept on disk per floor plan (travel_cache.py).
+A container is approached from its own room, since the nearest free cell may be behind a wall. Containers without a
+free cell beside them are listed as unreachable. Results are cached on disk per floor plan (travel_cache.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from workbench.worlds.occupancy import OccupancyGrid, distance_to_box, occupancy
 from workbench.worlds.travel import TravelCosts
 
 REACH_M = 1.0
-"""How far from a container's edge the robot may stand to look into it and to take things."""
+"""Largest distance in metres from a container's edge at which the robot can use it."""
 
 
 class NowhereToStand(Malformed):
@@ -34,13 +34,13 @@ class NowhereToStand(Malformed):
 
 @dataclass(frozen=True, kw_only=True)
 class Navigation:
-    """Travel costs of a floor plan and the ways behind them. Implements Paths.
+    """Travel costs of a floor plan and the underlying paths. Implements Paths.
 
     Attributes:
-        travel: metres between all pairs of reachable locations.
-        grid: what is in the way.
-        free: bool, shape of the grid: where the robot's middle can be.
-        standing: per reachable location, where the robot stands and faces.
+        travel: travel costs in metres between all pairs of reachable locations.
+        grid: the occupancy grid.
+        free: bool, shape of the grid: where the robot's centre can be.
+        standing: the robot's pose at each reachable location.
     """
 
     travel: TravelCosts
@@ -52,11 +52,12 @@ class Navigation:
     )
 
     def standing_pose(self, location: LocationId) -> Pose | None:
-        """Where the robot stands to use a location, facing it; None when unreachable."""
+        """The pose at which the robot uses a location, facing it; None if unreachable."""
         return self.standing.get(location)
 
     def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
-        """Corner points from a to b, both ends included, as long as the travel cost; None when there is no way."""
+        """Corner points from a to b, both included, with a length equal to the travel cost; None if there is no
+        path."""
         if a not in self.standing or b not in self.standing:
             return None
         if (a, b) not in self._ways:
@@ -80,12 +81,12 @@ def navigate(plan: FloorPlan, *, resolution_m: float = 0.1, robot_radius_m: floa
     """Grid, standing poses and all-pairs travel costs of a floor plan.
 
     Args:
-        resolution_m: side of a grid cell.
-        robot_radius_m: the robot's middle keeps this far from walls and furniture.
+        resolution_m: side of a grid cell in metres.
+        robot_radius_m: minimum distance in metres of the robot's centre from walls and furniture.
 
     Raises:
-        BadValue: a house too large for a grid, or a setting out of range.
-        NowhereToStand: no floor is free.
+        BadValue: the house is too large for a grid, or a setting is out of range.
+        NowhereToStand: no free floor is left.
     """
     from workbench.worlds.travel_cache import recall, remember
 
@@ -126,8 +127,8 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
 
 
 def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
-    """Where the robot's middle can be: far enough from everything, in the largest connected part of the floor."""
-    from scipy import ndimage  # only where ways are not on disk already
+    """The cells for the robot's centre: far enough from all obstacles, in the largest connected free component."""
+    from scipy import ndimage  # imported only if the result is not cached on disk
 
     clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
     free = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
@@ -145,7 +146,7 @@ def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.boo
 
 
 def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point) -> Point:
-    """The middle of the free cell nearest to a point."""
+    """The centre of the free cell nearest to a point."""
     rows, columns = np.nonzero(free)
     x, y = grid.axes()
     distance = np.hypot(x[columns] - point[0], y[rows] - point[1])
@@ -160,7 +161,8 @@ def _approach(
     room: int,
     container: Container,
 ) -> Pose | None:
-    """Where to stand for a container: the free cell of its room nearest to its edge, then nearest to its middle."""
+    """The standing pose for a container: at the free cell of its room nearest to its edge, then nearest to its
+    centre."""
     distance, window = distance_to_box(grid, container, reach_m=REACH_M)
     allowed = free[window] & (rooms[window] == room) & (distance <= REACH_M)
     if not allowed.any():

@@ -1,4 +1,4 @@
-"""Where is something in the way? A grid of the floor: walls, furniture, and all that is outside the rooms."""
+"""Occupancy grids of floor plans: walls, furniture, and everything outside the rooms."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from workbench.worlds.geometry import Point
 from workbench.worlds.house import Container, FloorPlan, Furniture, Wall
 
 MARGIN_M = 0.3
-"""Occupied ground around the rooms."""
+"""Width in metres of the occupied margin around the rooms."""
 ROBOT_HEIGHT_M = 1.0
-"""What hangs higher is in nobody's way."""
+"""Objects above this height in metres are no obstacle."""
 STEP_OVER_M = 0.03
-"""What is flatter is walked over."""
+"""Objects below this height in metres are no obstacle."""
 MAX_CELLS = 4_000_000
-"""A larger grid is a mistake of units: 200 m by 200 m at 0.1 m."""
+"""Largest grid: 200 m by 200 m at 0.1 m. Larger ones are taken as a mistake of units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OccupancyGrid:
-    """Cells of the floor.
+    """An occupancy grid of the floor.
 
     Attributes:
         origin: the outer corner of cell (0, 0) in the map frame, least x and least y.
@@ -52,14 +52,14 @@ class OccupancyGrid:
         return int(np.floor(y)), int(np.floor(x))
 
     def point_at(self, row: int, column: int) -> Point:
-        """The middle of a cell in the map frame."""
+        """The centre of a cell in the map frame."""
         return (
             self.origin[0] + (column + 0.5) * self.resolution_m,
             self.origin[1] + (row + 0.5) * self.resolution_m,
         )
 
     def axes(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """x of the columns' middles and y of the rows' middles."""
+        """x of the column centres and y of the row centres, in metres."""
         rows, columns = self.occupied.shape
         x = self.origin[0] + (np.arange(columns) + 0.5) * self.resolution_m
         y = self.origin[1] + (np.arange(rows) + 0.5) * self.resolution_m
@@ -67,7 +67,7 @@ class OccupancyGrid:
 
 
 def occupancy_of(plan: FloorPlan, *, resolution_m: float = 0.1) -> OccupancyGrid:
-    """The grid of a floor plan, interior doors and open walls being free.
+    """The occupancy grid of a floor plan, with interior doors and open walls free.
 
     Raises:
         BadValue: a resolution that is not positive, or a house beyond MAX_CELLS cells.
@@ -86,7 +86,7 @@ def occupancy_of(plan: FloorPlan, *, resolution_m: float = 0.1) -> OccupancyGrid
 
 
 def room_labels(plan: FloorPlan, grid: OccupancyGrid) -> npt.NDArray[np.int32]:
-    """Per cell the index of the room that it is in, -1 outside; shape (rows, columns)."""
+    """The index of the room of each cell, -1 outside; shape (rows, columns)."""
     x, y = grid.axes()
     labels = np.full(grid.occupied.shape, -1, dtype=np.int32)
     for index, room in enumerate(plan.rooms):
@@ -133,7 +133,8 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
 def distance_to_box(
     grid: OccupancyGrid, thing: Container | Furniture, *, reach_m: float
 ) -> tuple[npt.NDArray[np.float64], tuple[slice, slice]]:
-    """Metres from cells to a thing's footprint, in the window of cells within reach of it (0 on it)."""
+    """Distances in metres from cells to the footprint of an object (0 inside), in the window of cells
+    within reach."""
     pose, (depth, width, _) = thing.pose, thing.size_m
     c, s = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
     half_x = abs(c) * depth / 2 + abs(s) * width / 2 + reach_m
@@ -168,7 +169,7 @@ def _empty_grid(plan: FloorPlan, resolution_m: float) -> OccupancyGrid:
 
 
 def _along_and_off(wall: Wall, length: float, point: Point) -> tuple[float, float]:
-    """Metres of a point along a wall from its start, and off its line."""
+    """The position of a point relative to a wall: metres along it from its start, and metres off its line."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
     dx, dy = point[0] - x0, point[1] - y0
@@ -176,7 +177,7 @@ def _along_and_off(wall: Wall, length: float, point: Point) -> tuple[float, floa
 
 
 def _draw_segment(occupied: npt.NDArray[np.bool_], grid: OccupancyGrid, start: Point, end: Point) -> None:
-    """Mark the cells whose middles are within half a cell's side of a segment."""
+    """Mark the cells whose centres are within half a cell of a segment."""
     half = grid.resolution_m / 2
     row0, column0 = grid.cell_at((min(start[0], end[0]) - half, min(start[1], end[1]) - half))
     row1, column1 = grid.cell_at((max(start[0], end[0]) + half, max(start[1], end[1]) + half))

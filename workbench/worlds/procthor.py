@@ -1,4 +1,4 @@
-"""How does a ProcTHOR house become a House? All three layouts, from a file or from parsed JSON."""
+"""Loading ProcTHOR houses in all three of its JSON layouts, from files or from parsed JSON."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from workbench.worlds.unity_frame import pose_from_unity
 __all__ = ["house_from_json", "house_name", "house_of", "iter_houses", "load_house", "load_houses", "pose_from_unity"]
 
 MAX_ROOMS = 500
-"""More rooms are no house."""
+"""Most rooms of a house that is accepted."""
 
 
 def load_house(address: str, *, assets: Path | None = None) -> House:
@@ -40,7 +40,7 @@ def load_house(address: str, *, assets: Path | None = None) -> House:
             sizes; without it types come from the vocabulary and sizes are usual ones.
 
     Raises:
-        InputError: no such file, index or house; what is wrong stands in the message.
+        InputError: no such file, index or house; the message says what is wrong.
     """
     path, index = split_address(address)
     if index is None and is_many(path):
@@ -55,7 +55,7 @@ def load_houses(path: Path, *, assets: Path | None = None) -> list[House]:
 
 
 def iter_houses(path: Path, *, assets: Path | None = None) -> Iterator[House]:
-    """All houses of a file, one after the other, for files that do not fit in memory. Raises as load_house does."""
+    """All houses of a file, one after another, for files that do not fit into memory. Raises as load_house does."""
     table = read_assets(assets)
     for index, line in house_lines(Path(path)):
         yield _decoded(Path(path), index, line, table)
@@ -65,8 +65,8 @@ def house_from_json(data: object, *, name: str, assets: Mapping[str, Asset] | Pa
     """A house from parsed JSON.
 
     Raises:
-        MalformedFile: it is no ProcTHOR house; the name stands for the file.
-        InputError: rooms that are not connected, a wall that is not there, a coordinate that is not finite.
+        MalformedFile: it is not a ProcTHOR house; the message gives `name` as the file.
+        InputError: rooms are not connected, a wall is missing, or a coordinate is not finite.
     """
     try:
         record = msgspec.convert(data, HouseJson)
@@ -104,7 +104,7 @@ def house_of(record: HouseJson, *, name: str, assets: Mapping[str, Asset]) -> Ho
 
 
 def house_name(path: Path, index: int) -> str:
-    """What a house of a file is called."""
+    """The name of a house in a file."""
     return f"{house_stem(path)}:{index}"
 
 

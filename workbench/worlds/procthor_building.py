@@ -1,4 +1,4 @@
-"""What stands fast in a ProcTHOR house: rooms, walls, and the holes of doors and windows."""
+"""The building of a ProcTHOR house: rooms, walls, doors and windows."""
 
 from __future__ import annotations
 
@@ -13,11 +13,15 @@ from workbench.worlds.procthor_json import HoleJson, RoomJson, WallJson
 from workbench.worlds.unity_frame import point_from_unity
 
 MAX_CORNERS = 1000
-"""A room of more corners is no room."""
+"""Most corners of a room that is accepted."""
 
 
 def room_of(room: RoomJson, name: str) -> Room:
-    """A room with its floor. Raises BadValue for a floor that is none."""
+    """A room with its floor polygon.
+
+    Raises:
+        BadValue: the floor is not a valid polygon.
+    """
     if len(room.floorPolygon) > MAX_CORNERS:
         raise BadValue(f"corners of room {room.id} in {name}", len(room.floorPolygon), f"at most {MAX_CORNERS}")
     floor = tuple(point_from_unity(corner, f"floor of room {room.id} in {name}") for corner in room.floorPolygon)
@@ -27,7 +31,7 @@ def room_of(room: RoomJson, name: str) -> Room:
 def walls_of(
     records: Iterable[WallJson], rooms: set[RoomId], name: str
 ) -> tuple[tuple[Wall, ...], dict[str, tuple[Point, Point]]]:
-    """Walls without their twins (each stands once a side in ProcTHOR), and every wall's ends by its id."""
+    """Walls without duplicates (ProcTHOR lists each wall once per side), and the ends of every wall by id."""
     kept: dict[tuple[Point, ...], Wall] = {}
     ends: dict[str, tuple[Point, Point]] = {}
     for record in records:
@@ -51,7 +55,7 @@ def walls_of(
 
 
 def _says_empty(material: object) -> bool:
-    """Materials are a name in older houses and a record with a name in newer ones."""
+    """Whether a material is empty: it is a name in older houses, and a record with a name in newer ones."""
     name = material.get("name", "") if isinstance(material, dict) else material  # pyright: ignore
     return isinstance(name, str) and "empty" in name.lower()
 
@@ -59,7 +63,7 @@ def _says_empty(material: object) -> bool:
 def opening_of(
     record: HoleJson, walls: Mapping[str, tuple[Point, Point]], rooms: Iterable[Room], name: str
 ) -> Opening:
-    """A hole in its wall, measured from the wall's first corner; a door with one room twice leads outside."""
+    """A door or window, positioned from the wall's first corner; a door that names one room twice leads outside."""
     if record.wall0 not in walls:
         raise BadValue(f"wall0 of {record.id} in {name}", record.wall0, "the id of a wall of this house")
     if len(record.corners) < 2:

@@ -1,7 +1,7 @@
-"""What does ProcTHOR's JSON look like? The fields that are read and written here, as typed records.
+"""ProcTHOR's JSON as typed records, with the fields that are read and written here.
 
 Source: ProcTHOR-10K and the houses of AI2-THOR 5 (schema 1.0.0). Unity's frame: y up, metres, degrees about y.
-Fields that a layout leaves out have a default; fields that nobody needs are ignored.
+Fields missing from some layouts have defaults; unused fields are ignored.
 """
 
 from __future__ import annotations
@@ -56,14 +56,14 @@ class HoleJson(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def corners(self) -> tuple[Vector, ...]:
-        """The hole's corners, x along the wall and y up; fewer than two when the file does not say."""
+        """The hole's corners, x along the wall and y up; fewer than two if the file has none."""
         if not self.holePolygon and self.boundingBox:
             return (self.boundingBox.min, self.boundingBox.max)
         return self.holePolygon
 
 
 class ObjectJson(msgspec.Struct, frozen=True, kw_only=True):
-    """A thing, with what it holds. The older layout has no objectType."""
+    """An object with its contents. The older layout has no objectType."""
 
     id: str
     assetId: str | None = None

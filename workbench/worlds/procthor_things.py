@@ -1,4 +1,4 @@
-"""What stands about in a ProcTHOR house: containers with their items, other furniture, and the robot at the start."""
+"""The objects of a ProcTHOR house: containers with their items, other furniture, and the robot's start pose."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from workbench.worlds.room_fit import fitted
 from workbench.worlds.unity_frame import pose_from_unity
 
 STANDS_BELOW_M = 1.2
-"""A thing whose middle is lower stands on the floor, so that its height is twice its middle's."""
+"""An object with a lower centre stands on the floor, so that its height is twice that of its centre."""
 
 
 def things_of(
     records: Iterable[ObjectJson], rooms: tuple[Room, ...], assets: Mapping[str, Asset], name: str
 ) -> tuple[tuple[Container, ...], tuple[Furniture, ...], dict[ContainerId, tuple[Item, ...]]]:
-    """Containers, other furniture, and what the containers hold; every id becomes "Type|place"."""
+    """Containers, other furniture and contents of the containers; every id becomes "Type|place"."""
     containers: list[Container] = []
     furniture: list[Furniture] = []
     contents: dict[ContainerId, tuple[Item, ...]] = {}
@@ -54,7 +54,7 @@ def things_of(
 
 
 def _type(record: ObjectJson, assets: Mapping[str, Asset]) -> str:
-    """Its objectType; in the older layout what the asset table or the asset's own name says."""
+    """The objectType; in the older layout, the type by the asset table or by the asset's id."""
     if record.objectType:
         return record.objectType
     asset_id = record.assetId or ""
@@ -63,7 +63,8 @@ def _type(record: ObjectJson, assets: Mapping[str, Asset]) -> str:
 
 
 def _own_id(type_name: str, source_id: str, used: dict[str, int]) -> str:
-    """ "Bed|4|0" stays; "2|0" becomes "Fridge|2|0" and "small|2|1" "Egg|2|1"; a second one gets "#2"."""
+    """An id with its type: "Bed|4|0" stays; "2|0" becomes "Fridge|2|0" and "small|2|1" "Egg|2|1"; duplicates get
+    "#2"."""
     head, bar, tail = source_id.partition("|")
     name = f"{type_name}|{tail if bar and not head.isdigit() else source_id}"
     used[name] = used.get(name, 0) + 1
@@ -76,7 +77,8 @@ def _own_id(type_name: str, source_id: str, used: dict[str, int]) -> str:
 def _size(
     record: ObjectJson, type_name: str, assets: Mapping[str, Asset], where: str
 ) -> tuple[tuple[float, float, float], float]:
-    """(depth, width, height) and the height of the underside above the floor. Positions are of a thing's middle."""
+    """(depth, width, height) and the height of the underside above the floor. Positions are those of object
+    centres."""
     middle = record.position.y
     if not isfinite(middle) or abs(middle) > MAX_COORDINATE_M:
         raise BadValue(f"height of {where}", middle, f"finite and within {MAX_COORDINATE_M:.0f} m")
@@ -90,7 +92,7 @@ def _size(
 
 
 def start_of(agent: AgentJson | None, rooms: tuple[Room, ...], name: str) -> Pose:
-    """The agent's pose; without one the middle of the largest room, as navigation moves it to a free place."""
+    """The agent's pose; without one, the centre of the largest room, which navigation moves to a free cell."""
     if agent is not None:
         try:
             return pose_from_unity(agent.position, agent.rotation)

@@ -1,6 +1,7 @@
-"""How large can a thing be, given where its middle is? A usual size is cut so that it stays inside its room.
+"""Clipping of usual object sizes so that the object stays inside its room.
 
-Positions are exact even where sizes are only usual: what stands with its back to a wall reaches as far as the wall.
+Positions are exact even where sizes are only usual ones, so an object with its back to a wall must not extend
+beyond the wall.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from workbench.worlds.connectivity import inside
 from workbench.worlds.geometry import Point, Pose
 
 LEAST_M = 0.1
-"""Nothing is made smaller than this."""
+"""Smallest size in metres after clipping."""
 
 
 def fitted(size_m: tuple[float, float, float], pose: Pose, floor: Sequence[Point]) -> tuple[float, float, float]:
-    """(depth, width, height) with depth and width cut to what fits on the floor around the middle.
+    """(depth, width, height) with depth and width clipped to the floor around the centre.
 
-    Unchanged for a thing that is turned by other than a quarter turn, or whose middle is not on the floor.
+    Unchanged if the object is not rotated by a multiple of 90 degrees, or its centre is not on the floor.
     """
     quarter = pose.yaw_rad / (pi / 2)
     if abs(quarter - round(quarter)) > 0.01 or not inside(pose.point, floor):
@@ -35,7 +36,7 @@ def _cut(extent: float, middle: Point, along: tuple[int, int], floor: Sequence[P
 
 
 def _to_edge(point: Point, along: tuple[int, int], floor: Sequence[Point]) -> float:
-    """Metres from a point inside a polygon to its edge in one of the four directions of the axes."""
+    """Distance in metres from a point inside a polygon to its boundary in one of the four axis directions."""
     axis, other = (0, 1) if along[0] else (1, 0)
     sign = along[axis]
     nearest = float("inf")

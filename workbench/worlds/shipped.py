@@ -1,4 +1,4 @@
-"""Which houses come with the product? 24 generated ones, so that everything works without any download."""
+"""The shipped houses: 24 generated ones, so that everything works without a download."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def shipped_houses() -> Path:
-    """The file of the shipped houses, a house a line: shipped_houses():0 to :23.
+    """The file of the shipped houses, one per line: shipped_houses():0 to :23.
 
     Made by `lios houses generate -n 24 --seed 2082 --stocked` (docs/worlds.md).
     """

@@ -1,4 +1,4 @@
-"""What is the shortest way over a grid? Dinitz's buckets: with steps of 1 and sqrt 2, no heap is needed.
+"""Shortest paths on an 8-connected grid with a bucket queue (Dinitz's algorithm), compiled with numba.
 
 Cells in the bucket [k, k + 1) cannot improve one another, because every step is at least 1 long: they are final
 when the bucket's turn comes. 8-connected; a diagonal step needs both cells beside it free.
@@ -30,7 +30,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def _compiled(signature: Any) -> Callable[[Function], Function]:
-    """Compile for one signature and keep the result; where nothing can be kept, compile in every process."""
+    """Compile for one signature with caching; without a writable cache folder, compile in every process."""
 
     def decorate(function: Function) -> Function:
         try:
@@ -43,7 +43,7 @@ def _compiled(signature: Any) -> Callable[[Function], Function]:
 
 @_compiled(numba.float64[::1](_FREE, numba.int64, _CELLS))
 def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> Floats:
-    """Steps from a source cell to every cell, inf where unreached; stops once all targets are final.
+    """Distances in steps from a source cell to every cell, inf if unreached; stops once all targets are final.
 
     Args:
         free: bool, shape (rows, columns); its border must be False.
@@ -107,7 +107,7 @@ def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> 
 
 @_compiled(numba.float64[:, ::1](_FREE, _CELLS))
 def pairwise_steps(free: npt.NDArray[np.bool_], cells: Cells) -> Floats:
-    """Steps between all pairs of cells, shape (cells, cells), inf where there is no way."""
+    """Distances in steps between all pairs of cells, shape (cells, cells), inf if there is no path."""
     count = len(cells)
     result = np.zeros((count, count))
     for i in range(count - 1):
@@ -119,7 +119,7 @@ def pairwise_steps(free: npt.NDArray[np.bool_], cells: Cells) -> Floats:
 
 
 def way(free: npt.NDArray[np.bool_], source: int, target: int) -> list[tuple[int, int]] | None:
-    """The cells of a shortest way as (row, column), both ends included; None when there is none."""
+    """The cells of a shortest path as (row, column), both ends included; None if there is none."""
     columns = free.shape[1]
     left = distances_from(free, target, np.array([source], dtype=np.int64))
     if not np.isfinite(left[source]):
@@ -135,7 +135,7 @@ def way(free: npt.NDArray[np.bool_], source: int, target: int) -> list[tuple[int
 
 
 def _downhill(free: npt.NDArray[np.bool_], left: Floats, cell: int, heading: tuple[int, int]) -> tuple[int, int]:
-    """A step that the shortest way may take; straight on if it may."""
+    """The next cell of a shortest path, preferring the current direction."""
     columns = free.shape[1]
     row, column = divmod(cell, columns)
     best: tuple[float, bool, int] | None = None

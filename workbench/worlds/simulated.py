@@ -1,7 +1,7 @@
-"""What would happen in a house whose contents we know? The simulated world answers from the ground truth.
+"""The simulated world, which executes actions on a house with known contents.
 
-Every action does what it should if the robot stands where it must: go 1 m in 1 s, look 2 s, handle an item 5 s.
-The clock starts at a fixed epoch and moves only by acting, so that the same actions give the same stamps.
+Every action succeeds if its preconditions hold: travel takes 1 s per metre, a look 2 s, a manipulation 5 s. The
+clock starts at a fixed epoch and advances only with actions, so that the same actions give the same stamps.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ METRE_S, LOOK_S, HANDLE_S = 1.0, 2.0, 5.0
 
 
 class NavigationPaths(Paths, Protocol):
-    """What the simulated world needs of a Navigation."""
+    """The part of Navigation that the simulated world needs."""
 
     @property
     def travel(self) -> TravelCosts: ...
@@ -38,15 +38,15 @@ class NavigationPaths(Paths, Protocol):
 
 @final
 class SimulatedWorld:
-    """A house that answers truthfully. Implements World.
+    """A simulated house. Implements World.
 
     Args:
-        house: the truth.
-        navigation: its travel costs and ways.
+        house: the true house.
+        navigation: its travel costs and paths.
         known: containers whose contents the robot knows before it starts.
 
     Raises:
-        UnknownName: a known container that the house does not have.
+        UnknownName: a known container that is not in the house.
     """
 
     def __init__(self, house: House, navigation: NavigationPaths, *, known: Iterable[ContainerId] = ()) -> None:
@@ -78,11 +78,11 @@ class SimulatedWorld:
         return self._now_ns
 
     def known_at_start(self) -> Contents:
-        """What the known containers hold, in the order given."""
+        """The contents of the known containers, in the given order."""
         return {container: self._house.contents[container] for container in self._known}
 
     def go_to(self, location: LocationId) -> Done | Refused:
-        """Walk to a location along the shortest way; refused when none leads there."""
+        """Go to a location along the shortest path; refused if there is none."""
         metres = self.travel.between(self._at, location)
         path = self.paths.path(self._at, location)
         if metres is None or path is None:
@@ -91,7 +91,7 @@ class SimulatedWorld:
         return self._done(metres * METRE_S, travel_m=metres, path=path)
 
     def look_into(self, container: ContainerId) -> Looked | Refused:
-        """All that the container holds now; the robot must stand at it."""
+        """The current contents of the container; the robot must stand at it."""
         if container not in self._house.contents:
             return self._refuse(f"no container {container}")
         if self._at != LocationId(container):
@@ -101,7 +101,7 @@ class SimulatedWorld:
         return Looked(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
 
     def pick(self, item: ItemId) -> Done | Refused:
-        """Take an item from where the robot stands; its hand must be free."""
+        """Pick an item at the robot's location; the hand must be free."""
         if self._hand is not None:
             return self._refuse(f"the hand holds {self._hand.id}")
         here = self._there.setdefault(self._at, [])
@@ -112,7 +112,7 @@ class SimulatedWorld:
         return self._refuse(f"no {item} at {self._at}")
 
     def place(self, item: ItemId) -> Done | Refused:
-        """Put the held item down where the robot stands."""
+        """Place the held item at the robot's location."""
         if self._hand is None or self._hand.id != item:
             return self._refuse(f"the hand does not hold {item}")
         self._there.setdefault(self._at, []).append(self._hand)
@@ -120,7 +120,7 @@ class SimulatedWorld:
         return self._done(HANDLE_S)
 
     def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
-        """Prepare with items that are in the hand or stand where the robot does."""
+        """Prepare items that are in the hand or at the robot's location."""
         at_hand = {item.id for item in self._there.get(self._at, ())}
         if self._hand is not None:
             at_hand.add(self._hand.id)

@@ -1,8 +1,8 @@
-"""What is known of a real place? A survey file in YAML: rooms, containers, map, waypoints, tags, robot, frames.
+"""Real sites from a survey file in YAML: rooms, containers, map, waypoints, tags, robot and frames.
 
-A site is a floor plan whose contents nobody knows, with travel costs from its occupancy map (ROS map_server) or
-measured between waypoints (a matrix of path lengths, from move_base's make_plan or GraphNav). docs/spot.md describes
-the file.
+A site is a floor plan with unknown contents, and with travel costs from its occupancy map (ROS map_server) or
+measured between waypoints (a matrix of path lengths, from move_base's make_plan or GraphNav). docs/spot.md
+describes the file.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ TravelSource = Literal["map", "measured"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """What the site says of its robot."""
+    """The robot's shape and speed by the survey file."""
 
     name: str = "spot"
     arm: bool = True
@@ -57,14 +57,14 @@ class Site:
     Attributes:
         path: the survey file.
         plan: rooms, walls, containers and the start pose.
-        grid: the occupancy map; None when the file names none.
+        grid: the occupancy map; None if the file names none.
         ways: standing poses, paths and travel costs.
         waypoints: per location, the GraphNav waypoint (id or name) or move_base goal; may be empty.
         tags: per AprilTag or ar_track_alvar id, the item that carries it.
         robot: its shape and speed.
         frames: the names of the map, odometry and body frames.
         seed: GraphNav's seed frame on the map.
-        file: the survey as it was read.
+        file: the survey file as read.
     """
 
     path: Path
@@ -101,7 +101,7 @@ def load_site(path: Path | str) -> Site:
     Raises:
         FileMissing: there is no such file, or its map is missing.
         MalformedFile: the file is not a survey; says where.
-        UnknownName: a short name that is no shipped site.
+        UnknownName: a short name that is not a shipped site.
     """
     found = _find(path)
     return _site(found, read_site_file(found))
@@ -132,7 +132,7 @@ def _site(found: Path, file: SiteFile) -> Site:
 
 
 def starting_at(site: Site, start: Pose) -> Site:
-    """The same site with the robot starting elsewhere: the start row of its travel costs is computed again.
+    """The site with another start pose; the travel costs from the start are computed again.
 
     Raises:
         CannotStartThere: the site has only measured travel costs.
@@ -145,7 +145,7 @@ def starting_at(site: Site, start: Pose) -> Site:
 
 
 def unsurveyed_site() -> Site:
-    """One wide room without containers: a place of which nothing is known yet, recorded to survey it."""
+    """A site of one large room without containers, for recording an unsurveyed place."""
     wide = 50.0
     file = SiteFile(
         lios_site=1,
@@ -167,7 +167,7 @@ def shipped_sites() -> dict[str, Path]:
 
 
 class CannotStartThere(InputError):
-    """A start pose that measured travel costs say nothing about."""
+    """Another start pose was requested for a site with only measured travel costs."""
 
     def __init__(self, site: Site) -> None:
         super().__init__(

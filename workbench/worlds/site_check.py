@@ -1,4 +1,5 @@
-"""What is missing in a survey? Findings with their fix, worst first: errors stop a robot, warnings a good result."""
+"""Checks of a survey file: findings with their fixes, errors first (a robot cannot run), then warnings (results
+suffer)."""
 
 from __future__ import annotations
 
@@ -19,12 +20,12 @@ ORDER: tuple[Level, ...] = ("error", "warning", "note")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SiteFinding:
-    """Something that is missing or odd.
+    """A problem in a survey.
 
     Attributes:
-        where: the part of the survey.
+        where: the part of the survey concerned.
         what: what is wrong with it.
-        fix: what to do.
+        fix: how to fix it.
     """
 
     level: Level

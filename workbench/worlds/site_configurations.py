@@ -1,6 +1,6 @@
-"""Where did things lie and where did the robot start? The configurations of a site's experiments.
+"""Configurations of a site's experiments: where the items were and where the robot started.
 
-Only a simulated robot may know them: a configuration of a site is a house, contents and all.
+Only a simulated robot may use them, since a site with a configuration is a house with its true contents.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from workbench.worlds.site_map import read_yaml
 
 
 class PaperResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the paper reports for one strategy."""
+    """The paper's result for one strategy."""
 
     seconds: float
     searches: int
@@ -40,11 +40,11 @@ class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
-    """A start pose and where items lie.
+    """A start pose and the contents of containers.
 
     Attributes:
-        contents: per container, its items; containers without an entry are empty.
-        paper: by strategy, what the paper reports; often empty.
+        contents: items per container; containers without an entry are empty.
+        paper: the paper's results by strategy; often empty.
     """
 
     name: str
@@ -58,7 +58,7 @@ def load_configurations(path: Path, site: Site) -> dict[str, Configuration]:
 
     Raises:
         FileMissing: no such file.
-        MalformedFile: not configurations, an item without a tag, or a container that the site does not have.
+        MalformedFile: not a configuration file, an item without a tag, or an unknown container.
     """
     file = read_yaml(path, _File)
     containers = {c.id for c in site.plan.containers}
@@ -83,7 +83,7 @@ def load_configurations(path: Path, site: Site) -> dict[str, Configuration]:
 
 
 def configurations_of(site: Site) -> dict[str, Configuration]:
-    """The configurations that lie beside a site file."""
+    """The configurations beside a site file."""
     return load_configurations(site.path.parent / "configurations.yaml", site)
 
 
@@ -96,7 +96,7 @@ def pick_configuration(site: Site, name: str) -> Configuration:
 
 
 def arranged(site: Site, configuration: Configuration) -> tuple[Site, House]:
-    """The site with the robot at the configuration's start, and the house that a simulated robot moves in."""
+    """The site with the configuration's start pose, and the house for a simulated robot."""
     moved = starting_at(site, configuration.start)
     return moved, House(plan=moved.plan, contents=configuration.contents)
 

@@ -1,6 +1,6 @@
-"""What stands in a survey file? Its fields, checked on reading, with the place of the first mistake.
+"""The fields of a survey file, validated on reading, with the position of the first error.
 
-Lengths are metres and headings degrees, as a surveyor writes them; the code behind uses radians.
+Lengths are in metres and headings in degrees, as a surveyor writes them; the code uses radians.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class DoorEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 class ContainerEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """stand is where the robot stands to use it; waypoint names that place for GraphNav or move_base.
 
-    closed: what it holds is seen only from where the robot stands to open it (a fridge, a garbage can).
+    closed: its contents are visible only from where the robot stands to open it (a fridge, a garbage can).
     """
 
     id: Name
@@ -109,7 +109,7 @@ class SiteFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class NoTravelCosts(MalformedFile):
-    """A survey from which no travel cost can be had."""
+    """A survey without a source of travel costs."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(

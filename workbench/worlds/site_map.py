@@ -1,8 +1,9 @@
-"""What does a survey map say is free? ROS map_server's YAML and its PGM or PNG, read and written.
+"""Reading and writing occupancy maps of ROS map_server: YAML with a PGM or PNG image.
 
 Source: map_server (ROS 1 and 2). A pixel's occupancy is (255 - value) / 255, or value / 255 when negate is set;
 above occupied_thresh it is occupied, below free_thresh it is free, between them unknown. Row 0 is the top of the
-picture, so the largest y. Unknown cells count as occupied here: no robot plans through what nobody surveyed.
+image, which has the largest y. Unknown cells count as occupied here, so that no robot plans through unsurveyed
+    space.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from workbench.worlds.occupancy import OccupancyGrid
 T = TypeVar("T", bound=msgspec.Struct)
 
 MAX_CELLS = 16_000_000
-"""A map of 200 m by 200 m at 0.05 m. A larger one is a mistake of units or a damaged file."""
+"""Largest map: 200 m by 200 m at 0.05 m. Larger ones are taken as a mistake of units or a damaged file."""
 
 MAX_YAML_BYTES = 1_000_000
 OCCUPIED, FREE, UNKNOWN = 0, 254, 205
@@ -41,8 +42,8 @@ def read_map(path: Path) -> OccupancyGrid:
     """The occupancy grid of a map_server YAML file.
 
     Raises:
-        FileMissing: the YAML or its picture is not there.
-        MalformedFile: not a map, a rotated one, or one too large.
+        FileMissing: the YAML or its image is missing.
+        MalformedFile: not a map, or a rotated or too large one.
     """
     described = read_yaml(path, _MapFile)
     if described.origin[2] != 0.0:
@@ -59,7 +60,7 @@ def read_map(path: Path) -> OccupancyGrid:
 
 
 def write_map(grid: OccupancyGrid, path: Path) -> None:
-    """A map_server YAML file and its PGM beside it, readable by read_map and by ROS."""
+    """Write a map_server YAML file and its PGM image, readable by read_map and by ROS."""
     picture = path.with_suffix(".pgm")
     rows, columns = grid.occupied.shape
     pixels = np.where(np.flipud(grid.occupied), OCCUPIED, FREE).astype(np.uint8)
@@ -73,7 +74,7 @@ def write_map(grid: OccupancyGrid, path: Path) -> None:
 
 
 def read_yaml(path: Path, kind: type[T]) -> T:
-    """A YAML file as a struct, with the place of the first mistake.
+    """Read a YAML file into a struct; errors give the position of the first mistake.
 
     Raises:
         FileMissing, MalformedFile.

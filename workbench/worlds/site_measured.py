@@ -1,6 +1,6 @@
-"""What if the lengths of the ways were measured? A matrix from move_base's make_plan, GraphNav, or a tape.
+"""Travel costs from measured path lengths: a matrix from move_base's make_plan, GraphNav, or a tape measure.
 
-Without a map nobody knows the ways themselves, so they are drawn as straight lines; their lengths stay as measured.
+Without a map the paths themselves are unknown, so they are drawn as straight lines; costs stay as measured.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from workbench.worlds.travel import TravelCosts
 
 MAX_LOCATIONS = 2_000
 STAND_OFF_M = 0.5
-"""How far from a container's edge a robot stands where nobody said."""
+"""Default distance in metres of the robot from a container's edge."""
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredWays:
-    """Measured travel costs with straight ways. Implements Paths."""
+    """Measured travel costs with straight paths. Implements Paths."""
 
     travel: TravelCosts
     standing: Mapping[LocationId, Pose]
@@ -46,11 +46,12 @@ class MeasuredWays:
 def measured_travel(
     path: Path, entry: TravelEntry, plan: FloorPlan, stand: Mapping[LocationId, Pose]
 ) -> MeasuredWays:
-    """The measured matrix, its axis brought into the plan's order; an entry of "" or inf is no way.
+    """The measured matrix in the plan's order of locations; an entry of "" or inf means no path.
 
     Raises:
-        FileMissing: the CSV is not there.
-        MalformedFile: no square matrix, a name that is no location, a negative length, or no row for the start.
+        FileMissing: the CSV is missing.
+        MalformedFile: the matrix is not square, a name is not a location, a length is negative, or there is no
+            row for the start.
     """
     source = path if entry.file is None else path.parent / entry.file
     names, rows = (entry.locations, entry.metres) if entry.file is None else _read_csv(source)
@@ -100,7 +101,7 @@ def _read_csv(path: Path) -> tuple[tuple[str, ...], tuple[tuple[float, ...], ...
 
 
 def _in_front(container: Container) -> Pose:
-    """A pose before the container's front (its own -y side), facing it."""
+    """A pose in front of the container (its own -y side), facing it."""
     away = container.size_m[1] / 2 + STAND_OFF_M
     yaw = container.pose.yaw_rad
     x, y = container.pose.x_m + sin(yaw) * away, container.pose.y_m - cos(yaw) * away

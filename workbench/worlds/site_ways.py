@@ -1,4 +1,5 @@
-"""How does a robot walk through a surveyed place? Shortest ways on its occupancy map, grown by the robot's radius.
+"""Navigation on a site's occupancy map: standing poses, paths and travel costs, with obstacles inflated by the
+robot's radius.
 
 Travel costs are 8-connected lengths on the grid (docs/worlds.md). What is walked is the same way with its corners
 cut where the straight line is free, so a little shorter than it costs.
@@ -25,21 +26,23 @@ Bools = npt.NDArray[np.bool_]
 Cell = tuple[int, int]
 
 REACH_M = 1.2
-"""A container whose nearest free cell is farther from its edge than this cannot be used."""
+"""Largest distance in metres of a container's edge from the nearest free cell; beyond it, the container is
+unreachable."""
 SNAP_M = 0.6
-"""A surveyed pose may lie this far from the nearest free cell: maps and surveys differ by some cells."""
+"""Largest distance in metres of a surveyed pose from the nearest free cell, since maps and surveys differ by some
+cells."""
 
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SiteWays:
-    """Ways between standing poses, and between any two points. Implements Paths.
+    """Paths between standing poses and between any two points. Implements Paths.
 
     Attributes:
         grid: the map.
-        free: cells on which the robot's centre may be, shape (rows, columns).
-        standing: where the robot stands to use each reachable location.
-        travel: metres between all of them.
+        free: cells for the robot's centre, bool, shape (rows, columns).
+        standing: the robot's pose at each reachable location.
+        travel: travel costs in metres between all of them.
     """
 
     grid: OccupancyGrid
@@ -56,7 +59,7 @@ class SiteWays:
         return self.standing.get(location)
 
     def path_between(self, a: Point, b: Point) -> tuple[Point, ...] | None:
-        """The way between any two points, both included; None when there is none."""
+        """The path between any two points, both included; None if there is none."""
         from workbench.worlds.shortest_paths import way
 
         start, end = nearest_free(self.grid, self.free, a), nearest_free(self.grid, self.free, b)
@@ -72,13 +75,13 @@ class SiteWays:
 def find_ways(
     plan: FloorPlan, grid: OccupancyGrid, *, robot_radius_m: float, stand: Mapping[LocationId, Pose]
 ) -> SiteWays:
-    """Standing poses, travel costs and ways of a place on its map.
+    """Standing poses, travel costs and paths of a site on its map.
 
     Args:
         plan: rooms, containers and the start pose.
         grid: occupied cells.
-        robot_radius_m: by how much obstacles are grown.
-        stand: surveyed standing poses; the others are found on the free floor of the container's own room.
+        robot_radius_m: inflation of obstacles in metres.
+        stand: surveyed standing poses; the others are computed on the free floor of the container's room.
     """
     from workbench.worlds.shortest_paths import pairwise_steps
 
@@ -107,7 +110,7 @@ def find_ways(
 
 
 def nearest_free(grid: OccupancyGrid, free: Bools, point: Point, *, within_m: float = SNAP_M) -> Cell | None:
-    """The free cell nearest to a point, or None when none is within reach."""
+    """The free cell nearest to a point; None if none is within reach."""
     row, column = grid.cell_at(point)
     reach = ceil(within_m / grid.resolution_m)
     top, left = max(0, row - reach), max(0, column - reach)
@@ -129,7 +132,7 @@ def is_free_line(free: Bools, a: Cell, b: Cell) -> bool:
 def _approach(grid: OccupancyGrid, free: Bools, container: Container) -> Pose | None:
     """The free cell nearest to the container's edge and middle, facing the middle.
 
-    Being in front of the middle is worth half of being nearer to the edge: an arm reaches forward.
+    Distance from the centre counts half as much as distance from the edge, since the arm reaches forward.
     """
     distance, window = distance_to_box(grid, container, reach_m=REACH_M)
     allowed = free[window] & (distance <= REACH_M)
@@ -145,7 +148,7 @@ def _approach(grid: OccupancyGrid, free: Bools, container: Container) -> Pose | 
 
 
 def _cut_corners(free: Bools, cells: list[Cell]) -> list[Cell]:
-    """The same way with corners only: from each corner the farthest cell that a straight free line reaches."""
+    """The path reduced to corners: from each corner to the farthest cell along a free straight line."""
     corners, at = [cells[0]], 0
     while at < len(cells) - 1:
         ahead, step = at + 1, max(1, (len(cells) - 1 - at) // 2)

@@ -1,7 +1,7 @@
-"""How far is it from one location to another? All pairs, along collision-free paths.
+"""Travel costs between all pairs of reachable locations, along collision-free paths.
 
-Only locations that can be reached from the start are in the matrix, so every entry is finite; the others are
-listed by name. Absence is None, never a large number.
+The matrix contains only locations reachable from the start, so every entry is finite; the others are listed by
+name. A missing path is None, never a large number.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, LocationId
 
 MOST_ROWS = 10_000
-"""Groups of locations whose indices are remembered; beyond this, all are forgotten."""
+"""Number of groups of locations whose indices are cached; beyond it, the cache is emptied."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TravelCosts:
-    """Metres along the shortest path between all pairs of reachable locations.
+    """Shortest-path lengths in metres between all pairs of reachable locations.
 
     Attributes:
         locations: the axis of the matrix: START first, then reachable containers in the plan's order.
         metres: float64, shape (locations, locations), read-only, symmetric up to measured costs, zero diagonal.
-        unreachable: containers that no path leads to.
+        unreachable: containers without a path to them.
 
     Raises:
-        BadValue: a matrix of another shape, or with an entry that is negative or not finite.
+        BadValue: the matrix has another shape, or an entry is negative or not finite.
     """
 
     locations: tuple[LocationId, ...]
@@ -65,11 +65,19 @@ class TravelCosts:
         return hash((self.locations, self.metres.tobytes(), self.unreachable))
 
     def index(self, location: LocationId) -> int:
-        """The row and column of a location. Raises KeyError when it cannot be reached."""
+        """The row and column of a location.
+
+        Raises:
+            KeyError: it is unreachable.
+        """
         return self._index[location]
 
     def rows(self, locations: tuple[str, ...]) -> npt.NDArray[np.intp]:
-        """The indices of several locations, read-only; remembered. Raises KeyError when one cannot be reached."""
+        """The indices of several locations, read-only and cached.
+
+        Raises:
+            KeyError: one of them is unreachable.
+        """
         found = self._rows.get(locations)
         if found is None:
             if len(self._rows) >= MOST_ROWS:
@@ -86,19 +94,19 @@ class TravelCosts:
         return location in self._index
 
     def between(self, a: LocationId, b: LocationId) -> float | None:
-        """Metres from a to b, or None when one of them cannot be reached."""
+        """Distance in metres from a to b; None if one of them is unreachable."""
         if a not in self._index or b not in self._index:
             return None
         return float(self.metres[self._index[a], self._index[b]])
 
 
 class Paths(Protocol):
-    """The way itself, for those who walk or draw it."""
+    """The paths behind travel costs, for execution and display."""
 
     def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
-        """Corner points from a to b in the map frame, both ends included, or None when there is no way."""
+        """Corner points from a to b in the map frame, both ends included; None if there is no path."""
         ...
 
     def standing_pose(self, location: LocationId) -> Pose | None:
-        """Where the robot stands to use a location, facing it; None when unreachable."""
+        """The pose at which the robot uses a location, facing it; None if unreachable."""
         ...

@@ -1,8 +1,8 @@
-"""Have this floor plan's travel costs been worked out before? A folder of plain arrays, a file a floor plan.
+"""The on-disk cache of travel costs, one file per floor plan.
 
-The folder is $LIOS_CACHE, or ~/.cache/lios-workbench; LIOS_CACHE=off keeps nothing. A file is named by the content
-of the floor plan and the settings, written under another name first and moved into place, so that many processes
-can share it. A file that cannot be read is as good as none.
+The folder is $LIOS_CACHE, or ~/.cache/lios-workbench; LIOS_CACHE=off disables it. File names are hashes of the
+floor plan and the settings; files are written atomically, so that many processes can share them. Unreadable files
+are ignored.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from workbench.worlds.occupancy import OccupancyGrid
 from workbench.worlds.travel import TravelCosts
 
 VERSION = 1
-"""Goes up with every change of how travel costs are worked out."""
+"""Version of the computation of travel costs; part of the file names."""
 
 
 def recall(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Navigation | None:
-    """What was worked out before, if anything."""
+    """The cached navigation, or None."""
     path = _file(plan, resolution_m, robot_radius_m)
     if path is None or not path.is_file():
         return None
@@ -40,7 +40,7 @@ def recall(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Na
 
 
 def remember(navigation: Navigation, plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> None:
-    """Keep a result. Silently nothing when the folder cannot be written."""
+    """Cache a result; ignored if the folder is not writable."""
     path = _file(plan, resolution_m, robot_radius_m)
     if path is None:
         return

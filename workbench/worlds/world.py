@@ -1,7 +1,7 @@
-"""What does a robot act in? A World: ask it to go, look, pick, place or prepare, and it answers what happened.
+"""The World protocol: actions that a robot can request (go, look, pick, place, prepare) and their answers.
 
-The simulation, the Spot robot and a recorded log are three Worlds under the same closed loop.
-Answers are values; failing is an answer, not an exception.
+The simulation, the Spot robot and a recorded log are three Worlds under the same closed loop. Answers are values;
+failure is an answer, not an exception.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from workbench.worlds.travel import Paths, TravelCosts
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """It happened: how long it took, and for a move the metres gone and the way taken.
+    """The action succeeded; gives its times and, for a move, the distance in metres and the path.
 
-    Stamps are nanoseconds since the Unix epoch. travel_m is 0 for what is not a move.
-    support says where the answer comes from: "logged", "implied" or "imputed" in a replay, "" elsewhere.
+    Stamps are nanoseconds since the Unix epoch. travel_m is 0 for actions other than moves. support is the evidence
+    for the answer: "logged", "implied" or "imputed" in a replay, "" elsewhere.
     """
 
     start_ns: int
@@ -31,7 +31,7 @@ class Done:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Looked:
-    """All that the container holds."""
+    """A successful look: the contents of the container."""
 
     start_ns: int
     end_ns: int
@@ -42,7 +42,7 @@ class Looked:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unseen:
-    """A log cannot answer: nobody opened this container while it was recorded."""
+    """A log cannot answer: the container was not searched while it was recorded."""
 
     start_ns: int
     container: ContainerId
@@ -50,7 +50,7 @@ class Unseen:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Refused:
-    """It did not happen, and why. The robot may have moved: travel_m metres and now at `at`."""
+    """The action failed, and why. The robot may have moved by travel_m metres and is now at `at`."""
 
     start_ns: int
     end_ns: int
@@ -61,7 +61,7 @@ class Refused:
 
 
 class World(Protocol):
-    """What a robot acts in."""
+    """An environment in which a robot acts."""
 
     @property
     def plan(self) -> FloorPlan: ...
@@ -77,25 +77,26 @@ class World(Protocol):
         ...
 
     def known_at_start(self) -> Contents:
-        """What the containers hold that the robot knows before it starts."""
+        """The contents of the containers that the robot knows before it starts."""
         ...
 
     def go_to(self, location: LocationId) -> Done | Refused:
-        """Walk to a location."""
+        """Go to a location."""
         ...
 
     def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
-        """Open or look over the container at which the robot stands; reveals all that it holds."""
+        """Search the container at the robot's location, which reveals all its contents."""
         ...
 
     def pick(self, item: ItemId) -> Done | Refused:
-        """Take an item from the location at which the robot stands."""
+        """Pick an item at the robot's location."""
         ...
 
     def place(self, item: ItemId) -> Done | Refused:
-        """Put the held item down at the location at which the robot stands."""
+        """Place the held item at the robot's location."""
         ...
 
     def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
-        """Boil, peel, toast, pour-water, make-coffee or pour-coffee with items at hand."""
+        """Boil, peel, toast, pour-water, make-coffee or pour-coffee with items in the hand or at the robot's
+        location."""
         ...

@@ -1,1 +1,1 @@
-"""A Spot that is not there: a gRPC server that speaks the robot's protocol, and a body that walks in a site."""
+"""The simulated Spot: a gRPC server with the robot's protocol, and a body that moves in a site."""

@@ -1,7 +1,8 @@
-"""How does the body move? It walks along corner points at Spot's speed, turns, sits, stands, and wears its battery.
+"""The body of the simulated robot: walking along paths at Spot's speed, turning, sitting, standing, battery and
+odometry.
 
 Positions are in the map frame; odometry is dead reckoning with the small errors of a legged robot, so that odom and
-vision drift from the map as they do on a robot and only localisation brings them together.
+vision drift relative to the map as on a real robot and only localisation relates them.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from workbench.worlds.geometry import Point, Pose
 
 STEP_S = 0.05
 TURN_RATE = 1.2
-"""Radians per second, turning on the spot."""
+"""Turning speed on the spot in radians per second."""
 TURN_FIRST_RAD = 0.6
-"""A corner sharper than this is turned on the spot; a gentler one while walking."""
+"""Corners sharper than this angle are turned on the spot, others while walking."""
 STAND_S, SIT_S, POWER_ON_S = 1.5, 1.5, 2.0
 BATTERY_S = 90 * 60.0
 """Spot's typical run time (90 minutes, Boston Dynamics)."""
@@ -42,7 +43,7 @@ class WalkState(StrEnum):
 
 @dataclass(slots=True)
 class Walk:
-    """A way that is being walked."""
+    """A walk in progress."""
 
     number: int
     corners: list[Point]
@@ -58,7 +59,7 @@ class Walk:
 
 @dataclass(slots=True)
 class Reckoning:
-    """Odometry: where the body believes to be, from its own steps."""
+    """Odometry: the pose by dead reckoning."""
 
     length_error: float
     turn_error: float
@@ -94,7 +95,7 @@ class Body:
     walked_m: float = 0.0
 
     def live_until(self, body_s: float) -> None:
-        """Lets the time pass."""
+        """Simulate until this body time in seconds."""
         while self.lived_s < body_s - 1e-9:
             step = min(STEP_S, body_s - self.lived_s)
             self.lived_s += step
@@ -119,7 +120,7 @@ class Body:
 
     @property
     def settled(self) -> bool:
-        """Whether standing up or sitting down is over."""
+        """Whether standing up or sitting down is finished."""
         return self.lived_s - self.posture_at_s >= (STAND_S if self.standing else SIT_S)
 
     def go(self, walk: Walk) -> None:
@@ -128,7 +129,7 @@ class Body:
         self.walk = walk
 
     def halt(self, state: WalkState) -> None:
-        """Ends what is being walked, with the given state."""
+        """End the current walk with the given state."""
         if self.walk is not None and self.walk.state is WalkState.WALKING:
             self.walk.state = state
 
@@ -177,7 +178,7 @@ class Body:
         return left - max(took, 1e-6)
 
     def _move(self, dx: float, dy: float, turn: float) -> None:
-        """Moves by a vector of the map frame and turns."""
+        """Move by a vector in the map frame and turn."""
         c, s = cos(self.pose.yaw_rad), sin(self.pose.yaw_rad)
         forward, left = c * dx + s * dy, -s * dx + c * dy
         self.odom.add(forward, left, turn)
@@ -187,5 +188,5 @@ class Body:
 
 
 def wrapped(angle: float) -> float:
-    """The same angle within (-pi, pi]."""
+    """The angle normalised to (-pi, pi]."""
     return pi - (pi - angle) % (2 * pi)

@@ -1,6 +1,6 @@
-"""What do the cameras see? A plain picture of walls and furniture by ray casting over the map, tags as white squares.
+"""Simulated cameras: plain images of walls and furniture by ray casting on the map, with tags as white squares.
 
-Enough to fill a camera's channel with pictures that change as the robot walks; not a likeness.
+They provide camera channels whose images change as the robot walks; they are not realistic.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CAMERAS = {
     "back_fisheye_image": pi,
     "hand_color_image": 0.0,
 }
-"""Per visual source its heading in the body frame."""
+"""Heading of each visual source in the body frame."""
 
 COLUMNS, ROWS = 640, 480
 FIELD_RAD = 1.6
@@ -40,7 +40,7 @@ def draw(
     *,
     colour: bool,
 ) -> npt.NDArray[np.uint8]:
-    """A picture of shape (ROWS, COLUMNS) or (ROWS, COLUMNS, 3).
+    """An image, uint8, shape (ROWS, COLUMNS) or (ROWS, COLUMNS, 3).
 
     Args:
         tags: positions of visible tags in the map frame.
@@ -60,7 +60,7 @@ def draw(
 
 
 def jpeg(picture: npt.NDArray[np.uint8], *, quality: int, ratio: float) -> tuple[bytes, int, int]:
-    """The picture as JPEG, scaled by ratio; bytes, columns, rows."""
+    """An image as JPEG, scaled by `ratio`: (bytes, columns, rows)."""
     image = Image.fromarray(picture)
     if 0 < ratio < 1:
         image = image.resize((max(8, round(COLUMNS * ratio)), max(6, round(ROWS * ratio))))
@@ -70,7 +70,7 @@ def jpeg(picture: npt.NDArray[np.uint8], *, quality: int, ratio: float) -> tuple
 
 
 def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> npt.NDArray[np.uint16]:
-    """Millimetres along the camera's axis to wall, floor or ceiling, shape (DEPTH_ROWS, RAYS); 0 beyond its reach."""
+    """A depth image in millimetres along the camera axis, shape (DEPTH_ROWS, RAYS); 0 out of range."""
     focal = RAYS / 2 / np.tan(FIELD_RAD / 2)
     across = (np.arange(RAYS) + 0.5 - RAYS / 2) / focal
     down = (np.arange(DEPTH_ROWS) + 0.5 - DEPTH_ROWS / 2) / focal
@@ -84,10 +84,10 @@ def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) ->
 def _depths(
     grid: OccupancyGrid | None, pose: Pose, heading_rad: float, across: npt.NDArray[np.float64] | None = None
 ) -> npt.NDArray[np.float64]:
-    """How far along its axis it is to the first occupied cell, per ray from left to right, shape (RAYS,).
+    """Depth of the first occupied cell along the camera axis, per ray from left to right, shape (RAYS,).
 
     Args:
-        across: tangents of the rays' angles to the axis, to the right; evenly spread angles without it.
+        across: tangents of the rays' angles to the axis, positive to the right; evenly spaced angles by default.
     """
     if grid is None:
         return np.full(RAYS, REACH_M)

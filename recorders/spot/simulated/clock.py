@@ -1,7 +1,7 @@
-"""What time is it for a robot that is not there? Wall time, as on a robot, or time that passes only when asked.
+"""Clocks of the simulated robot: wall time, or stepped time that advances only on request.
 
-The robot's own clock may be wrong by `skew_s`, as a robot's is. `RunningClock` follows the wall, with a body that may
-live faster than life. `SteppedClock` stands still between questions: experiments on it are quick and repeatable.
+The robot's clock may be off by `skew_s`. `RunningClock` follows wall time, with a body that may run faster than
+real time. `SteppedClock` stands still between requests, so that experiments are fast and repeatable.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ class RobotClock(Protocol):
     """The simulated robot's clock."""
 
     skew_s: float
-    """By how much the robot's clock is ahead of its users'."""
+    """How far the robot's clock is ahead of the clients', in seconds."""
 
     def body_s(self) -> float:
-        """Seconds that the body has lived."""
+        """Body time in seconds."""
         ...
 
     def true_ns(self) -> int:
-        """The time of its users, nanoseconds since the Unix epoch."""
+        """The clients' time in nanoseconds since the Unix epoch."""
         ...
 
     def robot_ns(self) -> int:
-        """What the robot's clock shows: true_ns and its skew."""
+        """The robot's clock: true_ns plus the skew."""
         ...
 
 
 @final
 class RunningClock:
-    """Wall time; the body lives `speed_up` seconds in each."""
+    """Wall time; body time runs `speed_up` times faster."""
 
     def __init__(self, *, skew_s: float = 0.0, speed_up: float = 1.0) -> None:
         self.skew_s = skew_s
@@ -55,7 +55,7 @@ class RunningClock:
 
 @final
 class SteppedClock:
-    """Time that passes only by `advance`."""
+    """Time that advances only by `advance`."""
 
     def __init__(self, *, skew_s: float = 0.0) -> None:
         self.skew_s = skew_s

@@ -1,4 +1,4 @@
-"""How is the robot told to move? Robot commands: stand, sit, stop, walk to a pose, power off, arm and gripper."""
+"""The simulated robot command service: stand, sit, stop, walk to a pose, power off, arm and gripper."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
 
 
 def lasts_s(state: RobotState, end_time: Timestamp) -> float:
-    """For how many seconds of the body's life a command may go on."""
+    """Remaining time of a command in seconds of body time."""
     left = (end_time.seconds * NANO + end_time.nanos - state.clock.robot_ns()) / NANO
     return left * getattr(state.clock, "speed_up", 1.0)
 

@@ -1,7 +1,7 @@
-"""May the motors run? Emergency-stop endpoints that must keep saying so (Spot SDK, "E-Stop").
+"""Simulated emergency-stop endpoints, which must check in regularly for the motors to run (Spot SDK, "E-Stop").
 
-An endpoint answers each challenge with its complement; one that falls silent for its timeout stops the robot.
-Timeouts run on the wall, whatever the body's time does.
+An endpoint answers each challenge with its complement; one that is silent for its timeout stops the robot. Timeouts
+use wall time, independent of body time.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Endpoint:
 
 @dataclass(slots=True)
 class EstopBoard:
-    """The configuration and its endpoints. Without any endpoint the robot does not move."""
+    """The configuration and its endpoints. Without an endpoint the robot does not move."""
 
     config_id: str = "config-1"
     endpoints: dict[str, Endpoint] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class EstopBoard:
         self.pressed = False
 
     def configure(self, config: estop_pb2.EstopConfig) -> estop_pb2.EstopConfig:
-        """A new configuration; its endpoints still have to register."""
+        """Set a new configuration, whose endpoints still have to register."""
         self.config_id = f"config-{next(self._count)}"
         self.endpoints = {}
         for endpoint in config.endpoints:

@@ -1,12 +1,12 @@
-"""What can go wrong with a robot? The failures that a simulated one can be told to have, now or at a given time.
+"""Faults of the simulated robot, injected immediately or at a given time.
 
-Written `KIND@SECONDS` or `KIND@SECONDS+DURATION`, seconds of the body's life:
+Written `KIND@SECONDS` or `KIND@SECONDS+DURATION`, in seconds of body time:
 
     lost-lease@30         another client takes the body's lease
-    lost-localization@30  GraphNav does not know where it is (for DURATION, else until it is set again)
-    stuck@30+10           something stands in the way
+    lost-localization@30  GraphNav does not know where it is (for DURATION, or until it is localised again)
+    stuck@30+10           an obstacle blocks the robot
     tag-not-seen@0        no fiducial is detected
-    dropped@30+3          the network is gone; the server comes back on the same port
+    dropped@30+3          the network is down; the server returns on the same port
     estop@30              someone presses the emergency stop
     clock-skew@0+2.5      the robot's clock is ahead by DURATION seconds
 """
@@ -33,11 +33,11 @@ class FaultKind(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """One failure.
+    """One fault.
 
     Attributes:
-        at_s: seconds of the body's life at which it begins.
-        for_s: how long it lasts; None for what does not end by itself. For clock-skew, the seconds of skew.
+        at_s: start in seconds of body time.
+        for_s: duration in seconds; None if it does not end by itself. For clock-skew, the skew in seconds.
     """
 
     kind: FaultKind
@@ -49,10 +49,10 @@ _WRITTEN = re.compile(r"(?P<kind>[a-z-]+)(@(?P<at>\d+(\.\d+)?))?(\+(?P<long>-?\d
 
 
 def read_faults(texts: Iterable[str]) -> tuple[Fault, ...]:
-    """Faults as they are written on a command line, in the order of their time.
+    """Parse faults from the command line; sorted by time.
 
     Raises:
-        BadValue: a kind that is not known, or not of the form KIND@SECONDS+DURATION.
+        BadValue: an unknown kind, or not of the form KIND@SECONDS+DURATION.
     """
     faults: list[Fault] = []
     kinds = [kind.value for kind in FaultKind]

@@ -1,6 +1,6 @@
-"""How do poses become bosdyn messages? Planar poses of the map as SE(3), and the robot's tree of frames.
+"""Poses as bosdyn messages: planar map poses as SE(3), and the robot's frame tree.
 
-The tree is rooted at `body`, as a Spot's is: odom, vision, flat_body, gpe and whatever was seen hang below it.
+The tree is rooted at `body`, as a Spot's is: odom, vision, flat_body, gpe and detected objects are its children.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def stamp(stamp_ns: int) -> Timestamp:
 
 
 def se3(x: float, y: float, z: float, yaw_rad: float) -> geometry_pb2.SE3Pose:
-    """A pose that is turned about z only."""
+    """A pose rotated about z only."""
     return geometry_pb2.SE3Pose(
         position=geometry_pb2.Vec3(x=x, y=y, z=z),
         rotation=geometry_pb2.Quaternion(x=0.0, y=0.0, z=sin(yaw_rad / 2), w=cos(yaw_rad / 2)),
@@ -34,7 +34,8 @@ def se3(x: float, y: float, z: float, yaw_rad: float) -> geometry_pb2.SE3Pose:
 
 
 def optical(x: float, y: float, z: float, yaw_rad: float) -> geometry_pb2.SE3Pose:
-    """A camera's pose in the body: its x to the right, y down, z where it looks, which is yaw_rad left of ahead."""
+    """A camera's pose in the body frame: x right, y down, z along the viewing direction, which is yaw_rad to the
+    left of ahead."""
     c, s = cos(yaw_rad / 2), sin(yaw_rad / 2)
     return geometry_pb2.SE3Pose(
         position=geometry_pb2.Vec3(x=x, y=y, z=z),
@@ -53,14 +54,14 @@ def height_of(body: Body) -> float:
 
 
 def in_body(body: Body, position: Position) -> Position:
-    """A point of the map, seen from the body."""
+    """A map point in the body frame."""
     dx, dy = position[0] - body.pose.x_m, position[1] - body.pose.y_m
     c, s = cos(body.pose.yaw_rad), sin(body.pose.yaw_rad)
     return (c * dx + s * dy, -s * dx + c * dy, position[2] - height_of(body))
 
 
 def from_body(body: Body, position: Position) -> Position:
-    """A point of the body frame, on the map."""
+    """A body-frame point on the map."""
     c, s = cos(body.pose.yaw_rad), sin(body.pose.yaw_rad)
     return (
         body.pose.x_m + c * position[0] - s * position[1],
@@ -70,7 +71,7 @@ def from_body(body: Body, position: Position) -> Position:
 
 
 def inverse(frame: Reckoning | Pose, height_m: float) -> geometry_pb2.SE3Pose:
-    """body_tform_frame: where the origin of odom, vision or the map is, seen from the body."""
+    """body_tform_frame: the pose of odom, vision or the map in the body frame."""
     c, s = cos(frame.yaw_rad), sin(frame.yaw_rad)
     x, y = -c * frame.x_m - s * frame.y_m, s * frame.x_m - c * frame.y_m
     return se3(x, y, -height_m, -frame.yaw_rad)
@@ -98,7 +99,7 @@ def frame_tree(
 
 
 def pose_in_map(body: Body, frame: str, x: float, y: float, yaw_rad: float) -> Pose | None:
-    """A planar pose of odom, vision or body as a pose of the map; None for another frame."""
+    """A planar pose in odom, vision or body, converted to the map; None for other frames."""
     if frame in ("body", "flat_body"):
         fx, fy, turn = 0.0, 0.0, 0.0
     elif frame in ("odom", "vision"):
@@ -113,7 +114,8 @@ def pose_in_map(body: Body, frame: str, x: float, y: float, yaw_rad: float) -> P
 
 
 def point_in_map(body: Body, frame: str, point: Position) -> Position | None:
-    """A point of odom, vision or body on the map, its height above the floor; None for another frame."""
+    """A point in odom, vision or body, converted to the map with its height above the floor; None for
+    other frames."""
     pose = pose_in_map(body, frame, point[0], point[1], 0.0)
     if pose is None:
         return None

@@ -1,4 +1,4 @@
-"""Which map does the robot hold? A GraphNav graph: drawn from the site, or uploaded in its place."""
+"""The GraphNav map of the simulated robot: derived from the site, or uploaded."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from workbench.worlds.site import Site
 
 
 class GraphMap:
-    """Waypoints with their poses in the seed frame, which is the site's map, and the graph that says so.
+    """Waypoints with poses in the seed frame (the site's map), and their graph.
 
     Attributes:
-        waypoints: id and pose. snapshots: what was uploaded with them, by its id.
+        waypoints: poses by id. snapshots: uploaded snapshots by id.
     """
 
     def __init__(self, site: Site) -> None:
@@ -27,14 +27,14 @@ class GraphMap:
         self.waypoints, self.graph, self.snapshots = {}, map_pb2.Graph(), {}
 
     def load(self, graph: map_pb2.Graph) -> None:
-        """Takes a graph in; its anchoring says where the waypoints are."""
+        """Load a graph; its anchoring gives the waypoint poses."""
         for anchor in graph.anchoring.anchors:
             at = anchor.seed_tform_waypoint
             self.waypoints[anchor.id] = Pose(x_m=at.position.x, y_m=at.position.y, yaw_rad=yaw_of(at.rotation))
         self.graph.MergeFrom(graph)
 
     def unknown_snapshots(self, graph: map_pb2.Graph) -> list[str]:
-        """Of the waypoints of a graph, what was not uploaded yet."""
+        """The snapshots of a graph's waypoints that are not uploaded yet."""
         wanted = (waypoint.snapshot_id for waypoint in graph.waypoints)
         return [name for name in wanted if name and name not in self.snapshots]
 
@@ -47,13 +47,13 @@ class GraphMap:
 
 
 def shifted(pose: Pose, x: float, y: float, turn: float) -> Pose:
-    """A pose moved within its own frame."""
+    """A pose shifted within its own frame."""
     moved = from_body(Body(pose=pose, speed_mps=1.0), (x, y, 0.0))
     return Pose(x_m=moved[0], y_m=moved[1], yaw_rad=wrapped(pose.yaw_rad + turn))
 
 
 def relative(origin: Pose, pose: Pose) -> Pose:
-    """A pose seen from another."""
+    """A pose relative to another."""
     x, y, _ = in_body(Body(pose=origin, speed_mps=1.0), (pose.x_m, pose.y_m, 0.0))
     return Pose(x_m=x, y_m=y, yaw_rad=wrapped(pose.yaw_rad - origin.yaw_rad))
 

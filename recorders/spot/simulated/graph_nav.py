@@ -1,4 +1,4 @@
-"""How does the robot find its way? GraphNav over the map that it holds; the seed frame is the site's map."""
+"""The simulated GraphNav service; its seed frame is the site's map."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Upload = TypeVar(
 
 
 class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
-    """Localisation by fiducial, ways by the site's map, maps up and down."""
+    """Localisation by fiducial, navigation on the site's map, upload and download of maps."""
 
     def __init__(self, state: RobotState) -> None:
         self._state = state
@@ -36,7 +36,7 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
     def GetLocalizationState(
         self, request: graph_nav_pb2.GetLocalizationStateRequest, context: grpc.ServicerContext
     ) -> graph_nav_pb2.GetLocalizationStateResponse:
-        """A robot that is lost keeps the waypoint at which it was last sure, as a Spot does."""
+        """A lost robot still reports its last waypoint, as a Spot does."""
         with self._state.alive() as state:
             response = graph_nav_pb2.GetLocalizationStateResponse(header=header_of(state, request))
             response.robot_kinematics.CopyFrom(kinematics(state.body, state.clock.robot_ns()))
@@ -183,8 +183,8 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
     def _set_off(
         self, state: RobotState, request: Navigate, goal: Pose, used: Sequence[lease_pb2.LeaseUseResult]
     ) -> tuple[str, int]:
-        """Sends the robot there, or on; the status, by the name that both requests' answers have for it, and the
-        command's number, 0 when there is none."""
+        """Start or continue a walk; returns the status name (shared by both kinds of response) and the command id,
+        0 if none."""
         lasts = lasts_s(state, request.end_time)
         if any(result.status != result.STATUS_OK for result in used) or not used:
             return "STATUS_OK", 0
@@ -224,7 +224,7 @@ def _chunk(data: bytes) -> data_chunk_pb2.DataChunk:
 
 
 def _joined(requests: Iterable[Upload]) -> tuple[Upload, bytes]:
-    """The first request of a stream, for its header, and the data of all."""
+    """The first request of a stream (for its header), and the joined data."""
     taken = list(requests)
     return taken[0], b"".join(request.chunk.data for request in taken)
 

@@ -1,4 +1,4 @@
-"""What pictures does the robot give? JPEG of its cameras and a depth picture, drawn from the map (camera.py)."""
+"""The simulated image service: JPEG images and a depth image, drawn from the map (camera.py)."""
 
 from __future__ import annotations
 

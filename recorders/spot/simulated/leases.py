@@ -1,7 +1,7 @@
-"""Who may move the robot? One tree of leases (body over mobility, full-arm and gripper), as on a Spot.
+"""Simulated leases: one tree (body over mobility, full-arm and gripper), as on a Spot.
 
-A lease is a sequence of numbers that only grows; whoever sends an older one is told so (bosdyn.client.lease.Lease).
-An owner who is silent for STALE_S of wall time no longer keeps others out.
+A lease is a sequence of numbers that only grows; requests with an older one are refused
+(bosdyn.client.lease.Lease). An owner that is silent for STALE_S seconds of wall time loses exclusivity.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PARTS = ("mobility", "full-arm", "arm", "gripper")
 
 @dataclass(slots=True)
 class LeaseBook:
-    """The lease of the whole body; parts of it follow."""
+    """The lease of the whole body, which includes its parts."""
 
     epoch: str = field(default_factory=lambda: uuid.uuid4().hex[:16])
     number: int = 0
@@ -33,7 +33,7 @@ class LeaseBook:
         return self.owner is None or time.monotonic() - self.heard_s > STALE_S
 
     def grant(self, client_name: str) -> lease_pb2.Lease:
-        """A newer lease for a client."""
+        """Grant a newer lease to a client."""
         self.number += 1
         self.latest = lease_pb2.Lease(
             resource=ROOT, epoch=self.epoch, sequence=[self.number], client_names=[client_name]
@@ -43,7 +43,7 @@ class LeaseBook:
         return self.latest
 
     def give_back(self, lease: lease_pb2.Lease) -> bool:
-        """Ends the ownership; False when the lease is not the active one."""
+        """End the ownership; False if the lease is not the active one."""
         if self.owner is None or not self._is_current(lease):
             return False
         self.number += 1
@@ -51,7 +51,7 @@ class LeaseBook:
         return True
 
     def use(self, lease: lease_pb2.Lease) -> lease_pb2.LeaseUseResult:
-        """Whether a request with this lease may act."""
+        """Whether a request with this lease is allowed."""
         result = lease_pb2.LeaseUseResult(attempted_lease=lease)
         if self.owner is not None:
             result.owner.CopyFrom(self.owner)

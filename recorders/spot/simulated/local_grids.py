@@ -1,4 +1,4 @@
-"""What is around the robot? Distances to obstacles from the site's map, run-length encoded as on the robot."""
+"""The simulated local-grid service: distances to obstacles on the site's map, run-length encoded as on the robot."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
         )
 
     def _clearance(self, state: RobotState, axis: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Metres to the nearest obstacle, shape (cells along y, cells along x) of the body frame."""
+        """Distances in metres to the nearest obstacle, shape (cells along y, cells along x) in the body frame."""
         grid = state.site.grid
         if grid is None:
             return np.full((len(axis), len(axis)), 1.0)

@@ -1,4 +1,4 @@
-"""How does the robot take things? The manipulation service: a grasp at a point, PICK_S seconds long."""
+"""The simulated manipulation service: a grasp at a point takes PICK_S seconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from recorders.spot.simulated.services import header_of
 
 
 class Manipulation(manipulation_api_service_pb2_grpc.ManipulationApiServiceServicer):
-    """Grasps what lies at a point, in PICK_S seconds."""
+    """Grasps the item at a point within PICK_S seconds."""
 
     def __init__(self, state: RobotState) -> None:
         self._state = state

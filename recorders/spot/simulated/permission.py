@@ -1,4 +1,4 @@
-"""Who may command the robot, and may its motors run? Leases, emergency stop, power."""
+"""The simulated lease, emergency-stop and power services."""
 
 from __future__ import annotations
 

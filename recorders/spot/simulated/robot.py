@@ -1,4 +1,4 @@
-"""What is the state of the robot that is not there? Its body, its things, its leases; one lock around all of it.
+"""The state of the simulated robot: body, items, leases and faults, behind one lock.
 
 Services (services.py and those beside it) translate between this state and bosdyn-api's messages.
 """
@@ -29,15 +29,15 @@ from workbench.worlds.site import Site
 from workbench.worlds.site_ways import SiteWays
 
 PICK_S, PLACE_S = 20.0, 4.0
-"""How long the arm takes to grasp what it was shown, and to move to a pose."""
+"""Times in seconds of a grasp and of an arm motion."""
 FORGET_S = 15.0
-"""For this long the robot lists a tag that it no longer sees, with the time when it did."""
+"""Time in seconds for which a tag is still listed after its last detection."""
 
 log = logging.getLogger("lios.spot.simulated")
 
 
 class UntaggedItem(Malformed):
-    """An item that a robot could never recognise."""
+    """An item without a tag, which the robot could never recognise."""
 
     def __init__(self, item: str, site: Site) -> None:
         super().__init__(f"{site.path}: no tag names the item {item}. Add it under tags.")
@@ -54,7 +54,7 @@ class Sighting:
 
 @dataclass(slots=True)
 class Grasp:
-    """A pick that is going on."""
+    """A pick in progress."""
 
     number: int
     began_s: float
@@ -64,18 +64,18 @@ class Grasp:
 
 @dataclass(slots=True)
 class RobotState:
-    """Everything that services read and change; hold `lock` (through `alive`) while doing so.
+    """The state shared by all services; hold `lock` (through `alive`) while using it.
 
     Attributes:
-        site: what the robot knows of the place. house: what is really there.
-        things: what carries a tag, wherever it is now.
-        last_localization: GraphNav's, kept while it is lost.
-        fiducials_from_floor: whether a robot that lies sees a fiducial of the map.
-        power_refusal: a power_pb2.PowerCommandStatus with which motors are refused; STATUS_UNKNOWN for none.
+        site: the site as known to the robot. house: the true house.
+        things: the tagged items, wherever they are.
+        last_localization: GraphNav's last localisation, kept while lost.
+        fiducials_from_floor: whether a lying robot sees a fiducial of the map.
+        power_refusal: a power_pb2.PowerCommandStatus with which power-on is refused; STATUS_UNKNOWN for none.
         behaviour_fault: a fault that forbids commands until a person clears it.
-        arm_stalls: whether the arm never arrives.
-        arm_goal: where the arm was sent last: frame, x, y, z.
-        on_drop: called with the seconds for which the network shall be gone.
+        arm_stalls: whether arm motions never finish.
+        arm_goal: last goal of the arm: frame, x, y, z.
+        on_drop: called with the duration of a network outage in seconds.
     """
 
     site: Site
@@ -109,12 +109,12 @@ class RobotState:
 
     @property
     def sees_fiducials(self) -> bool:
-        """Whether a fiducial of the map can be seen, to localise by."""
+        """Whether a fiducial of the map is visible for localisation."""
         return self.body.standing or self.fiducials_from_floor
 
     @contextmanager
     def alive(self) -> Generator[RobotState]:
-        """Lets the body live until now, then holds it still."""
+        """Simulate the body until now, and hold the lock."""
         with self.lock:
             self.catch_up()
             yield self
@@ -137,7 +137,7 @@ class RobotState:
         self._look()
 
     def suffer(self, fault: Fault) -> None:
-        """Makes a failure happen now."""
+        """Inject a fault now."""
         log.info("fault: %s", fault.kind.value)
         if fault.kind is FaultKind.LOST_LEASE:
             self.leases.grant("another-client")
@@ -158,7 +158,7 @@ class RobotState:
             self.ends.append((self.body.lived_s + fault.for_s, fault.kind))
 
     def recover(self, kind: FaultKind) -> None:
-        """Ends a failure."""
+        """End a fault."""
         if kind is FaultKind.STUCK:
             self.body.stuck = False
         elif kind is FaultKind.TAG_NOT_SEEN:
@@ -175,7 +175,7 @@ class RobotState:
         return number
 
     def walk_to(self, goal: Pose, *, speed_mps: float | None, lasts_s: float = inf, turn: bool = True) -> int | None:
-        """Walks to a pose of the map; None when there is no way."""
+        """Walk to a pose on the map; None if there is no path."""
         corners = self.way(self.body.pose.point, goal.point)
         if corners is None:
             return None
@@ -197,7 +197,7 @@ class RobotState:
         return ways.path_between(a, b) if isinstance(ways, SiteWays) else (a, b)
 
     def begin_grasp(self, at: tuple[float, float, float]) -> int:
-        """Reaches for the thing nearest to a point of the map."""
+        """Start to grasp the item nearest to a point on the map."""
         reachable = [
             thing
             for thing in self.things
@@ -216,7 +216,7 @@ class RobotState:
         return next((thing for thing in self.things if thing.held), None)
 
     def open_gripper(self) -> None:
-        """What is held falls onto what is nearest below: the container at hand, or the floor."""
+        """Release the held item onto the container at hand, or onto the floor."""
         self.gripper_open = True
         thing = self.held
         if thing is None:
@@ -266,7 +266,7 @@ class RobotState:
 def new_state(
     site: Site, house: House, clock: RobotClock, *, faults: tuple[Fault, ...] = (), seed: int = 0
 ) -> RobotState:
-    """A robot sitting at the site's start, its motors off, localised nowhere.
+    """A robot that sits at the site's start with its motors off, not localised.
 
     Raises:
         UntaggedItem: the house holds an item to which the site gives no tag.

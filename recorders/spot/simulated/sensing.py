@@ -1,4 +1,4 @@
-"""What does the robot say of itself and of the tags around it? Robot state and world objects."""
+"""The simulated robot-state and world-object services."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
 
 
 class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
-    """The tags that were seen lately, each with the time when it was."""
+    """Recently detected tags with their detection times."""
 
     def __init__(self, state: RobotState) -> None:
         self._state = state

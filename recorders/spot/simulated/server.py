@@ -1,7 +1,7 @@
-"""How does a client reach the robot that is not there? A gRPC server over TLS on loopback, one port for everything.
+"""The simulated robot's gRPC server: TLS on loopback, one port for all services.
 
-The official client connects with three settings that it offers itself: the address, `update_secure_channel_port` and
-`load_robot_cert`. Dropping the network stops the server, sockets and all, and starts it again on the same port.
+The official client connects by three of its own settings: the address, `update_secure_channel_port` and
+`load_robot_cert`. A network fault stops the server with its sockets and restarts it on the same port.
 """
 
 from __future__ import annotations
@@ -60,26 +60,26 @@ log = logging.getLogger("lios.spot.simulated")
 
 
 class PortTaken(Failed):
-    """The port that was asked for is in use."""
+    """The requested port is in use."""
 
     def __init__(self, port: int) -> None:
         super().__init__(f"port {port} of {HOST} is in use. Give another --port, or 0 for a free one.")
 
 
 class SimulatedSpot:
-    """A running server and the state behind it; a context manager.
+    """A running server with its state; a context manager.
 
     Args:
-        site: the place. house: what its containers really hold.
+        site: the site. house: the true house.
         port: 0 for a free one.
-        username, password: what a client must give.
-        faults: failures that will happen.
-        seed: of the sensors' noise.
+        username, password: the client's credentials.
+        faults: scheduled faults.
+        seed: seed of the sensor noise.
 
     Attributes:
-        address, port: where to connect.
-        certificate_pem: the root that a client must trust.
-        state: body, things, leases; change it only within `state.alive()`.
+        address, port: the server's address.
+        certificate_pem: the root certificate that a client must trust.
+        state: the robot's state; change it only within `state.alive()`.
 
     Raises:
         PortTaken: the port is in use.
@@ -115,14 +115,14 @@ class SimulatedSpot:
         self._server = self._start()
 
     def inject(self, kind: FaultKind, for_s: float | None = None) -> None:
-        """Makes a failure happen now."""
+        """Inject a fault now."""
         with self.state.alive() as state:
             state.suffer(Fault(kind=kind, at_s=state.body.lived_s, for_s=for_s))
         if kind is FaultKind.CLOCK_SKEW:
             self._time_sync.forget()
 
     def drop(self, seconds: float) -> None:
-        """Cuts every connection now; the server is back on the same port after that many seconds of wall time."""
+        """Cut all connections now; the server returns on the same port after so many seconds of wall time."""
         with self._lock:
             self._server.stop(grace=0).wait()
         timer = threading.Timer(seconds, self._come_back)
@@ -131,12 +131,12 @@ class SimulatedSpot:
         timer.start()
 
     def write_certificate(self, path: Path) -> Path:
-        """The root certificate as a file, for `Sdk.load_robot_cert`."""
+        """Write the root certificate to a file for `Sdk.load_robot_cert`."""
         path.write_bytes(self.certificate_pem)
         return path
 
     def close(self) -> None:
-        """Stops the server. Safe to call twice."""
+        """Stop the server. Safe to call twice."""
         self._stopped = True
         for timer in self._timers:
             timer.cancel()
@@ -152,7 +152,7 @@ class SimulatedSpot:
         self.close()
 
     def _drop_from_inside(self, seconds: float) -> None:
-        """A handler cannot wait for its own server to stop."""
+        """Drop the network from within a handler, which cannot wait for its own server to stop."""
         timer = threading.Timer(0.0, self.drop, args=(seconds,))
         timer.daemon = True
         self._timers.append(timer)
@@ -190,7 +190,7 @@ class SimulatedSpot:
 
 
 class _TokenRequired(grpc.ServerInterceptor):
-    """Refuses calls without a token that this robot gave, as a robot does."""
+    """Refuses calls without a token issued by this robot, as a real robot does."""
 
     def __init__(self, auth: Auth) -> None:
         self._auth = auth

@@ -1,4 +1,4 @@
-"""Who is the robot, what does it offer, who may ask? Directory, auth, robot id, and the data buffer for notes."""
+"""The simulated directory, auth, robot-id and data-buffer services."""
 
 from __future__ import annotations
 
@@ -38,23 +38,23 @@ SERVICES = {
     "manipulation": ("bosdyn.api.ManipulationApiService", "manipulation.spot.robot"),
     "data-buffer": ("bosdyn.api.DataBufferService", "buffer.spot.robot"),
 }
-"""Per service name its type and its authority, as a Spot's directory lists them."""
+"""Type and authority of each service by name, as in a Spot's directory."""
 
 OPEN_SERVICES = ("bosdyn.api.AuthService", "bosdyn.api.RobotIdService")
-"""What may be asked without a token."""
+"""Services that need no token."""
 
 AUTHORITIES = tuple(sorted({authority for _, authority in SERVICES.values()} | {"payload-registration.spot.robot"}))
 
 
 class Asked(Protocol):
-    """Any request: each has a header."""
+    """Any request with a header."""
 
     @property
     def header(self) -> header_pb2.RequestHeader: ...
 
 
 def header_of(state: RobotState, request: Asked, received_ns: int | None = None) -> header_pb2.ResponseHeader:
-    """The response header that goes with a request: its header again, when it came, when it is answered."""
+    """The response header for a request: the request's header with times of receipt and response."""
     now = state.clock.robot_ns()
     return header_pb2.ResponseHeader(
         request_header=request.header,
@@ -93,7 +93,7 @@ def _entry(name: str) -> directory_pb2.ServiceEntry:
 
 
 class Auth(auth_service_pb2_grpc.AuthServiceServicer):
-    """Gives a token for the right name and password. Tokens are random; the interceptor asks for a known one."""
+    """Issues a random token for valid credentials, which the interceptor then requires."""
 
     def __init__(self, state: RobotState, username: str, password: str) -> None:
         self._state, self._username, self._password = state, username, password
@@ -138,7 +138,7 @@ class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
 
 
 class DataBuffer(data_buffer_service_pb2_grpc.DataBufferServiceServicer):
-    """Takes comments and events, as the robot's own log does."""
+    """Accepts comments and events, as the robot's log does."""
 
     def __init__(self, state: RobotState) -> None:
         self._state = state

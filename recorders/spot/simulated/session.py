@@ -1,4 +1,4 @@
-"""How is a simulated robot brought up and connected to, in one go? For experiments and tests in one process."""
+"""A simulated robot with a client connected to it, for experiments and tests in one process."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def simulated_robot(
     seed: int = 0,
     password: str = "simulated",
 ) -> Generator[tuple[SimulatedSpot, Connection]]:
-    """A simulated robot and a connection to it by the official client; both end with the block."""
+    """A simulated robot and a connection to it by the official client; both are closed at the end of the block."""
     with (
         tempfile.TemporaryDirectory(prefix="lios-spot-") as folder,
         SimulatedSpot(site, house, clock=clock, faults=faults, seed=seed, password=password) as robot,

@@ -1,4 +1,4 @@
-"""Which tags does the robot see? Those in range with nothing but air between; a closed container hides its own.
+"""Visibility of tags: those in range with a clear line of sight; closed containers hide theirs.
 
 Range: Spot's own fiducial detector sees a 0.146 m tag from about 3 m (Spot SDK, "Fiducials").
 """
@@ -14,15 +14,15 @@ from workbench.worlds.site import Site
 
 RANGE_M = 3.0
 CLOSED_RANGE_M = 0.6
-"""From the standing pose of a closed container: near enough to have it open."""
+"""Distance in metres from the standing pose of a closed container within which it is open."""
 HAND_M = (0.75, 0.0, 0.35)
-"""A held item in the body frame."""
+"""Position of a held item in the body frame."""
 SPACING_M = 0.2
 
 
 @dataclass(slots=True)
 class TaggedThing:
-    """An item with a tag: in a container, in the hand, or put down somewhere."""
+    """A tagged item: in a container, in the hand, or placed elsewhere."""
 
     tag: int
     container: ContainerId | None
@@ -31,7 +31,7 @@ class TaggedThing:
 
 
 def thing_in(tag: int, container: Container, place: int) -> TaggedThing:
-    """A thing in a container: on top of it, or inside when that is high; the first in the middle, others beside."""
+    """An item in a container: on top of it, or inside if it is tall; the first in the centre, others beside it."""
     offset = (place + 1) // 2 * SPACING_M * (1 if place % 2 else -1)
     limit = max(0.0, container.size_m[0] / 2 - 0.05)
     along = max(-limit, min(limit, offset))
@@ -50,7 +50,7 @@ def in_hand(pose: Pose) -> tuple[float, float, float]:
 
 
 def sees(site: Site, pose: Pose, thing: TaggedThing) -> bool:
-    """Whether the robot at a pose detects the tag of a thing."""
+    """Whether the robot at a pose detects the tag of an item."""
     if thing.held:
         return False
     spot = (thing.position[0], thing.position[1])
@@ -64,7 +64,7 @@ def sees(site: Site, pose: Pose, thing: TaggedThing) -> bool:
 
 
 def clear_line(plan: FloorPlan, a: Point, b: Point) -> bool:
-    """Whether no wall stands between two points; doors are open."""
+    """Whether the line between two points crosses no wall; doors are open."""
     for wall in plan.walls:
         if wall.empty:
             continue
@@ -83,7 +83,7 @@ def _standing(site: Site) -> list[tuple[str, Pose]]:
 
 
 def _crossing(a: Point, b: Point, c: Point, d: Point) -> Point | None:
-    """Where segment ab crosses cd, or None."""
+    """The parameter on segment ab where it crosses cd, or None."""
     rx, ry, sx, sy = b[0] - a[0], b[1] - a[1], d[0] - c[0], d[1] - c[1]
     cross = rx * sy - ry * sx
     if abs(cross) < 1e-12:

@@ -1,4 +1,4 @@
-"""How are the robot's clock and a client's compared? By round trips, as the robot does it (TimeSyncService)."""
+"""The simulated time-sync service: clock skew from round trips, as on the robot (TimeSyncService)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from recorders.spot.simulated.services import header_of
 from workbench.runs.vocabulary import NANO
 
 ENOUGH_SAMPLES, KEPT_SAMPLES = 5, 50
-"""Round trips before the estimate counts as good, and how many the best is chosen from."""
+"""Number of round trips before the estimate is valid, and number from which the best is chosen."""
 
 
 class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
     """Cristian's estimate from each round trip; the one of the shortest round trip is the best.
 
-    Against a stepped clock only the last one holds: the skew to a client's wall clock changes with every step.
+    Against a stepped clock only the last estimate is valid: the skew to a client's wall clock changes with every
+    step.
     """
 
     def __init__(self, state: RobotState) -> None:
@@ -57,7 +58,7 @@ class TimeSync(time_sync_service_pb2_grpc.TimeSyncServiceServicer):
         return answer
 
     def forget(self) -> None:
-        """Drops what was measured: the clock was set."""
+        """Discard all measurements after the clock was set."""
         with self._lock:
             self._trips.clear()
             self._count.clear()

@@ -1,1 +1,1 @@
-"""Commands of this room: each parses, makes one call, prints."""
+"""Commands of this package: each parses its arguments, makes one call and prints the result."""

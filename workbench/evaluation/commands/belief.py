@@ -81,7 +81,7 @@ def belief(
 
 
 def _draw(request: BeliefRequest, report: BeliefReport, folder: Path, items: str) -> list[str]:
-    """The figures; heat maps of these item types. The files that were written."""
+    """Draw the figures, with heat maps of the given item types; returns the files written."""
     from workbench.evaluation.figures.belief_figures import draw_all
     from workbench.terminal import progress
 

@@ -1,4 +1,4 @@
-"""`lios houses generate | info | stats`: houses of one's own, what is in a house, generated and real side by side."""
+"""`lios houses generate | info | stats`: generate houses, show their contents, compare generated and real ones."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def stats(
     force: Annotated[bool, Option("--force", help="Replace the output of --measure.")] = False,
     json: Json = False,
 ) -> None:
-    """Set houses side by side: sizes, contents, and what a search costs in them.
+    """Compare houses: sizes, contents, and search costs.
 
     Examples:
 
@@ -221,7 +221,7 @@ def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
 
 
 def _columns(files: list[Path], *, split: str, assets: Path | None) -> dict[str, list[House]]:
-    """Houses by file, of the part asked for."""
+    """The houses of the requested part, by file."""
     from workbench.evaluation.splits import is_shared, split_indices
     from workbench.worlds.house_files import house_stem
     from workbench.worlds.procthor import load_houses

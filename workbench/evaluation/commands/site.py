@@ -1,4 +1,4 @@
-"""`lios site check`: what is missing in the survey of a real place."""
+"""`lios site check`: reports what is missing in the survey of a real site."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def check(
 ) -> None:
     """Check the survey of a real place: reach, poses, map, waypoints, tags.
 
-    Exits with 1 when something would stop a robot.
+    Exits with 1 if something would stop a robot.
 
     Examples:
 

@@ -1,4 +1,4 @@
-"""`lios train`: an estimator of one's own, from houses of one's own."""
+"""`lios train`: trains an estimator on houses and writes its weights."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 ENCODER = "encoder"
-"""What is no estimator: the vectors of names, as the shipped ones were made."""
+"""The name that writes vectors of names, like the shipped ones, instead of training an estimator."""
 
 
 def train(
@@ -37,8 +37,8 @@ def train(
 ) -> None:
     """Train an estimator on houses and write its weights.
 
-    The shared ProcTHOR files are split: their training houses are learnt from, their validation houses say when to
-    stop, their test houses are not touched. Of other files a share is held out, by house.
+    The shared ProcTHOR files are split: their training houses are used for training, their validation houses decide
+    when to stop, and their test houses are not used. Of other files, a share of the houses is held out.
 
     Examples:
 
@@ -94,7 +94,7 @@ def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) ->
 
 
 def _watched(run: Any, estimator: str, lesson: Lesson, target: Path) -> Any:
-    """Train with a line of progress on a terminal."""
+    """Train, with a progress line on a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 

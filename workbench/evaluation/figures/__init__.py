@@ -1,1 +1,1 @@
-"""Figures of evaluations, one drawing a file: draw_x(ax, ...) -> None."""
+"""Figures of evaluations, one per file, as functions draw_x(ax, ...) -> None."""

@@ -1,4 +1,4 @@
-"""Which figures does the judging of beliefs have? Reliability diagrams, a learning curve, heat maps."""
+"""The figures of belief evaluations: reliability diagrams, a learning curve, heat maps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEAST_HOUSES = 5
 COMMON_CONTAINERS = 12
 
 Training = tuple[int, str]
-"""How many houses, and which estimator: a point of the learning curve."""
+"""A point of the learning curve: number of houses and estimator."""
 
 Watched = Callable[[Iterable[Training]], Iterable[Training]]
 
@@ -39,10 +39,10 @@ Watched = Callable[[Iterable[Training]], Iterable[Training]]
 def draw_all(
     request: BeliefRequest, report: BeliefReport, folder: Path, *, items: Sequence[str], watched: Watched = iter
 ) -> list[Path]:
-    """Every figure of a report, as PNG files in a folder that is made if need be.
+    """Draw every figure of a report as PNG files into a folder, created if needed.
 
     Args:
-        items: item types of the heat maps.
+        items: item types for heat maps.
         watched: wraps the trainings of the learning curve, for a progress bar.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,8 @@ def _heat_maps(
 
 
 def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: Watched) -> Path | None:
-    """Trained on 5, 10, 20, ... houses that are not measured on; None where there are too few."""
+    """The learning curve, trained on 5, 10, 20, ... houses apart from the evaluated ones; None if there are too
+    few."""
     pool, held_out, measured = _curve_houses(request)
     sizes = sorted({n for n in (5, 10, 20, 40, 80, 160, 320) if n <= 0.75 * len(pool)} | {len(pool)})
     if len(sizes) < 2 or not held_out or not measured or not names:
@@ -118,7 +119,7 @@ def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: 
 
 
 def _curve_houses(request: BeliefRequest) -> tuple[list[House], list[House], list[House]]:
-    """Houses to learn from, to stop by, and to measure on; no house is in two of them."""
+    """Disjoint houses for training, early stopping and evaluation."""
     path = request.houses or shipped_houses()
     houses = load_houses(path, assets=request.sizes)
     n = len(houses)

@@ -1,4 +1,4 @@
-"""Where is an item believed to be? The mean probability by kind of room and type of container."""
+"""A heat map of the mean probability of an item by room kind and container type."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 def draw_belief_heat_map(
     ax: Axes, mean: npt.NDArray[np.float64], *, rooms: Sequence[str], containers: Sequence[str], item: str
 ) -> None:
-    """A grid of rooms by containers; a pair that no house has stays blank.
+    """Draw a grid of room kinds by container types; pairs that do not occur stay blank.
 
     Args:
-        mean: shape (rooms, containers), NaN where there is no such container.
+        mean: shape (rooms, containers), NaN for pairs that do not occur.
     """
     ax.imshow(np.ma.masked_invalid(mean), cmap="viridis", vmin=0, vmax=1, aspect="auto")
     for i in range(len(rooms)):

@@ -1,4 +1,4 @@
-"""Where does a policy beat Greedy? A point a trial, as in the paper's Fig. 5 (left)."""
+"""A scatter plot of a policy's costs against Greedy's, one point per trial, as in the paper's Fig. 5 (left)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def draw_cost_scatter(
     kinds: Sequence[str],
     name: str,
 ) -> None:
-    """Costs of the same trials against one another; below the line the policy costs less than Greedy.
+    """Draw the costs of the same trials against each other; below the line the policy is cheaper than Greedy.
 
     Args:
         greedy, other: shape (trials,).
-        kinds: of the trials' items.
+        kinds: kind of item of each trial.
     """
     most = float(max(greedy.max(), other.max())) * 1.03
     ax.plot([0, most], [0, most], color="#888888", linewidth=0.8, zorder=1)

@@ -1,4 +1,4 @@
-"""How much of what knowing everything would save does a policy save? Shares with their intervals, by kind of item."""
+"""A bar chart of the share of the gap between Greedy and the oracle that each policy closes, by kind of item."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def draw_gap_closed(ax: Axes, rows: Sequence[Mapping[str, Any]], *, title: str) 
     """One bar a policy from Greedy (0) to the oracle (1), with its interval.
 
     Args:
-        rows: of evaluation/search_table.py.
+        rows: rows of evaluation/search_table.py.
     """
     shown = [
         row for row in rows if row["policy"] not in ("greedy", "oracle") and row["oracle_gap_closed"] is not None

@@ -1,4 +1,4 @@
-"""How many houses does an estimator need? Log loss and top-1 over the number of houses it learnt from."""
+"""Learning curves: log loss and top-1 over the number of training houses."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 def draw_learning_curve(
     ax: Axes, houses: Sequence[int], values: Mapping[str, Sequence[float]], *, colours: Mapping[str, str], label: str
 ) -> None:
-    """One line an estimator.
+    """Draw one line per estimator.
 
     Args:
-        houses: how many were learnt from.
-        values: per estimator, a figure for each number of houses.
-        label: what the figure is.
+        houses: numbers of training houses.
+        values: per estimator, a value for each number of houses.
+        label: name of the metric.
     """
     for name, line in values.items():
         ax.plot(houses, line, marker="o", markersize=4, linewidth=1.2, color=colours.get(name), label=name)

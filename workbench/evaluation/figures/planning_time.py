@@ -1,4 +1,4 @@
-"""Where does the planning time go? Seconds of every decision, as their distribution, by scenario."""
+"""The distribution of decision times by scenario."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from workbench.evaluation.figures.style import as_written
 from workbench.evaluation.task_names import scenario_title, shortened
 
 MOST_INSIDE = 6
-"""Names of more scenarios than this would lie on the lines; they stand beside them."""
+"""With more scenarios than this, names are placed beside the plot."""
 
 FEW_DECADES = 2.5
-"""So many have room for the ticks 1, 2 and 5; more only for 1."""
+"""Up to so many decades have ticks at 1, 2 and 5; more have them at 1 only."""
 
 
 def draw_planning_time(
     ax: Axes, seconds: Mapping[str, npt.NDArray[np.float64]], *, share_of_belief: float | None = None
 ) -> None:
-    """The share of decisions made within a time, a line a scenario.
+    """Draw the share of decisions made within a time, one line per scenario.
 
     Args:
-        seconds: per scenario, belief and planning of each decision together, shape (decisions,).
-        share_of_belief: of all the time, how much went to believing; for the title.
+        seconds: per scenario, the total time of each decision, shape (decisions,).
+        share_of_belief: share of the total time spent on beliefs; for the title.
     """
     for scenario, values in seconds.items():
         if len(values) == 0:
@@ -50,7 +50,7 @@ def draw_planning_time(
 
 
 def _ticks(seconds: Mapping[str, npt.NDArray[np.float64]]) -> tuple[float, ...]:
-    """Which ticks of a decade are labelled, so that no two labels touch."""
+    """The labelled ticks of a decade, chosen so that labels do not overlap."""
     values = np.concatenate([*seconds.values(), np.ones(0)])
     values = values[values > 0]
     decades = float(np.log10(values.max() / values.min())) if len(values) else 0.0

@@ -1,4 +1,4 @@
-"""Do searches cost what was predicted? Realised against predicted cost, in tenths of the trials."""
+"""Realised against predicted search cost, with means by deciles of the prediction."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def draw_predicted_cost(
     name: str,
     colour: str,
 ) -> None:
-    """Every trial as a point, the mean of each tenth of the trials by predicted cost as a line.
+    """Draw every trial as a point, and the mean of each decile by predicted cost as a line.
 
     Args:
         predicted, realised: shape (trials,).

@@ -1,4 +1,4 @@
-"""Are probabilities true? What was said against what was so, bin by bin, with how much falls into each bin."""
+"""Reliability diagrams: observed frequency against predicted probability, by bin."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from workbench.evaluation.belief_quality import Reliability
 
 
 def draw_reliability(ax: Axes, bins: Reliability, *, name: str, ece: float, colour: str) -> None:
-    """A reliability diagram: points on the diagonal are true; a point's area is the share of pairs in its bin."""
+    """Draw a reliability diagram: points on the diagonal are calibrated; the area of a point is the share of pairs
+    in its bin."""
     filled = bins.count > 0
     share = bins.count[filled] / bins.count.sum()
     ax.plot([0, 1], [0, 1], color="#888888", linewidth=0.8, zorder=1)

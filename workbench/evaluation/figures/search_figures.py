@@ -1,4 +1,4 @@
-"""Which figures does the object-search experiment have? Those of the paper, and what they leave open."""
+"""The figures of the object-search experiment: those of the paper and further ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from workbench.worlds.navigation import navigate
 
 
 def draw_all(report: SearchReport, folder: Path) -> list[Path]:
-    """Every figure of a report, as PNG files in a folder that is made if need be."""
+    """Draw every figure of a report as PNG files into a folder, created if needed."""
     folder.mkdir(parents=True, exist_ok=True)
     costs = report.costs
     drawn = [_scatter(costs, folder), _gap(costs, report.request.seed, folder), _worked(folder)]
@@ -37,7 +37,7 @@ def draw_all(report: SearchReport, folder: Path) -> list[Path]:
 
 
 def best_policy(costs: Costs) -> str:
-    """The policy of least mean cost among those that see no truth."""
+    """The policy of least mean cost among those that do not know the true house."""
     names = [p for p in costs.policies if p != ORACLE]
     return min(names, key=lambda name: float(costs.of(name).mean()))
 
@@ -45,7 +45,7 @@ def best_policy(costs: Costs) -> str:
 def example_query(costs: Costs, trials: tuple[SearchTrial, ...]) -> tuple[SearchTrial, SearchTrial] | None:
     """Greedy's trial and the best policy's of the query whose saving is nearest to the mean; None without a saving.
 
-    The best policy looks into two containers at least there, so that there is a way to see.
+    The best policy searches at least two containers there, so that the map shows a route.
     """
     best = best_policy(costs)
     if best == GREEDY:

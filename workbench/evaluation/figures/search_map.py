@@ -1,4 +1,4 @@
-"""Which way did a search go? The floor plan, what was believed before the first step, and the way walked."""
+"""A map of a search: the floor plan, the initial belief and the path taken."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def draw_search_map(
     title: str,
     colour: str,
 ) -> None:
-    """A search on the map: from the start through the containers in order, and back.
+    """Draw a search on the map: from the start through the containers in order, and back.
 
     Args:
-        belief: before the first step; containers are the deeper the likelier, those that hold the item are ringed.
+        belief: the initial belief; likelier containers are darker, and those that hold the item are ringed.
     """
     _draw_rooms(ax, house.plan)
     _draw_containers(ax, house, item_type, belief)

@@ -1,4 +1,4 @@
-"""How do the figures of evaluations look? Colours for colour-blind eyes (Okabe and Ito, 2008), one size of type."""
+"""The style of figures: colour-blind-safe colours (Okabe and Ito, 2008), and one font size."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def colour_of(policy: str) -> str:
 
 
 def new_figure(width_in: float, height_in: float, *, columns: int = 1) -> tuple[Figure, list[Axes]]:
-    """A figure and its axes, side by side, without a window."""
+    """A new figure with its axes side by side, without a window."""
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     axes = [figure.add_subplot(1, columns, i + 1) for i in range(columns)]
     for ax in axes:
@@ -48,7 +48,7 @@ def new_figure(width_in: float, height_in: float, *, columns: int = 1) -> tuple[
 
 
 def as_written(ax: Axes) -> None:
-    """Names of strategies and files are shown as they are: dollars in them are no mathematics."""
+    """Disable math mode in all texts, since names of strategies and files may contain dollar signs."""
     legend = ax.get_legend()
     labels = [*ax.get_xticklabels(), ax.xaxis.label, ax.yaxis.label, *(legend.get_texts() if legend else ())]
     for label in labels:
@@ -56,6 +56,6 @@ def as_written(ax: Axes) -> None:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Writes a PNG whose bytes depend on nothing but the drawing."""
+    """Write a PNG whose bytes depend only on the drawing."""
     figure.savefig(path, dpi=DOTS_PER_INCH, metadata={"Software": None})
     return path

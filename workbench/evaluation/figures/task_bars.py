@@ -1,4 +1,4 @@
-"""What does each strategy cost in each scenario, and does it succeed? Bars with intervals."""
+"""Bar charts of the cost and success of each strategy in each scenario, with intervals."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ STRATEGY_COLOURS: Mapping[str, str] = MappingProxyType(
 
 OTHER_COLOURS = (SKY, "#F0E442", "#882255", "#999933", "#332288", "#88CCEE")
 HATCHES = ("", "////", "....", "xxxx", "oo")
-"""Of strategies that are not in the table: six colours, then the same ones hatched."""
+"""Colours of strategies outside the table: six colours, then the same ones hatched."""
 
 MOST_UPRIGHT = 6
-"""More scenarios than this have their names written aslant."""
+"""With more scenarios than this, their names are rotated."""
 
 
 def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str = "mean_cost") -> None:
-    """Groups of bars, a group a scenario.
+    """Draw groups of bars, one group per scenario.
 
     Args:
         lines: rows of task_table.table.
@@ -56,7 +56,7 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
             errors = [low, high]
         colour, hatch = looks[strategy]
         label = shortened(strategy_title(strategy), 30)
-        line = {"linewidth": 0.9, "ecolor": DARK if colour != DARK else GREY}  # seen on the bar and above it
+        line = {"linewidth": 0.9, "ecolor": DARK if colour != DARK else GREY}  # visible on the bar and above it
         bars = ax.bar(at, heights, width, yerr=errors, color=colour, label=label, error_kw=line, hatch=hatch)
         for bar in bars:
             bar.set(edgecolor="white", linewidth=0.4)
@@ -74,7 +74,7 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
 
 
 def strategy_looks(strategies: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """A colour and a hatch for each, no two alike: NAME@SOLVER is hatched in its colour, others take turns."""
+    """A unique colour and hatch for each strategy: NAME@SOLVER is hatched in the colour of NAME, others cycle."""
     looks: dict[str, tuple[str, str]] = {}
     for strategy in strategies:
         base = strategy.partition("@")[0]

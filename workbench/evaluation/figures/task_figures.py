@@ -1,4 +1,4 @@
-"""Which figures does an evaluation of tasks have? All of them, drawn into a folder as PNG and PDF."""
+"""All figures of a task evaluation, drawn into a folder as PNG and PDF."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCATTERS = (
 
 
 def draw_task_figures(rows: Sequence[TaskRow], lines: Sequence[Mapping[str, Any]], folder: Path) -> list[Path]:
-    """Draws every figure that the rows have the data for; returns the PNG files."""
+    """Draw every figure that the rows have data for; returns the PNG files."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     for value in ("mean_cost", "success_rate"):

@@ -1,4 +1,4 @@
-"""Where does one strategy beat another? A point a trial, as in the paper's scatter plots."""
+"""A scatter plot of the costs of two strategies, one point per trial, as in the paper."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from workbench.evaluation.task_names import shortened, strategy_title
 def draw_task_scatter(
     ax: Axes, baseline: npt.NDArray[np.float64], ours: npt.NDArray[np.float64], *, names: tuple[str, str]
 ) -> None:
-    """Charged costs of the same trials; below the line the second strategy costs less.
+    """Draw the charged costs of the same trials; below the line the second strategy is cheaper.
 
     Args:
         baseline, ours: shape (trials,).
-        names: of both, in that order.
+        names: names of both, in that order.
     """
     theirs, mine = (shortened(strategy_title(name), 24) for name in names)
     most = float(max(baseline.max(), ours.max(), 1.0)) * 1.05

@@ -1,4 +1,4 @@
-"""How is an expected cost computed? A world of three containers worked out step by step, as in the paper's Fig. 4."""
+"""A worked example of an expected cost: a world of three containers step by step, as in the paper's Fig. 4."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PLACES: tuple[tuple[str, float, float, float], ...] = (
 
 
 def worked_query() -> SearchQuery:
-    """A mug is to be found from the start and brought back to it; distances are straight lines."""
+    """The query of the example: find a mug and bring it to the start; distances are straight lines."""
     points = np.array([(0.0, 0.0), *((x, y) for _, x, y, _ in PLACES)])
     metres = np.round(np.linalg.norm(points[:, None] - points[None], axis=2), 1)
     names = tuple(ContainerId(name) for name, *_ in PLACES)
@@ -42,7 +42,7 @@ def worked_query() -> SearchQuery:
 
 
 def draw_worked_example(ax: Axes, *, model: BeliefModel) -> None:
-    """The world, the order of least expected cost, and what each of its steps adds."""
+    """Draw the world, the order of least expected cost, and the contribution of each step."""
     query = worked_query()
     search = expected_search(query, belief_model=model)
     places = {"start": (0.0, 0.0), **{name: (x, y) for name, x, y, _ in PLACES}}
@@ -65,7 +65,8 @@ def draw_worked_example(ax: Axes, *, model: BeliefModel) -> None:
 
 
 def steps_in_words(query: SearchQuery, search: ExpectedSearch) -> list[str]:
-    """A line a step: the chance to come this far, the way, the chance to find and what follows then, and the sum."""
+    """One line per step: probability of reaching it, distance, probability of success with the cost that follows,
+    and the sum."""
     lines: list[str] = []
     for stop, cost in zip(search.stops, search.partial_costs, strict=True):
         back = query.travel.between(LocationId(stop.container), query.target) or 0.0
