@@ -35,10 +35,10 @@ from workbench.worlds.simulated import SimulatedWorld
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """The settings of a simulated run; the same settings give the same events.
+    """One run to be made: the same trial gives the same events.
 
     Attributes:
-        house: the true house, for the simulated world and the oracle.
+        house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
     """

@@ -1,4 +1,4 @@
-"""Options that several commands share, each with one name, one meaning and one help text.
+"""Which options do several commands share? Each has one name, one meaning and one sentence of help, told here.
 
 A command takes what it needs as an annotation: `houses: Houses = None`. It imports this at run time, not for types
 alone, since annotations are read when the command is built.
@@ -14,9 +14,7 @@ from workbench.parameters import Option
 Houses = Annotated[
     Path | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); default: the shipped ones.")
 ]
-Split = Annotated[
-    str, Option("--split", help="train, validation, test or all; a file that is not split is used whole.")
-]
+Split = Annotated[str, Option("--split", help="train, validation, test or all; a file without splits is used whole.")]
 Assets = Annotated[Path | None, Option("--assets", help="Asset table (CSV) with exact sizes.")]
 AssetsOrBeside = Annotated[
     Path | None,
@@ -24,14 +22,14 @@ AssetsOrBeside = Annotated[
 ]
 FoldCount = Annotated[
     int | None,
-    Option("--folds", help="Cross-validate: train anew, and judge each fold by what did not learn from it."),
+    Option("--folds", help="Cross-validate: retrain per fold and evaluate on the held-out houses."),
 ]
 AlsoLearnt = Annotated[
     list[Path] | None,
-    Option("--also", help="With --folds: houses that are learnt from and not judged; repeat for several."),
+    Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
 ]
 Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on this machine.")]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
-DryRun = Annotated[bool, Option("--dry-run", help="Say what would be run, and stop.")]
+DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
-Json = Annotated[bool, Option("--json", help="Answer as JSON on standard output.")]
+Json = Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")]

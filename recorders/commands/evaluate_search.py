@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 def search(
     houses: Houses = None,
     policies: Annotated[
-        str, Option("--policies", "-p", help="all, or names separated by commas; module:function is one's own.")
+        str, Option("--policies", "-p", help="all, or names separated by commas; module:function for your own.")
     ] = "all",
     queries: Annotated[
-        str, Option("--queries", help="all pairs of house and item type, or how many to draw.")
+        str, Option("--queries", help="all pairs of house and item type, or the number to draw.")
     ] = "all",
     part: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    estimator: Annotated[str, Option("--estimator", help="What the policies believe.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="Estimator of the policies.")] = "best",
     paper_estimator: Annotated[
-        str, Option("--paper-estimator", help="What the paper's policy, lios, believes.")
+        str, Option("--paper-estimator", help="Estimator of the paper's policy, lios.")
     ] = "fcnn",
     look: Annotated[float, Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")] = 0.0,
     workers: Workers = 1,
-    seed: Annotated[int, Option("--seed", help="Of drawn queries and of the bootstrap.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
     output: Annotated[
         Path | None, Option("--output", "-o", help="A folder for the table, the trials and the figures.")

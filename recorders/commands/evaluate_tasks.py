@@ -49,11 +49,11 @@ def tasks(
     split: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    estimator: Annotated[str, Option("--estimator", help="What our strategies believe.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="Estimator of our strategies and plug-ins.")] = "best",
     paper_estimator: Annotated[
-        str, Option("--paper-estimator", help="What the paper's five strategies believe.")
+        str, Option("--paper-estimator", help="Estimator of the paper's five strategies.")
     ] = "fcnn",
-    seed: Annotated[int, Option("--seed", help="Of houses, tasks, starts and the bootstrap.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of houses, tasks, starts and the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
     record: RecordTrials = False,
     output: Annotated[

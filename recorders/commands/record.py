@@ -24,25 +24,23 @@ def record(
     task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy or search policy.")] = "conditioned-lios",
     estimator: Annotated[
-        str, Option("--estimator", help="What believes: counts, fcnn, best, or a .safetensors of lios train.")
+        str, Option("--estimator", help="Estimator: counts, fcnn, best, or a .safetensors of lios train.")
     ] = "best",
-    seed: Annotated[int, Option("--seed", help="Seed of the scenario and of what is known.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the scenario and of the containers known at the start.")] = 0,
     known: Annotated[
         float | None,
-        Option(
-            "--known", help="At most this share of containers is known at the start; default 0 for --find, 0.2 else."
-        ),
+        Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
-        float | None, Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+        float | None, Option("--split-mb", help="Continue in another file (NAME_0001.mcap, ...) beyond this size.")
     ] = None,
     split_s: Annotated[
-        float | None, Option("--split-s", help="Go on in another file after so many seconds of the run.")
+        float | None, Option("--split-s", help="Continue in another file after this many seconds of the run.")
     ] = None,
     force: Annotated[bool, Option("--force", help="Replace the output.")] = False,
-    json: Annotated[bool, Option("--json", help="Answer as JSON on standard output.")] = False,
+    json: Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")] = False,
 ) -> None:
     """Record one simulated run to an MCAP file.
 

@@ -23,10 +23,10 @@ Certificate = Annotated[
 def simulate(
     site: SiteOption = "paper_home",
     configuration: Annotated[
-        str, Option("--configuration", help="Where things lie and the robot starts (configurations.yaml).")
+        str, Option("--configuration", help="Items and start pose, by name (configurations.yaml).")
     ] = "A",
     port: Annotated[int, Option("--port", min=0, max=65535, help="Port on loopback; 0 for a free one.")] = 50443,
-    speed_up: Annotated[float, Option("--speed-up", help="The body lives this many times faster.")] = 1.0,
+    speed_up: Annotated[float, Option("--speed-up", help="Speed-up of the simulated body.")] = 1.0,
     fault: Annotated[
         list[str] | None,
         Option(
@@ -88,22 +88,22 @@ def simulate(
 
 def record(
     robot: Robot,
-    site: Annotated[
-        str, Option("--site", help="Survey file or shipped site; leave it out where there is none yet.")
-    ] = "",
+    site: Annotated[str, Option("--site", help="Survey file or shipped site; omit it if there is none yet.")] = "",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("session.mcap"),
     images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
     cameras: Annotated[
         str, Option("--cameras", help="Image sources, comma-separated.")
     ] = "frontleft_fisheye_image,frontright_fisheye_image",
     state_hz: Annotated[float, Option("--state-hz", help="Robot states per second.")] = 10.0,
-    raw: Annotated[bool, Option("--raw/--no-raw", help="Also bosdyn's messages as they came.")] = True,
-    task: Annotated[Path | None, Option("--task", help="The task that is tried (YAML), for later replays.")] = None,
+    raw: Annotated[bool, Option("--raw/--no-raw", help="Also record bosdyn's original messages.")] = True,
+    task: Annotated[Path | None, Option("--task", help="The task of the session (YAML), for later replays.")] = None,
     for_s: Annotated[float | None, Option("--for", help="Stop after this many seconds.")] = None,
     split_mb: Annotated[
-        float | None, Option("--split-mb", help="Go on in another file (NAME_0001.mcap, ...) beyond this size.")
+        float | None, Option("--split-mb", help="Continue in another file (NAME_0001.mcap, ...) beyond this size.")
     ] = None,
-    split_s: Annotated[float | None, Option("--split-s", help="Go on in another file after so many seconds.")] = None,
+    split_s: Annotated[
+        float | None, Option("--split-s", help="Continue in another file after this many seconds.")
+    ] = None,
     keep_last: Annotated[
         float | None,
         Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
@@ -167,17 +167,15 @@ def record(
 def run(
     robot: Robot,
     site: SiteOption,
-    task: Annotated[
-        Path | None, Option("--task", help="What to do (YAML); default: deliver.yaml of the site.")
-    ] = None,
+    task: Annotated[Path | None, Option("--task", help="The task (YAML); default: deliver.yaml of the site.")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy by name.")] = "conditioned-lios",
-    estimator: Annotated[str, Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="Estimator: counts, fcnn, best.")] = "best",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     speed: Annotated[float | None, Option("--speed", help="Speed limit in m/s.")] = None,
-    look: Annotated[float, Option("--look", help="Seconds that a look takes.")] = 6.0,
+    look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,
     images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
-    take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from whoever has it.")] = False,
-    own_estop: Annotated[bool, Option("--own-estop", help="Set up an e-stop endpoint of our own.")] = False,
+    take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")] = False,
+    own_estop: Annotated[bool, Option("--own-estop", help="Set up a separate e-stop endpoint.")] = False,
     map_folder: Annotated[
         Path | None, Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
     ] = None,
@@ -186,7 +184,7 @@ def run(
     ),
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
-    seed: Annotated[int, Option("--seed", help="Seed handed to the strategy.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
     force: Force = False,
     json: Json = False,
 ) -> None:

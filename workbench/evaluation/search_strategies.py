@@ -34,7 +34,7 @@ def strategy_of(policy_name: str) -> str | None:
 
 
 def with_policy(policy_name: str) -> Strategy:
-    """A strategy that searches by any policy that has a name."""
+    """A strategy that follows any named policy."""
     return Composed(
         name=policy_name,
         pricing=Expected(belief_model="marginal"),

@@ -1,4 +1,4 @@
-"""Means, ratios and paired differences over trials, with cluster-bootstrap intervals.
+"""How sure is a mean over trials? Bootstrap intervals that draw whole clusters, and paired differences.
 
 Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws
 houses with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).
@@ -28,13 +28,13 @@ _DRAWS_AT_ONCE = 500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """An estimate with its interval.
+    """A number with its interval.
 
     Attributes:
         value: the mean or ratio over all trials.
         lower, upper: the ends of the interval; NaN where there is one trial only.
         level: its coverage, 0.95 for "95 %".
-        trials, clusters: their numbers.
+        trials, clusters: how many there were.
     """
 
     value: float

@@ -28,7 +28,7 @@ class RunStatus(StrEnum):
     PLANNER_FAILED = "planner-failed"
     """The strategy raised an exception, hung, or returned an illegal action."""
     UNDETERMINED = "undetermined"
-    """Replay only: the log does not hold what the run would have seen."""
+    """Replay only: the log lacks an observation that the run needs."""
     NOT_REPRODUCED = "not-reproduced"
     """Replay only: the strategy that drove the run does not do what was recorded, so nothing is claimed of any."""
     ABORTED = "aborted"

@@ -83,7 +83,7 @@ class UnifiedPlanning:
 
 @lru_cache(maxsize=1)
 def engines_here() -> tuple[str, ...] | None:
-    """The engines of unified-planning that are installed and make plans, sorted; None without unified-planning."""
+    """The installed engines of unified-planning that produce plans, sorted; None without unified-planning."""
     if installed_module("unified_planning") is None:
         return None
     factory = import_module("unified_planning.shortcuts").get_environment().factory

@@ -247,7 +247,7 @@ def _push(heap_f, heap_n, count, f, n, eps):
 
 @_compiled
 def _pop(heap_f, heap_n, count, eps):
-    """Removes the top; the caller has read it and lowers its count."""
+    """Remove the top of the heap; the caller has read it and decrements the count."""
     last = count - 1
     f = heap_f[last]
     n = heap_n[last]

@@ -278,7 +278,7 @@ def _fill_legs(
 
 @njit(cache=True, nogil=True, inline="always")
 def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, int]:
-    """Eq. 1's cost of finding a want once a subset of its candidates has been searched, and the first look."""
+    """The cost by Eq. 1 of finding a want after a subset of its candidates has been searched, and the first look."""
     r, c = here.missing[want, subset], here.candidates.shape[1]
     best, look = np.inf, -1
     for j in range(c):

@@ -47,7 +47,7 @@ class PlannerMissing(Unsupported):
 def solver(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver:
     """The solver of that name.
 
-    A solver that is not installed reports this in the status of its plans.
+    One that is not installed says so by the status of its plans.
 
     Args:
         origin: who gives the name; command lines and "module:Class" are for users alone.

@@ -36,7 +36,7 @@ class OracleNeedsHouse(Unsupported):
 
 
 class StrategyNotLoaded(PluginNotLoaded):
-    """A plug-in or "module:Class" under which no strategy can be made.
+    """A plug-in or "module:Class" that does not yield a strategy.
 
     Args:
         name: the requested name.
@@ -170,7 +170,7 @@ def _with_solver(made: Strategy, solver_name: str, origin: NameOrigin) -> Strate
 
 
 def _planning(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
-    """The part that plans, with that solver or over all places."""
+    """The planning component with that solver, or over all locations."""
     from workbench.planning.solvers import installed_solver
 
     if solver_name == EVERYWHERE:
@@ -209,7 +209,8 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
 
 
 def _from_outside(found: Plugin) -> Strategy:
-    """A class without arguments, a factory of a house, or a ready strategy. A plug-in never receives the truth."""
+    """The strategy made from a plug-in: a class without arguments, a factory of a house, or a ready instance. A
+    plug-in never receives the true house."""
     try:
         with redirect_stdout(sys.stderr), found.import_path():
             factory = made = found.load()

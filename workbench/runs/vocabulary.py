@@ -1,4 +1,4 @@
-"""The messages of a log: one frozen class per topic, validated by msgspec, with its JSON Schema.
+"""What stands in a log? One frozen class a topic, written and checked by msgspec, with its JSON Schema.
 
 Wire names are told in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
 brings a reader for the old one.

@@ -1,12 +1,12 @@
-"""The choice of candidate containers per item type over which Eq. 1 is exact.
+"""Which containers does a find reason about? The subset program is exact over a few candidates per item type.
 
 Two rankings:
 
 - `probable`, the paper's: the two containers of least d(q, a) + d(a, q_to), then the most probable ones;
 - `worth`, ours: by p / (1 + d(q, a) + d(a, q_to) / 2), probability against the walk (docs/search.md).
 
-For a table over many origins and targets the distances are means over them, so that each item type has one
-candidate set; for a single query they are exact.
+For a table over many origins and targets the distances are means over them, so that an item type has one
+candidate set; for one query they are that query's own.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def canonical_policy(name: str) -> str | None:
 
 
 def policy_names() -> tuple[str, ...]:
-    """Every policy that needs no truth: ours in the table's order, then installed ones, sorted."""
+    """All policies that do not need the true house: the table in its order, then installed plug-ins, sorted."""
     return (*POLICIES, *(name for name in installed_names(POLICY) if name not in POLICIES))
 
 

@@ -32,7 +32,7 @@ MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCL
 
 LONGEST_RUN = 3
 LEAST_GAIN = RELATIVE
-"""A change must save this share of the cost, so that rounding never makes two orders take turns."""
+"""A move must save this share of the cost, so that rounding cannot cause cycles."""
 
 NEGLIGIBLE = 1e-3
 """Moves that start where less than this share of the cost remains are not tried."""

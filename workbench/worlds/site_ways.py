@@ -1,5 +1,4 @@
-"""Navigation on a site's occupancy map: standing poses, paths and travel costs, with obstacles inflated by the
-robot's radius.
+"""How does a robot walk through a surveyed place? Shortest ways on its occupancy map, grown by the robot's radius.
 
 Travel costs are 8-connected lengths on the grid (docs/worlds.md). What is walked is the same way with its corners
 cut where the straight line is free, so a little shorter than it costs.

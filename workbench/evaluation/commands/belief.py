@@ -20,9 +20,7 @@ def belief(
     part: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
-    seen: Annotated[
-        float, Option("--seen", help="Share of the containers that were looked into before the question.")
-    ] = 0.0,
+    seen: Annotated[float, Option("--seen", help="Share of containers searched before the query.")] = 0.0,
     assets: AssetsOrBeside = None,
     figures: Annotated[
         Path | None,
@@ -31,7 +29,7 @@ def belief(
     items: Annotated[
         str, Option("--items", help="Item types of the heat maps, separated by commas.")
     ] = "Mug,Egg,Pillow,RemoteControl,ToiletPaper,Book",
-    seed: Annotated[int, Option("--seed", help="Of what was seen and of the bootstrap.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the searched containers and of the bootstrap.")] = 0,
     force: Annotated[bool, Option("--force", help="Replace files in the folder of figures.")] = False,
     json: Json = False,
 ) -> None:

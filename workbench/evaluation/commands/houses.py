@@ -17,8 +17,8 @@ def generate(
         "houses.jsonl.gz"
     ),
     count: Annotated[int, Option("--count", "-n", help="How many houses.")] = 24,
-    rooms: Annotated[str, Option("--rooms", help="How many rooms: 5, or from-to: 2-10.")] = "2-10",
-    seed: Annotated[int | None, Option("--seed", help="Seed; drawn and shown when not given.")] = None,
+    rooms: Annotated[str, Option("--rooms", help="Number of rooms: 5, or a range: 2-10.")] = "2-10",
+    seed: Annotated[int | None, Option("--seed", help="Seed; random and shown if not given.")] = None,
     stocked: Annotated[
         bool, Option("--stocked", help="Kitchens get what the scenarios need: egg, toaster, kettle, ...")
     ] = False,
@@ -58,7 +58,7 @@ def generate(
 
 def info(
     house: Annotated[
-        str, Argument(help="FILE:index or a house's .json; a whole FILE sums up its houses; default: shipped.")
+        str, Argument(help="FILE:index or a house's .json; a whole FILE is summarised; default: shipped.")
     ] = "",
     assets: Assets = None,
     json: Json = False,
@@ -97,13 +97,13 @@ def stats(
     split: Annotated[
         str, Option("--split", help="Of the shared ProcTHOR files: train, validation, test, all.")
     ] = "all",
-    count: Annotated[int, Option("--generated", "-n", help="Also generate so many houses.")] = 0,
+    count: Annotated[int, Option("--generated", "-n", help="Also generate this many houses.")] = 0,
     seed: Annotated[int, Option("--seed", help="Seed of the generated houses.")] = 0,
     rooms: Annotated[str, Option("--rooms", help="Rooms of the generated houses: 5, or from-to.")] = "2-10",
     least: Annotated[int, Option("--at-least", help="Leave out houses of fewer rooms.")] = 1,
     assets: Assets = None,
     measure: Annotated[
-        Path | None, Option("--measure", help="Write the generator's figures, measured on the files' houses.")
+        Path | None, Option("--measure", help="Write the generator's statistics, measured on these houses.")
     ] = None,
     force: Annotated[bool, Option("--force", help="Replace the output of --measure.")] = False,
     json: Json = False,

@@ -28,9 +28,9 @@ def train(
         str, Option("--encoder", help="Text encoder: a sentence-transformers model by name or folder.")
     ] = "all-MiniLM-L6-v2",
     assets: AssetsOrBeside = None,
-    seed: Annotated[int | None, Option("--seed", help="Seed; drawn and shown when not given.")] = None,
+    seed: Annotated[int | None, Option("--seed", help="Seed; random and shown if not given.")] = None,
     hold_out: Annotated[
-        float, Option("--hold-out", help="Share of the houses held out, for files that are not split.")
+        float, Option("--hold-out", help="Share of houses held out, for files without splits.")
     ] = 0.1,
     force: Force = False,
     json: Json = False,

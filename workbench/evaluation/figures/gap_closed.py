@@ -14,7 +14,7 @@ def draw_gap_closed(ax: Axes, rows: Sequence[Mapping[str, Any]], *, title: str) 
     """One bar a policy from Greedy (0) to the oracle (1), with its interval.
 
     Args:
-        rows: rows of evaluation/search_table.py.
+        rows: of evaluation/search_table.py.
     """
     shown = [
         row for row in rows if row["policy"] not in ("greedy", "oracle") and row["oracle_gap_closed"] is not None
