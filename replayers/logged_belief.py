@@ -1,8 +1,7 @@
-"""What did the robot believe? The log's own first belief, as an estimator for whoever replays it.
+"""Beliefs for replay: the log's own first belief as an estimator, or the estimator that the log names.
 
-A counterfactual asks what another planner would have done with the same belief. Where the log's beliefs never
-changed about a pair (the estimators that go by names alone), its first one is all there is to know; otherwise the
-estimator that the log names is asked again.
+A counterfactual asks what another planner would have done with the same belief. Where the log's beliefs never changed
+(estimators that depend on names alone), the first one suffices; otherwise the estimator that the log names is used.
 """
 
 from __future__ import annotations
@@ -21,19 +20,19 @@ from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 NAMES_ALONE = ("counts", "fcnn")
-"""Estimators that nothing seen in a run moves."""
+"""Estimators that no observation of a run changes."""
 
 LEARNING = ("best",)
-"""Estimators that all that is seen moves, even where a short run does not show it."""
+"""Estimators that every observation changes, even where a short run does not show it."""
 
 MOST_BELIEFS = 10_000
-"""Remembered; beyond this, all is forgotten and made anew."""
+"""Entries in the cache; beyond this, it is cleared."""
 
 HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
 
 
 class NoBelief(Unsupported):
-    """A replay needs beliefs that neither the log nor an estimator can give."""
+    """A replay needs beliefs that neither the log nor an estimator can supply."""
 
     def __init__(self, log: str, estimator: str, reason: str) -> None:
         super().__init__(
@@ -44,7 +43,7 @@ class NoBelief(Unsupported):
 
 @final
 class RecordedBeliefs:
-    """The log's beliefs one after the other, for who goes the very same way: verification."""
+    """The log's beliefs one after the other, for verification, which takes the very same steps."""
 
     def __init__(self, evidence: Evidence, beliefs: Sequence[BeliefUpdate]) -> None:
         self._otherwise = LoggedBelief(evidence)
@@ -71,10 +70,10 @@ class RecordedBeliefs:
 @final
 @dataclass(frozen=True, slots=True)
 class LoggedBelief:
-    """Answers with the first probability that the log holds; 0 for a pair that it does not name.
+    """Answers with the first probability in the log; 0 for a pair that the log does not name.
 
     Attributes:
-        made: beliefs answered before; at most MOST_BELIEFS.
+        made: cache of beliefs, at most MOST_BELIEFS.
     """
 
     evidence: Evidence
@@ -103,7 +102,7 @@ class LoggedBelief:
 
 
 def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
-    """Whether the log's first beliefs name every container that a run may search, for these types."""
+    """Whether the log's first beliefs name, for these types, every container that a run may search."""
     places = [c for c in (*evidence.contents, *evidence.open, *evidence.shut) if c not in evidence.known]
     reachable = [c for c in places if evidence.place.travel.reaches(LocationId(c))]
     return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
@@ -111,13 +110,13 @@ def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Believer:
-    """Who believes in a replay.
+    """The source of beliefs in a replay.
 
     Attributes:
-        estimator: what is asked.
-        steady: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an open
-            container would move it.
-        note: where it is not who believed in the run.
+        estimator: computes the beliefs.
+        steady: it depends on names alone; otherwise it learns from every observation, and other contents of an open
+            container would change it.
+        note: says so where it is not the estimator of the recorded run.
     """
 
     estimator: Estimator
@@ -133,14 +132,14 @@ LEARNS = (
 
 
 def estimator_for(evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log") -> Believer:
-    """Who believes in a replay.
+    """The source of beliefs in a replay.
 
     Args:
         name: "log" takes the log's first belief where it never changed, and the estimator that the log names where
             it did; "first" holds the log's first belief fixed; another name is one of the estimators' table.
 
     Raises:
-        NoBelief: nothing suffices.
+        NoBelief: neither the log nor an estimator covers the task.
         UnknownName: no such estimator.
     """
     from workbench.beliefs.estimators import estimator
