@@ -1,4 +1,4 @@
-"""What would be planned at a moment of a log? The typed problem, its PDDL and SAS+, and a solver's plan."""
+"""Plans again at a moment of a log: the typed problem, its PDDL and SAS+, and a solver's plan."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from workbench.planning.widening import solve_widening
 
 
 class PlansOnItsOwn(Unsupported):
-    """A strategy whose problem cannot be shown."""
+    """A strategy whose problem cannot be shown, because it does not plan with a typed problem."""
 
     def __init__(self, name: str) -> None:
         super().__init__(
-            f"{name} does not plan by a typed problem, so there is no PDDL of it. Give another with --strategy."
+            f"{name} does not plan with a typed problem, so it has no PDDL. Give another with --strategy."
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedAgain:
-    """A plan made again, with the problem behind it."""
+    """A plan made again, with the problem that it solves."""
 
     run: Run
     decision: int
@@ -89,16 +89,16 @@ def plan_again(
     """Plans at a moment of a log.
 
     Args:
-        at: seconds after the start; decision: by number; neither means the first.
+        at: seconds after the start; decision: its number; neither means the first decision.
         strategy: the run's own if not given.
         solver: the strategy's own if not given.
-        everywhere: over all reachable places; so plans a strategy @everywhere in any case.
+        everywhere: plan over all reachable places; a strategy named ...@everywhere does so in any case.
 
     Raises:
         BadValue: both a time and a decision.
-        NoSuchDecision: the log has none there.
+        NoSuchDecision: the log has no such decision.
         RecordedBySomebodyElse: the run's own strategy is not known here, and no other is given.
-        PlansOnItsOwn: a strategy that is not find cost + policy + solver.
+        PlansOnItsOwn: a strategy that is not made of find cost, policy and solver.
     """
     if at is not None and decision is not None:
         raise BadValue("moment", f"--at {at:g} and --decision {decision}", "one of the two")

@@ -1,4 +1,4 @@
-"""Under which name is a log's own strategy found here? Logs of "module:Class" hold what the planner calls itself."""
+"""The name by which a log's own strategy can be loaded here; logs of "module:Class" hold the planner's own name."""
 
 from __future__ import annotations
 

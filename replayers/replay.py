@@ -1,7 +1,7 @@
-"""What would another planner have cost on the day of this log, and how far can the log tell?
+"""Counterfactual replay: runs one strategy over one log, with bounds, an estimate and, on request, the true cost.
 
-`replay` runs one strategy over one log: over the log alone (which may end undetermined), over every world that
-agrees with it (bounds), over worlds drawn from the belief (estimate), and, on request, in the recorded truth.
+`replay` runs the strategy over the log alone (which may end undetermined), over every world that is consistent with
+it (bounds), over worlds sampled from the belief (estimate), and, on request, in the recorded truth.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ __all__ = [
 ]
 
 WORLDS = ("best", "worst", "drawn")
-"""Worlds in which a run can be told: the cheapest and the dearest that were found, and a drawn one."""
+"""Worlds in which a run can be recorded: the cheapest and the most expensive that were found, and a sampled one."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -58,20 +58,20 @@ class Replay:
     Attributes:
         status: how the run over the log alone ended; "undetermined" where it looks into what nobody opened;
             "planner-failed" where the strategy broke there or in any world that was followed.
-        reason, unseen: of that end.
-        bounds: over all worlds that agree with the log; None where the strategy broke: nobody can tell what it would
-            have cost.
-        estimate: over drawn worlds; None if not asked for.
-        support: steps of the run over the log alone, by what they rest on.
-        seconds: predicted duration of the run over the log alone, by the log's own speeds.
-        true_cost, true_status: in the recorded truth, where it was asked for.
-        drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
-        events: of the run over the log alone.
+        reason, unseen: why it ended, and the container that nobody opened.
+        bounds: over all worlds that are consistent with the log; None where the strategy broke, since its cost is
+            undefined.
+        estimate: over sampled worlds; None if not requested.
+        support: number of steps of the run over the log alone, by support (logged, implied, imputed).
+        seconds: predicted duration of the run over the log alone, by the log's own speeds, in seconds.
+        true_cost, true_status: in the recorded truth, where requested.
+        drawn: costs in the sampled worlds, for paired comparisons; shape (worlds,).
+        events: those of the run over the log alone.
         if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
             task's types; None where the bounds need no such condition.
-        stretches: how many stretches of the loop were run for bounds and estimate.
-        worlds: per kind of world that one can look at ("best", "worst", "drawn"), the events of the run in it.
-        asked: open containers that it looks into in some world, as far as it was followed.
+        stretches: how many segments of the loop were run for bounds and estimate.
+        worlds: for each kind of world ("best", "worst", "drawn"), the events of the run in it.
+        asked: open containers that it searches in some world, as far as it was followed.
     """
 
     strategy: str
@@ -95,12 +95,12 @@ class Replay:
 
     @property
     def exact(self) -> bool:
-        """Whether every world that agrees with the log gives the same cost."""
+        """Whether every world that is consistent with the log gives the same cost."""
         return self.bounds is not None and self.bounds.exact
 
     @property
     def cost(self) -> float | None:
-        """What it costs, where that is certain: exact, or run in the recorded truth alone."""
+        """The cost where it is certain: exact, or run in the recorded truth alone."""
         if self.status is RunStatus.PLANNER_FAILED:
             return None
         if self.bounds is None:
@@ -117,7 +117,7 @@ def replay_on(ground: Ground, strategy_name: str, *, worlds: Sequence[str] = ())
     """Replays one strategy over a prepared log.
 
     Args:
-        worlds: of WORLDS, those in which the run is told from start to end.
+        worlds: those of WORLDS in which the run's events are returned from start to end.
 
     Raises:
         UnknownName: no such strategy.
@@ -187,7 +187,8 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
 def _told_in(
     worlds: Sequence[str], ground: Ground, tree: Unfolding, planner: Strategy, bounds: Bounds, drawn: Floats | None
 ) -> Iterator[tuple[str, tuple[Event, ...]]]:
-    """The run in the cheapest and the dearest world found, and in the drawn world of median cost."""
+    """The events of the run in the cheapest and the most expensive world found, and in the sampled world of median
+    cost."""
     found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
     if "drawn" in worlds and drawn is not None and ground.worlds is not None:
         middle = int(np.argsort(drawn, kind="stable")[len(drawn) // 2])
@@ -199,7 +200,7 @@ def _told_in(
 
 
 def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
-    """The run over what the log holds and nothing else; ends undetermined at the first unopened container."""
+    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container."""
     return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
 
 
@@ -216,7 +217,7 @@ def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
 
 
 def support_of(events: tuple[Event, ...]) -> dict[str, int]:
-    """How many steps rest on what: logged, implied, imputed."""
+    """How many steps have which support: logged, implied, imputed."""
     counted = Counter(e.support for e in events if isinstance(e, Acted | Observed) and e.support)
     return dict(sorted(counted.items()))
 
@@ -244,10 +245,10 @@ def _ended(events: tuple[Event, ...]) -> Ended:
 
 
 def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
-    """A strategy that must see the truth: only where the log holds it and it may be used."""
+    """A replay of a strategy that must see the truth: only where the log holds it and it may be used."""
     if ground.truth is None:
         raise Unsupported(
-            f"{strategy_name} knows the whole house; a log can only tell with its recorded truth. Give --with-truth."
+            f"{strategy_name} knows the whole house, so a replay needs the recorded truth. Give --with-truth."
         )
     events = in_truth(ground, strategy(strategy_name, house=ground.truth))
     ended = _ended(events)
@@ -270,7 +271,7 @@ def _in_truth_only(ground: Ground, strategy_name: str) -> Replay:
 
 
 def _breaks_later(tree: Unfolding) -> str:
-    """Why the strategy broke in the first world, of those that were followed, in which it did; empty if in none."""
+    """Why the strategy broke in the first explored world in which it did; empty if it broke in none."""
     waiting: list[tuple[Node, str]] = [(tree.root, "")]
     met: set[int] = set()
     for node, where in waiting:
@@ -287,7 +288,7 @@ def _breaks_later(tree: Unfolding) -> str:
 
 
 def _without_claims(made: Replay, why: str) -> Replay:
-    """A strategy that broke in some world: neither bounds nor an estimate, but the reason."""
+    """A replay of a strategy that broke in some world: neither bounds nor an estimate, but the reason."""
     return replace(
         made,
         status=RunStatus.PLANNER_FAILED,
@@ -301,10 +302,12 @@ def _without_claims(made: Replay, why: str) -> Replay:
 
 
 def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
-    """A note where the strategy, asked the same again, went elsewhere before the first open container."""
+    """A note where the strategy, given the same view again, went elsewhere before the first open container."""
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
     look = tree.evidence.costs.search if again.question else 0.0
     if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
         return ()
-    return (f"{tree.strategy.name} is not deterministic: asked again it decided otherwise; its bounds do not hold",)
+    return (
+        f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",
+    )
