@@ -1,4 +1,4 @@
-"""`lios evaluate replay`: how often the replayer is right, measured against a hidden truth."""
+"""`lios evaluate replay`: measures bounds and estimates of replay against a hidden truth."""
 
 from __future__ import annotations
 
@@ -18,16 +18,19 @@ def replay(
     houses: Houses = None,
     part: Split = "test",
     scenarios: Annotated[
-        str, typer.Option("--scenarios", help="Scenarios by comma, taken in turn.")
+        str, typer.Option("--scenarios", help="Scenarios, separated by commas, taken in turn.")
     ] = "find,deliver-3,any-of-three",
     strategies: Annotated[
         str, typer.Option("--strategies", "-s", help="Each records a log and is replayed over the others' logs.")
     ] = "all",
     count: Annotated[
-        int, typer.Option("--counterfactuals", "-n", min=1, help="At least so many; whole tasks are measured.")
+        int,
+        typer.Option(
+            "--counterfactuals", "-n", min=1, help="The least number of counterfactuals; whole tasks are measured."
+        ),
     ] = 2000,
     estimator: Annotated[str, typer.Option("--estimator", help="What the runs believe.")] = "counts",
-    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
+    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 200,
     budget: Annotated[
         int,
         typer.Option(
@@ -37,7 +40,7 @@ def replay(
         ),
     ] = 400,
     workers: Workers = 1,
-    seed: Annotated[int, typer.Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the tasks and of the sampled worlds.")] = 0,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="A CSV file with every counterfactual.")
     ] = None,
@@ -45,13 +48,13 @@ def replay(
     dry_run: DryRun = False,
     json: Json = False,
 ) -> None:
-    """Measure replay: bounds and estimates against a truth that the replayer does not see.
+    """Measure bounds and estimates of replay against a truth that the replayer does not see.
 
     Every strategy records a log of every task; every other strategy is replayed over it and also run in the
-    simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in lumps, so
-    that intervals hold more than the 90 % they aim at: interval_coverage_closed is to be read against interval_mass.
-    The probability integral transform is free of that: its share within the central 90 % is interval_coverage, its
-    distance from the even distribution pit_distance, its ten bars pit (with --json).
+    simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs are discrete,
+    so that intervals contain more than the nominal 90 %: compare interval_coverage_closed with interval_mass. The
+    probability integral transform (PIT) has no such bias: its share within the central 90 % is interval_coverage, its
+    distance from the uniform distribution pit_distance, its ten histogram bars pit (with --json).
 
     Examples:
 
@@ -91,7 +94,7 @@ def replay(
 
 
 def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names of strategies and scenarios; what is none is refused."""
+    """The names of strategies and scenarios; unknown ones are refused."""
     from replayers.batch import strategies_named
     from replayers.sandbox import is_foreign
     from workbench.errors import BadValue
@@ -100,9 +103,9 @@ def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str,
     names = strategies_named(strategies, with_truth=False)
     wanted = tuple(s.strip() for s in scenarios.split(",") if s.strip())
     for name in names:
-        is_foreign(name)  # refuses what is no strategy
+        is_foreign(name)  # refuses unknown strategies
     for scenario in wanted:
-        family_of(scenario)  # refuses what is no scenario
+        family_of(scenario)  # refuses unknown scenarios
     if len(names) < 2:
         raise BadValue("--strategies", strategies, "two or more: each is replayed over the others' logs")
     return names, wanted
@@ -127,7 +130,7 @@ def _answer(
     *,
     as_json: bool,
 ) -> None:
-    """The figures over all, and scenario by scenario."""
+    """The figures over all scenarios, and for each."""
     from dataclasses import asdict
 
     from replayers.replay_figures import summary

@@ -24,10 +24,10 @@ def spot(
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
     estimator: Annotated[
-        str, typer.Option("--estimator", help="What our strategies believe: counts, fcnn, best.")
+        str, typer.Option("--estimator", help="Estimator of our strategies: counts, fcnn, best.")
     ] = "best",
     paper_estimator: Annotated[
-        str, typer.Option("--paper-estimator", help="What the paper's strategies believe.")
+        str, typer.Option("--paper-estimator", help="Estimator of the paper's strategies.")
     ] = "fcnn",
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder for the logs; kept.")] = None,
     cross: Annotated[
@@ -36,16 +36,15 @@ def spot(
     images_hz: Annotated[
         float, typer.Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
     ] = 0.03,
-    raw: Annotated[
-        bool, typer.Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")
-    ] = True,
+    raw: Annotated[bool, typer.Option("--raw/--no-raw", help="Also log bosdyn's messages as received.")] = True,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace logs.")] = False,
     json: Json = False,
 ) -> None:
     """Run the paper's real-world experiment on a simulated Spot: seconds, containers opened, cost.
 
-    Times are the robot's: walking, looking, handling; planning takes none of it. The paper's figures stand beside.
+    Times are the robot's: walking, looking, manipulating; planning takes no robot time. The paper's figures are shown
+    beside ours.
 
     Examples:
 
@@ -105,7 +104,7 @@ def _asked(place: Site, configurations: str, strategies: str) -> tuple[tuple[str
 
 
 def _emit(rows: list[SpotRow], crossed: list[CrossRow], *, seed: int, kept: bool) -> None:
-    """The answer for machines; a log has a place only where logs are kept."""
+    """The result for machines; a log has a path only where logs are kept."""
     from dataclasses import asdict
 
     from workbench.terminal import emit_json

@@ -24,7 +24,9 @@ def import_bag(
     strategy: Annotated[
         str, typer.Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
     ] = "model-lios",
-    estimator: Annotated[str, typer.Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[
+        str, typer.Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best.")
+    ] = "best",
     force: Force = False,
     json: Json = False,
 ) -> None:

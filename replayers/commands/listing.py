@@ -24,12 +24,12 @@ def list_logs(
     scenario: Annotated[str, typer.Option(help="Only runs of this scenario.")] = "",
     strategy: Annotated[str, typer.Option(help="Only runs of this strategy.")] = "",
     place: Annotated[str, typer.Option(help="Only runs whose house or site contains this text.")] = "",
-    status: Annotated[str, typer.Option(help="Only runs that ended so: done, no-plan, ...")] = "",
+    status: Annotated[str, typer.Option(help="Only runs with this outcome: done, no-plan, ...")] = "",
     sort: Annotated[str, typer.Option(help=f"By one of: {', '.join(SORTS)}.")] = "file",
     fresh: Annotated[bool, typer.Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,
 ) -> None:
-    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and remembered.
+    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and cached.
 
     Examples:
 

@@ -1,4 +1,4 @@
-"""`lios log cat`: messages as text or JSON, one a line."""
+"""`lios log cat`: prints messages as text or JSON, one on each line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def cat(
     exclude: Exclude = None,
     start: Start = "",
     end: End = "",
-    limit: Annotated[int, typer.Option(help="At most so many messages; 0 is all.", min=0)] = 0,
+    limit: Annotated[int, typer.Option(help="The most messages to print; 0 for all.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
     whole: Annotated[bool, typer.Option("--whole", help="Show all bytes of binary messages, in base64.")] = False,
 ) -> None:
@@ -51,7 +51,7 @@ def cat(
             break
     sys.stdout.flush()
     if not count:
-        say(f"{log}: no message there{' in that time' if start or end else ''}; lios info {log} tells what is in it.")
+        say(f"{log}: no message there{' in that time' if start or end else ''}; lios info {log} shows what is in it.")
 
 
 def _readable(message: Message, value: Any) -> str:

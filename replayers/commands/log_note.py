@@ -1,4 +1,4 @@
-"""`lios log note`: what a person wants to remember of a run, added to its log."""
+"""`lios log note`: adds a note to a log, or shows its notes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def note(
     log: Log,
     text: Annotated[str, typer.Argument(help="What to remember. Without it, the notes of the log are shown.")] = "",
     at: Annotated[str, typer.Option("--at", help="Seconds from the start, RFC 3339, or nanoseconds.")] = "",
-    until: Annotated[str, typer.Option("--until", help="For a note about a stretch of time.")] = "",
+    until: Annotated[str, typer.Option("--until", help="The end, for a note about a time span.")] = "",
     author: Annotated[str, typer.Option("--author", help="Who says so.")] = "",
     as_json: Json = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Which options do the log tools share, and what do they mean? As the mcap CLI has them."""
+"""Options that the log tools share, named as in the mcap CLI."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ Exclude = Annotated[
     list[str] | None, typer.Option("-n", "--exclude-topic-regex", help="No topics that match; may be repeated.")
 ]
 Start = Annotated[str, typer.Option("-S", "--start", help="Seconds from the start, RFC 3339, or nanoseconds.")]
-End = Annotated[str, typer.Option("-E", "--end", help="The same; the end itself is not included.")]
+End = Annotated[str, typer.Option("-E", "--end", help="As --start; the end itself is excluded.")]
 Packing = Annotated[str, typer.Option("--compression", help="zstd, lz4 or none.")]
-ChunkSize = Annotated[int, typer.Option("--chunk-size", help="Bytes of a chunk before it is packed.", min=1)]
+ChunkSize = Annotated[int, typer.Option("--chunk-size", help="Size of a chunk in bytes before compression.", min=1)]
 
 
 class NoSuchTopic(NotFound):
-    """Topics that a log does not have; lists those that it has."""
+    """Topics that a log does not have; the message lists those that it has."""
 
     def __init__(self, log: Path, wanted: str, there: Sequence[str]) -> None:
         listed = ", ".join(there[:MANY_TOPICS]) + (", ..." if len(there) > MANY_TOPICS else "")
@@ -53,14 +53,14 @@ def wanted_of(
     *,
     topics: str = "",
 ) -> Wanted:
-    """What the options ask for.
+    """The messages that the options ask for.
 
     Args:
         topics: names, separated by commas, beside the expressions to include.
 
     Raises:
         NoSuchTopic: a named topic that the log does not have, or expressions that leave none of its topics.
-        BadValue: a time or an expression that is none.
+        BadValue: an invalid time or expression.
     """
     from replayers.describe import describe
     from replayers.rewriting import Wanted, patterns
@@ -99,7 +99,7 @@ def style_of(compression: str, chunk_size: int, force: bool) -> Style:
 
 
 def bar(title: str) -> Any:
-    """Wraps messages on their way in a progress bar, on a terminal."""
+    """Wraps messages in a progress bar, on a terminal."""
 
     def told(messages: Iterator[Message]) -> Iterable[Message]:
         return progress(messages, title=title)
@@ -108,5 +108,5 @@ def bar(title: str) -> Any:
 
 
 def warn(damage: Damage) -> None:
-    """A line about a damage."""
+    """Prints a line about a damage."""
     say(f"byte {damage.offset}: {damage.what}")

@@ -1,4 +1,4 @@
-"""`lios log filter | merge | split | compact | convert`: one log from others, as the mcap CLI makes it."""
+"""`lios log filter | merge | split | compact | convert`: makes logs from logs, with options as in the mcap CLI."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def filter_log(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Copy the wanted topics and times to another log; topics that nobody here knows pass untouched.
+    """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
     Examples:
 
@@ -69,7 +69,7 @@ def merge(
         bool, typer.Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
     ] = False,
     allow_duplicates: Annotated[
-        bool, typer.Option("--allow-duplicates", help="Keep metadata and attachments of one name that differ.")
+        bool, typer.Option("--allow-duplicates", help="Keep differing metadata and attachments of the same name.")
     ] = False,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = 1 << 20,
@@ -127,7 +127,7 @@ def compact(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Pack a log into few large chunks: smaller and faster to read than one that was synced at every decision.
+    """Rewrite a log in few large chunks: smaller and faster to read than one that was synced at every decision.
 
     Examples:
 
@@ -166,7 +166,7 @@ def convert(
 
 
 class UnknownFormat(Unsupported):
-    """An output whose ending says nothing."""
+    """An output file whose suffix is not a known format."""
 
     def __init__(self, output: Path) -> None:
         super().__init__(
@@ -190,5 +190,5 @@ def _tell(done: Rewritten, as_json: bool) -> None:
     for damage in done.loss.damages[:5]:
         warn(damage)
     if any(damage.costs_content for damage in done.loss.damages) or done.loss.messages:
-        say("Something was lost; lios doctor tells more.")
+        say("Something was lost; lios doctor shows what.")
         raise typer.Exit(3)

@@ -15,19 +15,19 @@ def plan(
     log: Annotated[Path, typer.Argument(help="A log of a run.")],
     at: Annotated[float | None, typer.Option("--at", help="Seconds after the start; default: the start.")] = None,
     decision: Annotated[int | None, typer.Option("--decision", help="A decision by its number, from 1.")] = None,
-    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Who plans; default: who planned then.")] = "",
+    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Strategy; default: that of the run.")] = "",
     solver: Annotated[
         str, typer.Option("--solver", help="built-in, sas-lmcut, pddl-ff-astar2, up-ENGINE, 'command:LINE', ...")
     ] = "",
     pddl: Annotated[bool, typer.Option("--pddl", help="Print domain and problem in PDDL.")] = False,
     sas: Annotated[bool, typer.Option("--sas", help="Print the SAS+ task.")] = False,
     everywhere: Annotated[
-        bool, typer.Option("--everywhere", help="Plan over all places instead of those that can matter.")
+        bool, typer.Option("--everywhere", help="Plan over all places, not only those that can matter.")
     ] = False,
-    budget: Annotated[float, typer.Option("--budget", min=0.0, help="Seconds that the solver may take.")] = 120.0,
+    budget: Annotated[float, typer.Option("--budget", min=0.0, help="Time limit of the solver in seconds.")] = 120.0,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="A folder for PDDL, SAS+ and plan.json."),
+        typer.Option("--output", "-o", help="Folder for PDDL, SAS+ and plan.json."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files in the output folder.")] = False,
     json: Json = False,

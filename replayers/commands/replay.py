@@ -1,4 +1,4 @@
-"""`lios replay`: other planners over recorded logs; what each would have cost, and how far the log can tell."""
+"""`lios replay`: replays planners over recorded logs, with bounds and estimates of their costs."""
 
 from __future__ import annotations
 
@@ -17,33 +17,36 @@ if TYPE_CHECKING:
 
 BROKE = "planner-failed"
 TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE}
-"""Statuses whose reason is a column, or is said with the log or at the end; any other is said below the table."""
+"""Statuses whose reason is shown in a column, with the log or at the end; other reasons are shown below the table."""
 
 
 def replay(
     logs: Annotated[list[Path], typer.Argument(help="Logs, or folders of logs.")],
     strategies: Annotated[
         str,
-        typer.Option("--strategies", "--strategy", "-s", help='Names by comma, "module:Class", or "all".'),
+        typer.Option("--strategies", "--strategy", "-s", help='Names separated by commas, "module:Class", or "all".'),
     ] = "all",
     verify: Annotated[
         bool,
         typer.Option(
             "--verify",
-            help="Run the recorded strategy again and compare every decision; --strategies says where yours is.",
+            help="Run the recorded strategy again and compare every decision; --strategies names your own.",
         ),
     ] = False,
     with_truth: Annotated[bool, typer.Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder that keeps replays (JSON and MCAP); resumes there.")
+        Path | None, typer.Option("--output", "-o", help="Folder for the replays (JSON and MCAP); resumes there.")
     ] = None,
     estimator: Annotated[
         str,
         typer.Option(
-            "--estimator", help='"log": as in the log; "first": the log\'s first belief, held; or counts, fcnn, best.'
+            "--estimator",
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or counts, fcnn, best.',
         ),
     ] = "log",
-    worlds: Annotated[int, typer.Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
+    worlds: Annotated[
+        int, typer.Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")
+    ] = 200,
     budget: Annotated[
         int,
         typer.Option(
@@ -56,30 +59,34 @@ def replay(
         bool, typer.Option("--unique", help="Assume no instances beyond those that the log shows.")
     ] = False,
     no_inventory: Annotated[
-        bool, typer.Option("--no-inventory", help="Do not assume that the task's available item types are all.")
+        bool, typer.Option("--no-inventory", help="Do not treat the task's item list as complete.")
     ] = False,
     timeout: Annotated[
-        float, typer.Option("--timeout", min=0.1, help="Seconds that your own planner may take for a decision.")
+        float, typer.Option("--timeout", min=0.1, help="Time limit of your own planner for a decision, in seconds.")
     ] = 10.0,
     look_next: Annotated[
-        bool, typer.Option("--look-next", help="Which unopened container would settle most?")
+        bool,
+        typer.Option(
+            "--look-next",
+            help="Show which unopened container to open next: the one that would settle most comparisons.",
+        ),
     ] = False,
     write: Annotated[
         str,
         typer.Option(
             "--write",
-            help="With -o, also record the run in worlds that agree with the log: best, worst, drawn (by comma).",
+            help="With -o, also record the run in consistent worlds: best, worst, drawn (separated by commas).",
         ),
     ] = "",
     workers: Annotated[
-        int | None, typer.Option("--workers", "-j", min=1, help="Processes; default: one a core.")
+        int | None, typer.Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
-    """What would other planners have cost on these logs?
+    """Replay other planners over these logs, to know what they would have cost.
 
-    lower and upper hold in every world that agrees with the log; estimate is a mean over drawn worlds.
+    lower and upper hold in every world that is consistent with the log; estimate is a mean over sampled worlds.
 
     Examples:
 
@@ -145,7 +152,7 @@ def replay(
 
 
 def _not_there(names: tuple[str, ...]) -> dict[str, str]:
-    """Planners from outside that cannot be loaded, with the reasons; refuses where there is no other."""
+    """Plug-in planners that cannot be loaded, with the reasons; raises where there is no other strategy."""
     from replayers.sandbox import is_foreign, require_planner, why_not_loaded
     from workbench.planning.strategies import StrategyNotLoaded
 
@@ -292,7 +299,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
 
 
 def _interval(row: dict[str, Any]) -> str | None:
-    """The shortest range that holds at least nine of ten drawn worlds, and how many it holds."""
+    """The shortest interval that contains at least 90 % of the sampled worlds, and the share that it contains."""
     if row.get("interval90") is None:
         return None
     low, high = row["interval90"]
@@ -305,7 +312,7 @@ def _between(bounds: dict[str, float] | None) -> str | None:
 
 
 def _seconds(row: dict[str, Any]) -> str | None:
-    """Predicted by a robot's own speeds, with the error that their residuals leave."""
+    """The duration predicted by a robot's own speeds, with the error that their residuals leave."""
     if row.get("durations") is None:
         return None
     until = " until it stops" if row["status"] == "undetermined" else ""
@@ -322,7 +329,7 @@ def _proof(row: dict[str, Any]) -> str | None:
 
 
 def _broken(rows: list[dict[str, Any]]) -> list[str]:
-    """Strategies that broke: on how many of their logs, and why on the first; the rows tell each."""
+    """Strategies that broke: on how many of their logs, and why on the first; the rows give each reason."""
     why: dict[str, list[str]] = {}
     for row in rows:
         if row["status"] == BROKE:
@@ -350,7 +357,7 @@ def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> l
 
 
 def _recorded_as(strategies: str) -> str:
-    """With --verify, under which name the recorded strategy is found here; empty for that in the log."""
+    """With --verify, the name by which the recorded strategy can be loaded; empty for that in the log."""
     from workbench.errors import BadValue
 
     if strategies == "all":
