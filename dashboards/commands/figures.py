@@ -14,12 +14,12 @@ def figures(
     logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
     format_: Annotated[
-        list[str] | None, typer.Option("--format", help="pdf, svg or png; again for more; default: pdf and png.")
+        list[str] | None, typer.Option("--format", help="pdf, svg or png; may be repeated; default: pdf and png.")
     ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Draw figures of runs: ways from above, belief maps, cost over time, the plan as a Gantt chart, a comparison.
+    """Draw figures of runs: paths from above, belief maps, cost over time, the plan as a Gantt chart, a comparison.
 
     Examples:
 

@@ -1,4 +1,4 @@
-"""`lios render`: a picture or a film of runs, without a browser window."""
+"""`lios render`: a picture or a video of runs, without a browser window."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from workbench.options import Force, Json
 def render(
     logs: Annotated[list[Path], typer.Argument(help="Logs of one task; the first is in focus.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The .png or .mp4 to write.")] = Path("frame.png"),
-    at: Annotated[float, typer.Option(help="Seconds after the start; for a film, where it begins.")] = 0.0,
-    video: Annotated[bool, typer.Option("--video", help="A film (MP4) instead of a picture.")] = False,
-    until: Annotated[float | None, typer.Option(help="Where a film ends, in seconds after the start.")] = None,
-    speed: Annotated[float, typer.Option(help="Seconds of the run in one second of the film.")] = 4.0,
+    at: Annotated[float, typer.Option(help="Seconds after the start; for a video, where it begins.")] = 0.0,
+    video: Annotated[bool, typer.Option("--video", help="A video (MP4) instead of a picture.")] = False,
+    until: Annotated[float | None, typer.Option(help="Where a video ends, in seconds after the start.")] = None,
+    speed: Annotated[float, typer.Option(help="Seconds of the run in one second of the video.")] = 4.0,
     fps: Annotated[int, typer.Option(help="Frames a second of a film.")] = 24,
     width: Annotated[int, typer.Option(help="Width in pixels.")] = 1280,
     height: Annotated[int, typer.Option(help="Height in pixels.")] = 720,

@@ -9,15 +9,17 @@ import typer
 
 
 def view(
-    logs: Annotated[list[Path], typer.Argument(help="Logs of one task to lay over each other, or a folder of logs.")],
+    logs: Annotated[list[Path], typer.Argument(help="Logs of one task to show together, or a folder of logs.")],
     port: Annotated[int, typer.Option(help="Port to listen on; 0 takes any free one.")] = 8080,
-    host: Annotated[str, typer.Option(help="Address to listen on; only this machine by default.")] = "127.0.0.1",
-    at: Annotated[float, typer.Option(help="Seconds after the start to show first.")] = 0.0,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; by default, only this machine can connect.")
+    ] = "127.0.0.1",
+    at: Annotated[float, typer.Option(help="Seconds after the start at which to begin.")] = 0.0,
     follow: Annotated[bool, typer.Option("--follow", help="Show a run while it is being recorded.")] = False,
 ) -> None:
-    """Look at runs in 3D in a browser.
+    """Show runs in 3D in a browser.
 
-    Several logs are laid over each other on one clock; a folder opens as a table of its runs.
+    Several logs are overlaid on one clock; a folder opens as a table of its runs.
 
     Examples:
 

@@ -1,4 +1,4 @@
-"""What does the robot mean to do? The plan in force, the order of search, and the ways not taken."""
+"""Panel of the plan in force, the order of search, and the alternatives."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _order(scene: Scene) -> str:
 
 
 def _alternatives(scene: Scene) -> str:
-    """Other ways to the goal, with what the planner says against them or how much dearer they are."""
+    """Other ways to the goal, with the planner's reason against them or how much more they cost."""
     if not scene.alternatives:
         return ""
     taken = scene.expected_cost if scene.expected_cost is not None else min(a.cost for a in scene.alternatives)

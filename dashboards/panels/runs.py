@@ -1,4 +1,4 @@
-"""Which runs are there? A folder as a table, with filters; a click opens one, another lays it over what is shown."""
+"""Panel of the runs in a folder, as a table with filters; a click opens a run or overlays it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
 
 
 def passes(row: RunRow, words: str) -> bool:
-    """Whether every word is somewhere in the row; "cost<50" and "cost>50" compare."""
+    """Whether every word occurs in the row; "cost<50" and "cost>50" compare."""
     haystack = f"{row.file} {row.place} {row.scenario} {row.strategy} {row.source} {row.outcome}".lower()
     for word in words.lower().split():
         if word.startswith(("cost<", "cost>")):
