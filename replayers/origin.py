@@ -22,7 +22,7 @@ from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo
 IN_WORDS = {
     "": "over the log alone",
     "best": "in the cheapest world found",
-    "worst": "in the dearest world found",
+    "worst": "in the most expensive world found",
     "drawn": "in a drawn world",
 }
 

@@ -33,7 +33,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     for i in range(1, len(clock.timelines)):
         parts.append(_parting(clock, i, names))
     if len(clock.timelines) == 1:
-        parts.append('<p class="muted">Lay more runs over this one in the Runs tab to compare them.</p>')
+        parts.append('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>')
     return "".join(parts) + "</div>"
 
 
@@ -71,7 +71,7 @@ def _parting(clock: Clock, other: int, names: list[str]) -> str:
         f"<p>{dot(run_colour(run))}{name(did)}{_believed(timeline, found, side)}</p>"
         for side, (run, timeline, did) in enumerate(((0, first, found.did[0]), (other, second, found.did[1])))
     )
-    return f"{title}<p>They part {jump}.</p>{sides}"
+    return f"{title}<p>They diverge {jump}.</p>{sides}"
 
 
 def _believed(timeline: Timeline, found: Divergence, side: int) -> str:

@@ -64,7 +64,7 @@ def _than(more: float) -> str:
     """By how much an alternative differs from what is done, in words; its cost is shown beside."""
     if abs(more) < SAME:
         return "costs the same"
-    return f"{abs(more):.1f} {'cheaper' if more > 0 else 'dearer'}"
+    return f"{abs(more):.1f} {'cheaper' if more > 0 else 'more expensive'}"
 
 
 def _first_looks(looks: tuple[FirstLook, ...], focus: str) -> str:
@@ -92,5 +92,5 @@ def _verdict(look: FirstLook, chosen: float) -> str:
     if abs(more) < SAME:
         return '<span class="muted">no better</span>'
     if more > 0:
-        return f'<span class="muted">{more:.1f} dearer</span>'
+        return f'<span class="muted">{more:.1f} more expensive</span>'
     return f"{-more:.1f} cheaper, but not this policy's order"

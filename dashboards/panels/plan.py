@@ -35,7 +35,7 @@ def _order(scene: Scene) -> str:
         [str(i + 1), place(s.container), percent(s.probability), percent(s.reached), number(s.leg_m)]
         for i, s in enumerate(scene.search_order)
     ]
-    head = ("#", "container", "there", "comes so far", "leg m")
+    head = ("#", "container", "P(there)", "P(reached)", "leg m")
     return "<h3>Intended order of search</h3>" + table(head, rows, key="order", classes=("n", "", "n", "n", "n"))
 
 
@@ -54,4 +54,6 @@ def _against(way: WayNotTaken, taken: float) -> str:
     more = way.cost - taken
     if abs(more) < SAME:
         return "<b>taken</b>"
-    return f'<span class="muted">{abs(more):.1f} {"dearer" if more > 0 else "cheaper, by a lower bound"}</span>'
+    return (
+        f'<span class="muted">{abs(more):.1f} {"more expensive" if more > 0 else "cheaper, by a lower bound"}</span>'
+    )

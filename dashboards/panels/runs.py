@@ -46,7 +46,7 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
     more = (
         f'<p class="muted">and {len(rows) - MOST_ROWS} more; filter to see them</p>' if len(rows) > MOST_ROWS else ""
     )
-    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + lays it over.</p>'
+    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + overlays it.</p>'
     made = table(head, cells, key="runs", classes=("", "", "", "", "", "n", "n"))
     return f'<div class="lp">{count}{made}{more}</div>'
 
@@ -78,5 +78,5 @@ def _mark(index: int, shown: tuple[int, ...]) -> str:
     if index < 0:
         return ""
     if index in shown:
-        return f'<span {command(f"overlay {index}")} title="take it away">●</span>'
-    return f'<span {command(f"overlay {index}")} title="lay it over"><b>+</b></span>'
+        return f'<span {command(f"overlay {index}")} title="remove it">●</span>'
+    return f'<span {command(f"overlay {index}")} title="overlay it"><b>+</b></span>'

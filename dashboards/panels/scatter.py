@@ -59,7 +59,7 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
         f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">'
         f"cost of {text(second)}</text>"
         f"{points}</svg><p>{len(found)} {tasks}: {name(second)} costs {_difference(found)} than {name(first)} on"
-        f" average; it is cheaper in {below} and dearer in {above}.</p>"
+        f" average; it is cheaper in {below} and more expensive in {above}.</p>"
         '<p class="muted">Under the line the second is cheaper; orange: one of the two failed; pale: not recorded.'
         " A click on a point opens its two runs.</p></div>"
     )
