@@ -1,4 +1,4 @@
-"""The offline page, pictures and films, in a real browser without a network."""
+"""The offline page, pictures and videos, in a real browser without a network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What looking elsewhere first would have cost, and what the panels say of finds and ways that were not taken."""
+"""Expected costs of looking elsewhere first, and what the panels say about finds and alternatives."""
 
 from __future__ import annotations
 

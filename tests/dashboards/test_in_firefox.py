@@ -1,4 +1,4 @@
-"""The dashboard and the offline page in Firefox: drawn, clicked, sought, restored."""
+"""The dashboard and the offline page in Firefox: drawing, clicks, seeking, restoring."""
 
 from __future__ import annotations
 

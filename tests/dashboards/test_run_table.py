@@ -1,4 +1,4 @@
-"""Folders and evaluations as tables: rows from indexes and tables, points that open trials, what is not there."""
+"""Folders and evaluations as tables: rows from indexes and tables, points that open trials, missing logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a log makes certain: each odd case of docs/replay.md has its one meaning."""
+"""What a log makes certain: each odd case has the meaning that docs/replay.md gives it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a crash would have cost is told by the recorder's own clock, never by that of a simulated world."""
+"""The window of loss in a crash is measured by the recorder's own clock, never by that of a simulated world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Every kind of bad or odd input through the command line: its meaning of docs/replay.md, "Odd logs"."""
+"""Every kind of bad or odd input through the command line has the meaning that docs/replay.md, "Odd logs", gives
+it."""
 
 from __future__ import annotations
 
