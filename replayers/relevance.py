@@ -30,7 +30,7 @@ NOTHING: Answer = ()
 
 MOST_ANSWERS = 64
 """An open container of a kitchen can hold any of a thousand subsets of what a breakfast may use. With more answers
-than this, the ones with the fewest items are followed, and all others together are bounded from outside."""
+than this, those with the fewest items are followed, and all others together get outer bounds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
