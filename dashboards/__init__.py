@@ -1,1 +1,1 @@
-"""The Viser app, figures and the offline page."""
+"""The Viser dashboard, figures and the offline page."""

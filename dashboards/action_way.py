@@ -1,4 +1,4 @@
-"""Where was the robot, by its actions? Their paths as one way: of simulations and replays, whose actions hold it."""
+"""The robot's path from the paths of its actions, for simulations and replays, whose actions hold them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from workbench.worlds.house import START, LocationId
 def way_of_actions(
     place: Place, actions: Sequence[ActionFinished], start_ns: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Corners of the way walked, each with its second, the heading from there on, and whether it was assumed."""
+    """Corners of the walked path, each with its time in seconds, the heading from there on, and whether it was
+    assumed."""
     at = _first_place(place, actions)
     seconds: list[float] = [0.0]
     corners: list[Point] = [at]

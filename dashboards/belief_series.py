@@ -1,18 +1,18 @@
-"""How did the belief in one item type go, container by container? For those that were ever most believed."""
+"""Belief in one item type over time, for the containers that were ever among the most believed."""
 
 from __future__ import annotations
 
 from dashboards.timeline import Timeline
 
 MOST_LINES = 6
-"""Containers of which a chart shows the belief."""
+"""Containers whose belief a chart shows, at most."""
 
 Series = list[tuple[int, float]]
-"""(stamp of a decision, probability), in order."""
+"""(stamp of a decision in nanoseconds, probability), in order."""
 
 
 def belief_series(timeline: Timeline, item_type: str) -> dict[str, Series]:
-    """A series per container, the most believed first; a container has none once it was searched."""
+    """One series for each container, the most believed first; a series ends when its container is searched."""
     series: dict[str, Series] = {}
     for frame in timeline.decisions:
         if frame.belief is None or item_type not in frame.belief.item_types:

@@ -1,4 +1,4 @@
-"""How can a run be handed to someone who has nothing installed? As one HTML file that plays offline.
+"""The offline page: runs as one HTML file that plays in a browser without a network.
 
 The page carries the house as batches, each run as arrays, and the panels as they were at every moment at which
 they changed, each text once; gzip makes that small. It loads nothing and sends nothing (its security policy says so).
@@ -56,7 +56,7 @@ SHEETS = ("panels/panels.css", "capsule_page/page.css")
 
 
 def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = False) -> int:
-    """Writes the page; returns its size in bytes. A page is written whole or not at all.
+    """Writes the page atomically; returns its size in bytes.
 
     Raises:
         OutputExists: the file is there and force is not given.
@@ -92,7 +92,7 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
         "@SCRIPT@": "\n".join(resource(name) for name in PARTS),
         "@DATA@": packed,
     }
-    # In one pass: a title may itself read @DATA@.
+    # In one pass, because a title may itself contain @DATA@.
     return re.sub("|".join(parts), lambda found: parts[found[0]], resource("capsule_page/page.html"))
 
 

@@ -1,7 +1,7 @@
-"""One run as a page plays it: arrays for what moves, and frames for what changes at once.
+"""One run as the offline page plays it: arrays for continuous motion, and frames for discrete changes.
 
-A frame stands for every moment at which a decision is made, an action begins or ends, or something is seen. What
-frames share (colours, texts, ways) is kept once and referred to by number.
+There is a frame for every moment at which a decision is made, an action begins or ends, or something is seen. What
+frames share (colours, texts, paths) is stored once and referred to by number.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MOST_FRAMES = 3000
 
 
 class Texts:
-    """Texts that occur often, each kept once."""
+    """Texts that occur often, each stored once."""
 
     def __init__(self) -> None:
         self.all: list[Any] = []
@@ -48,7 +48,7 @@ class Texts:
 
 
 def items_of(timeline: Timeline) -> tuple[str, ...]:
-    """The item types that can be chosen: of the goal and the plans first, then the most believed."""
+    """The item types that can be chosen: first those of the goal and the plans, then the most believed."""
     wanted = [t for t in goal_types(timeline.run.task.goal) if t in timeline.top_belief]
     for frame in timeline.decisions:
         steps = frame.plan.steps if frame.plan is not None else ()
@@ -63,9 +63,9 @@ def run_data(
     """A run for the page. A frame has one look for the item that the plan finds, and one for each that can be chosen.
 
     Args:
-        texts: where panels' markup is kept.
+        texts: stores the markup of the panels.
         panels: whether this run's panels are wanted: only for the run in focus.
-        unopened: whether containers are marked that no run opened.
+        unopened: whether to mark containers that no run opened.
     """
     palettes, heights, marks, orders, ways = Texts(), Texts(), Texts(), Texts(), Texts()
     items = items_of(timeline) if panels else ()
@@ -128,7 +128,7 @@ def still_panels(clock: Clock, names: list[str]) -> dict[str, Any]:
 
 
 def frame_stamps(timeline: Timeline) -> list[int]:
-    """The moments of frames, in order; the run's start is always one."""
+    """The stamps of frames in nanoseconds, in order; the run's start is always one."""
     decisions = {timeline.start_ns, timeline.end_ns, *timeline.decision_ns}
     others = {stamp for a in timeline.actions for stamp in (a.start.ns, a.stamp.ns)}
     others |= {int(s) for s in timeline.searched_ns if s != NEVER}

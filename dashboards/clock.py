@@ -1,7 +1,7 @@
-"""On which clock do several runs stand side by side? By time, by metres walked, or by decision.
+"""Common clocks of several runs: by time, by metres walked, or by decision.
 
-A clock turns one reading (seconds, metres or a decision's number) into a moment of each run, so that a slider can
-move all of them at once.
+A clock turns one reading (seconds, metres or a decision's number) into a stamp of each run, so that one slider moves
+all of them.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ class Clock:
 
     @property
     def end(self) -> float:
-        """The last reading of any run, at least a small one so that a slider has a length."""
+        """The last reading of any run, at least a small positive one so that a slider has a length."""
         return max([self._last(t) for t in self.timelines] or [0.0]) or 1.0
 
     def stamps(self, reading: float) -> tuple[int, ...]:
-        """The moment of each run at a reading; a run that is over stays at its end."""
+        """The stamp of each run at a reading, in nanoseconds; a run that is over stays at its end."""
         return tuple(self._stamp(t, reading) for t in self.timelines)
 
     def reading(self, stamp_ns: int, *, run: int = 0) -> float:
-        """The reading at a moment of a run."""
+        """The reading at a stamp of a run."""
         timeline = self.timelines[run]
         second = timeline.seconds(stamp_ns)
         if self.alignment == "time":
@@ -54,7 +54,7 @@ class Clock:
         return float(timeline.decision_at(stamp_ns) + 1)
 
     def position(self, stamp_ns: int, *, run: int = 0) -> float:
-        """As `reading`, but by decision a moment within one lies between its number and the next, by its time."""
+        """As `reading`, but on the clock of decisions a stamp within a decision is interpolated by its time."""
         if self.alignment != "decision":
             return self.reading(stamp_ns, run=run)
         timeline = self.timelines[run]

@@ -1,4 +1,4 @@
-"""How far is a replayed run's cost known? Its bounds and estimate, kept beside its log by lios replay."""
+"""Bounds and estimate of a replayed run's cost, as `lios replay` stores them beside its log."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from workbench.terminal import say
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterfactual:
-    """What the log allows: least and largest cost over all consistent worlds; None where they were not proven.
+    """Least and greatest cost over all consistent worlds; None where they were not proven.
 
     Attributes:
-        estimate: mean over drawn worlds, with the interval in which nine of ten fall.
+        estimate: mean over sampled worlds, with the interval that contains 90 % of them.
     """
 
     lower: float | None
@@ -25,7 +25,7 @@ class Counterfactual:
 
 
 def kept_beside(log: Path) -> Counterfactual | None:
-    """The counterfactual kept beside a replay's log, None for another log; a file that cannot be read is told of."""
+    """The counterfactual stored beside a replay's log, None for another log; an unreadable file is reported."""
     kept_at = log.with_suffix(".json")
     if not log.name.endswith(".replay.mcap") or not kept_at.exists():
         return None

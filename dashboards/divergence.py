@@ -1,7 +1,7 @@
-"""Where do two runs of one task part? At the first action that differs; both beliefs of that moment are kept.
+"""The first action at which two runs of one task differ, with both beliefs at that moment.
 
-Replays that went in steps of their own (other legs to the same place) do not part until they do something else:
-actions are compared by what they do, not by how long they take.
+Actions are compared by what they do, not by how long they take: replays that only split the way differently (other
+legs to the same place) do not diverge.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Divergence:
 
     Attributes:
         index: how many actions they share.
-        stamps_ns: when each run began the action that differs (its end, for a run that was over).
+        stamps_ns: when each run began the action that differs (its end, for a run that was over), in nanoseconds.
         decisions: the decision in force in each, 0 before the first.
         did: what each did, in words; "nothing more" for a run that was over.
     """
@@ -31,7 +31,7 @@ class Divergence:
 
 
 def divergence(a: Timeline, b: Timeline) -> Divergence | None:
-    """Where two runs part, or None if they do the same to their ends."""
+    """Where two runs diverge, or None if they do the same to their ends."""
     ours, theirs = a.actions, b.actions
     for index in range(max(len(ours), len(theirs))):
         left = ours[index] if index < len(ours) else None

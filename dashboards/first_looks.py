@@ -1,7 +1,8 @@
-"""Where else could the robot have looked first, and what would that have cost on average?
+"""Expected costs of the search for every other choice of the first container.
 
-Each container of the intended order is moved to its front, the others staying in theirs, and Eq. 1 is followed along
-that order under the decision's own belief. A first stop that is dearer than the chosen one says why it was not taken.
+Each container of the intended order is moved to the front, the others keeping their order, and Eq. 1 of the paper is
+evaluated along that order under the decision's own belief. A first stop that costs more than the chosen one explains
+why it was not taken.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ MOST_STOPS = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FirstLook:
-    """One container as the first stop: the expected cost of the whole search then."""
+    """One container as the first stop, with the expected cost of the whole search."""
 
     container: str
     probability: float
@@ -37,9 +38,9 @@ class FirstLook:
 
 
 def first_looks(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ...]:
-    """Cheapest first; empty for a decision without a search, or whose log lacks what it takes.
+    """Cheapest first; empty for a decision without a search, or whose log lacks the data.
 
-    Worked out once a decision; the timeline keeps it.
+    Computed once for each decision; the timeline caches it.
     """
     if frame.number not in timeline.first_looks:
         timeline.first_looks[frame.number] = _worked_out(timeline, frame)
@@ -76,7 +77,7 @@ def _worked_out(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ..
 
 
 def _sought(plan: PlanComputed | None) -> tuple[str, str] | None:
-    """What the plan finds first, and where it brings it."""
+    """What the plan finds first, and where it is brought."""
     steps = plan.steps if plan is not None else ()
     return next(((s.item_types[0], s.target) for s in steps if s.action == "find" and s.item_types), None)
 

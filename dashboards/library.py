@@ -1,4 +1,4 @@
-"""Which runs can be opened? The logs that were named, or all of a folder; each read once, when it is first shown."""
+"""The runs that a dashboard can open: named logs, or all of a folder; each is read when first shown."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.worlds.house import FloorPlan
 
 SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
-"""How long the sensors of a growing log are not looked for anew: that many seconds, or times as long as it took."""
+"""How long to wait before the sensors of a growing log are indexed again: seconds, or multiples of the time it
+took."""
 MOST_OPEN = 24
-"""Runs, and places, that are kept in memory; the longest unused is dropped first."""
+"""Runs, and places, kept in memory; the least recently used is dropped first."""
 K = TypeVar("K")
 V = TypeVar("V")
 
@@ -34,10 +35,10 @@ class NoLogs(NotFound):
 
 
 class Library:
-    """The logs of one viewer. Only these can be read through it, by their place in the list.
+    """The logs of one viewer. Only these can be read through it, by their index in the list.
 
     Raises:
-        FileMissing: a path that does not exist.
+        FileMissing: a path does not exist.
         NoLogs, NotRecorded: a folder without logs.
         MalformedFile: the folder of an evaluation whose table cannot be read.
     """
@@ -59,7 +60,7 @@ class Library:
         self.unreadable: list[str] = []
 
     def timeline(self, index: int) -> Timeline:
-        """The run of the index-th log.
+        """The timeline of the index-th log.
 
         Raises:
             IndexError: there is no such log.
@@ -75,7 +76,7 @@ class Library:
             return _newest(self._timelines, index)
 
     def senses(self, index: int) -> Senses | None:
-        """What the robot of the index-th log sensed; None for a log without sensors, or one that cannot be read."""
+        """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
         with self._lock:
             if index not in self._senses:
                 began = time.monotonic()
@@ -88,7 +89,7 @@ class Library:
             return _newest(self._senses, index)
 
     def rows(self) -> list[RunRow]:
-        """A row per run, from indexes and tables; no run is read for it."""
+        """One row for each run, from indexes and tables; no run is read for it."""
         if self._rows is None:
             self._rows = trial_rows(self.trials, self.paths) if self.trials else []
             if not self.trials:
@@ -96,7 +97,7 @@ class Library:
         return self._rows
 
     def reread(self, index: int) -> Timeline:
-        """The run again, as its log now stands."""
+        """The timeline of a run, read again from its log as it now is."""
         with self._lock:
             self._timelines.pop(index, None)
             if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
@@ -104,7 +105,7 @@ class Library:
         return self.timeline(index)
 
     def shape(self, plan: FloorPlan) -> HouseShape:
-        """The shapes of a floor plan, made once."""
+        """The geometry of a floor plan, computed once."""
         with self._lock:
             if plan not in self._shapes:
                 self._shapes[plan] = house_shape(plan)
@@ -112,7 +113,7 @@ class Library:
 
 
 def _newest(kept: OrderedDict[K, V], key: K) -> V:
-    """What is kept under a key, now the last to be dropped; the longest unused goes once there are too many."""
+    """The cached value of a key, marked as most recently used; the least recently used is dropped above the limit."""
     kept.move_to_end(key)
     while len(kept) > MOST_OPEN:
         kept.popitem(last=False)
@@ -120,7 +121,7 @@ def _newest(kept: OrderedDict[K, V], key: K) -> V:
 
 
 def logs_of(paths: Sequence[Path]) -> list[Path]:
-    """The logs that are named, and those in named folders, sorted within each folder."""
+    """The named logs, and those in named folders, sorted within each folder."""
     found: list[Path] = []
     for path in paths:
         if path.is_dir():

@@ -1,4 +1,4 @@
-"""How does a scene's knowledge look? Colours and heights per container, the same in every view."""
+"""Appearance of containers: colours and bar heights from a scene, the same in every view."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ BAR_M = 1.1
 
 
 def shares(scene: Scene) -> npt.NDArray[np.float64]:
-    """Beliefs as shares of the scale's top, float64 (n,); NaN where there is none."""
+    """Beliefs as fractions of the scale's top, float64 (n,); NaN where there is none."""
     return scene.belief / scene.top_belief if scene.top_belief > 0 else scene.belief * np.nan
 
 
 def bar_heights_m(scene: Scene) -> npt.NDArray[np.float64]:
-    """Heights of the bars over containers, float64 (n,); 0 for none."""
+    """Heights of the bars over containers in metres, float64 (n,); 0 for none."""
     return np.nan_to_num(shares(scene)) * BAR_M
 
 
 def container_colours(scene: Scene) -> npt.NDArray[np.uint8]:
-    """One colour per container: its belief, or what else is known of it. uint8 (n, 3)."""
+    """One colour for each container: of its belief, or of what else is known of it. uint8 (n, 3)."""
     share = shares(scene)
     colours = belief_colours(share)
     colours[np.isnan(share)] = NO_BELIEF

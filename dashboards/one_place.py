@@ -1,4 +1,4 @@
-"""Which of several runs are of the place of the first? Only those can be drawn into one house; others are told of."""
+"""Selects the runs that are of the same place as the first; only those can be drawn into one house."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from workbench.terminal import say
 
 
 def read_together(logs: Sequence[Path]) -> list[Timeline]:
-    """The runs of logs that are to be shown together, the first in focus; a person is told which are of other places.
+    """Reads the runs to be shown together, the first in focus; prints which are left out as of another place.
 
     Raises:
         FileMissing, NoLogs and the other errors of reading a log.
@@ -33,6 +33,6 @@ def left_out(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
 
 
 def say_left_out(timelines: Sequence[Timeline]) -> None:
-    """Tells a person, one line a run, which are left out."""
+    """Prints, one line for each run, which are left out."""
     for timeline in left_out(timelines):
         say(f"Left out: {timeline.run.path} is of {timeline.run.info.place}, not of {timelines[0].run.info.place}.")

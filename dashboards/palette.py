@@ -1,4 +1,4 @@
-"""Which colours does a view use? One table, safe for colour-blind eyes, the same in 3D, panels and figures.
+"""Colours of all views, safe for colour-blind eyes, the same in 3D, panels and figures.
 
 Runs take the colours of Okabe and Ito ("Color Universal Design", 2008). Belief takes matplotlib's magma, which is
 perceptually uniform, reversed and cropped so that unlikely is pale and likely is deep on a light floor.
@@ -69,7 +69,7 @@ PHASES: dict[str, str] = {
 }
 
 _PALE, _DEEP = 0.03, 0.80
-"""The part of reversed magma that is used."""
+"""The range of reversed magma that is used."""
 
 
 @lru_cache(maxsize=1)
@@ -81,7 +81,7 @@ def _belief_table() -> npt.NDArray[np.uint8]:
 
 
 def belief_colours(share: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """Colours of beliefs given as a share of the scale's top, shape (..., 3); out of range is clipped."""
+    """Colours of beliefs given as fractions of the scale's top, shape (..., 3); out of range is clipped."""
     at = np.clip(np.nan_to_num(np.asarray(share, dtype=np.float64)), 0.0, 1.0)
     return _belief_table()[np.round(at * 255).astype(np.intp)]
 
@@ -94,16 +94,16 @@ def _linear_table() -> npt.NDArray[np.uint8]:
 
 
 def linear(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Colours as shares of light instead of sRGB (IEC 61966-2-1), the same shape.
+    """Colours in linear RGB instead of sRGB (IEC 61966-2-1), the same shape.
 
-    Viser takes those of batched meshes so, and all others as sRGB; sent as they are, the colours of a batch come out
-    far paler than they were chosen.
+    Viser expects linear RGB for batched meshes and sRGB for everything else; sRGB values in a batch would look far
+    too pale.
     """
     return _linear_table()[colours]
 
 
 def run_colour(index: int) -> Colour:
-    """The colour of the index-th run; after the eighth they come again."""
+    """The colour of the index-th run; after the eighth the colours repeat."""
     return RUNS[index % len(RUNS)]
 
 

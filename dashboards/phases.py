@@ -1,4 +1,4 @@
-"""What does a robot do when? A run as phases: moving, searching, manipulating, planning, waiting."""
+"""Phases of a run: moving, searching, manipulating, planning, waiting."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from workbench.runs.vocabulary import ActionFinished
 
 Kind = Literal["moving", "searching", "manipulating"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-"""Kinds of action, which are phases of a run; "planning" and "waiting" are the others."""
+"""Kinds of action, each a phase; the other phases are "planning" and "waiting"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Phase:
-    """A stretch of a run in which the robot does one kind of thing."""
+    """A time span of a run in which the robot does one kind of thing."""
 
     start_ns: int
     end_ns: int
@@ -29,10 +29,10 @@ class Phase:
 def phases_of(
     actions: Sequence[ActionFinished], decision_ns: Sequence[int], start_ns: int, end_ns: int
 ) -> tuple[Phase, ...]:
-    """Actions as phases; a gap before an action is planning if a decision fell into it, else waiting.
+    """Actions as phases; a gap before an action is planning if a decision falls into it, else waiting.
 
     Args:
-        actions: in order of their ends. decision_ns: stamps of decisions, in order.
+        actions: in order of their ends. decision_ns: stamps of decisions in nanoseconds, in order.
     """
     phases: list[Phase] = []
     at = start_ns
@@ -62,7 +62,7 @@ def phases_of(
 
 
 def kind_of(action: ActionFinished) -> Kind:
-    """What the robot does in an action: whatever is no walk and no look manipulates."""
+    """The phase of an action: whatever is neither a move nor a look is a manipulation."""
     if action.action == "move":
         return "moving"
     return "searching" if action.action == "search" else "manipulating"

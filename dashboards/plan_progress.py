@@ -1,4 +1,4 @@
-"""How far has the plan in force been walked? Each step as done, current or next."""
+"""Progress of the plan in force: each step as done, current or next."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Progress = Literal["done", "current", "next"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedStep:
-    """A step of the plan and how far it is."""
+    """A step of the plan with its progress."""
 
     step: Step
     progress: Progress

@@ -1,4 +1,4 @@
-"""Files that come with this package: sheets and scripts of its pages."""
+"""Files that come with this package: style sheets and scripts of its pages."""
 
 from __future__ import annotations
 

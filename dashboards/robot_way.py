@@ -1,7 +1,7 @@
-"""Where was a real robot, by its own word? The poses of its log as a way, without the trembling of standing still.
+"""The path of a real robot from the poses of its log, without the jitter of standing still.
 
-What the actions of a robot's log tell of its ways is their beginning and end; between them the robot waited, turned
-and slowed down, which only its poses tell.
+The actions of a robot's log give only the ends of its paths; that it waited, turned and slowed down in between is in
+its poses alone.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     from replayers.run import Run
 
 MADE_OF_ACTIONS = ("simulation", "replay")
-"""Sources whose actions hold the very ways; every other is a robot's."""
+"""Sources whose actions hold exact paths; every other source is a robot."""
 MAP = "map"
 LEAST_STEP_M, LEAST_TURN_RAD = 0.04, 0.15
-"""A pose nearer to the one before it, and turned less, is standing still."""
+"""A pose closer to the previous one, and turned by less, counts as standing still."""
 
 Way = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]
 """Seconds (n,), corners (n, 2), headings (n,)."""
 
 
 def way_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
-    """The robot's way on the map within the run; None for a run that is no robot's, or without two poses."""
+    """The robot's path on the map within the run; None for a run that is not a robot's, or without two poses."""
     if run.info.source in MADE_OF_ACTIONS or len(run.raw_poses) < 2:
         return None
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -64,9 +64,10 @@ def _moved(before: tuple[float, float, float, float], row: tuple[float, float, f
 def _stood(
     before: tuple[float, float, float, float], row: tuple[float, float, float, float]
 ) -> list[tuple[float, float, float, float]]:
-    """If it stood for a while before this pose, one more corner at its end: it did not creep from there to here."""
+    """If it stood for a while before this pose, one more corner at the end of that: it did not creep from there to
+    here."""
     return [(row[0] - PAUSE_S, *before[1:])] if row[0] - before[0] > 2 * PAUSE_S else []
 
 
 PAUSE_S = 0.5
-"""Poses further apart than twice this are a pause between two stretches of walking."""
+"""Poses further apart than twice this are a pause between two walks."""

@@ -1,7 +1,7 @@
-"""Which runs are in a folder? A row each, from the logs' indexes or from an evaluation's own table; no run is read.
+"""The runs of a folder, one row for each, from the logs' indexes or from an evaluation's own table.
 
-The folder of `lios evaluate tasks` or `lios evaluate search` says itself what every trial cost; its logs, where they
-were recorded, stand beside it in logs/.
+The folder of `lios evaluate tasks` or `lios evaluate search` holds the cost of every trial; its logs, where they were
+recorded, are in logs/ below it. No run is read.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NO_LOG = -1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One row of an evaluation, and where its log would stand."""
+    """One row of an evaluation, and the path of its log if it was recorded."""
 
     log: Path
     place: str
@@ -82,10 +82,10 @@ def trial_rows(trials: Sequence[Trial], logs: Sequence[Path]) -> list[RunRow]:
 
 
 def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow], list[str]]:
-    """Rows of logs by their indexes, and why others have none.
+    """Rows of logs by their indexes, and the reasons why others have none.
 
     Args:
-        folder: whose listing is remembered from one time to the next.
+        folder: the folder whose listing is cached between calls.
     """
     from replayers.listing import memory_for, rows_of
 
@@ -114,7 +114,7 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
 
 
 def scenario_of(task: Task) -> str:
-    """A scenario by name; a search by what it seeks."""
+    """A scenario by name; a search by the item that it seeks."""
     if task.scenario == "find":
         return "find " + ", ".join(readable_name(t) for t in goal_types(task.goal))
     return task.scenario

@@ -1,4 +1,4 @@
-"""What is to be seen of a run at one moment? A pure function of a timeline and a stamp.
+"""What can be seen of a run at one moment, as a pure function of a timeline and a stamp.
 
 `scene_at` reads the timeline's arrays and answers a frozen `Scene`; the Viser app, the offline page, pictures and
 figures all show the same Scene.
@@ -21,7 +21,7 @@ from workbench.runs.vocabulary import FindCosts, Stop, WayNotTaken
 from workbench.worlds.house import LocationId
 
 AUTOMATIC = ""
-"""Focus on the item type that the plan in force finds first."""
+"""Focuses on the item type that the plan in force finds first."""
 
 Status = Literal["unsearched", "searched", "known", "unreachable"]
 STATUSES: tuple[Status, ...] = ("unsearched", "searched", "known", "unreachable")
@@ -42,22 +42,22 @@ class Scene:
     """One moment of one run.
 
     Attributes:
-        stamp_ns: the moment; second: since the run's start.
+        stamp_ns: the moment, in nanoseconds since the epoch; second: seconds since the run's start.
         decision: number of the decision in force, 0 before the first; decisions: how many there are.
         phase, doing: what the robot does, as a kind and in words; reason: why the decision was made, in words.
         focus: the item type whose belief is shown, or "" without beliefs.
-        belief: per container of the plan, its probability for the focus; NaN where the belief has none. float64 (n,).
+        belief: for each container of the plan, its probability for the focus; NaN where there is none. float64 (n,).
         top_belief: the largest probability of the focus in the whole run: the top of the colour scale.
         status: per container an index into STATUSES, int8 (n,).
-        holds_focus: per container, an instance of the focus was seen in it. bool (n,).
-        unseen: per container, nobody opened it though this run wanted to (a replay's end). bool (n,).
-        order: per container its place in the intended order of search, 1 first; 0 for none. int32 (n,).
+        holds_focus: for each container, whether an instance of the focus was seen in it. bool (n,).
+        unseen: for each container, whether nobody opened it though this run had to (the end of a replay). bool (n,).
+        order: for each container, its rank in the intended order of search, 1 first; 0 for none. int32 (n,).
         search_order: the same, as the policy gave it.
-        trail: corners of the way walked so far, float64 (m, 2); imputed: per corner, the stretch that ends there was
-            only assumed, bool (m,). ahead: of the way planned, float64 (k, 2).
+        trail: corners of the path walked so far, float64 (m, 2); imputed: for each corner, whether the segment that
+            ends there was only assumed, bool (m,). ahead: corners of the planned path, float64 (k, 2).
         steps: the plan with what is done, current and next.
         expected_cost: of the plan from its decision on; cost: so far.
-        outcome: how the run ended, in a word, why, and what it is charged; "" and None before its end.
+        outcome: how the run ended, in a word, why, and the charged cost; "" and None before its end.
     """
 
     stamp_ns: int
@@ -149,7 +149,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
 
 
 def _names(timeline: Timeline) -> set[str]:
-    """Words by which a log means things and places."""
+    """The words that a log uses for things and places."""
     return {*timeline.item_types, *(c.id for c in timeline.plan.containers)}
 
 

@@ -1,4 +1,4 @@
-"""What does an evaluation of tasks look like on one page? The table, the pairs and the figures, in one HTML file."""
+"""Report of an evaluation of tasks: the table, the pairs and the figures, in one HTML file."""
 
 from __future__ import annotations
 
@@ -26,16 +26,14 @@ from workbench.evaluation.trial_store import read_request
 EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
 TITLE_LETTERS = 80
-"""What fits over the picture of an example."""
+"""Characters that fit above the picture of an example."""
 
 
 class NoEvaluation(NotFound):
-    """A folder that is no output of an evaluation of tasks."""
+    """A folder that is not the output of an evaluation of tasks."""
 
     def __init__(self, folder: Path, lacks: str) -> None:
-        super().__init__(
-            f"{folder}: no evaluation of tasks is there (no {lacks}). Make one: lios evaluate tasks -o DIR."
-        )
+        super().__init__(f"{folder}: not an evaluation of tasks (no {lacks}). Make one: lios evaluate tasks -o DIR.")
 
 
 class NoTrials(NotFound):
@@ -73,7 +71,7 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
 
 
 def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
-    """For each scenario with recorded logs, the trial with the median gain: annotated ways from above."""
+    """For each scenario with recorded logs, the trial with the median gain: annotated paths from above."""
     from matplotlib.figure import Figure
 
     drawn: list[Path] = []
@@ -103,7 +101,7 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
 
 
 def _logs_of(rows: Sequence[TaskRow], scenario: str, folder: Path) -> dict[tuple[str, int], Run]:
-    """The recorded runs of the rows, by strategy and trial; logs of another evaluation in the folder are none."""
+    """The recorded runs of the rows, by strategy and trial; logs of other evaluations are ignored."""
     from recorders.task_recording import log_path
 
     found: dict[tuple[str, int], Run] = {}

@@ -1,8 +1,7 @@
-"""What of a run must be known before any moment of it can be shown at once? Everything that a seek would search for.
+"""A run as sorted arrays, from which any moment of it can be looked up at once.
 
-A `Timeline` is a run turned into sorted arrays: where the robot was, what it had cost, when each container was
-searched, which decision was in force. `scene_at` then looks a moment up in microseconds, forwards or backwards,
-however long the run; nothing is ever replayed from the start.
+The arrays of a `Timeline` say where the robot was, the cost so far, when each container was searched, and which
+decision was in force. `scene_at` looks a moment up in microseconds, forwards or backwards, however long the run.
 """
 
 from __future__ import annotations
@@ -38,12 +37,12 @@ if TYPE_CHECKING:
     from replayers.run import Run
 
 NEVER = np.iinfo(np.int64).max
-"""The stamp of what does not happen in a run."""
+"""The stamp of an event that does not happen in a run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionFrame:
-    """All that was thought at one decision; parts that the log does not hold are None."""
+    """All that was computed at one decision; parts that the log does not hold are None."""
 
     number: int
     stamp_ns: int
@@ -58,21 +57,21 @@ class Timeline:
     """A run as sorted arrays.
 
     Attributes:
-        start_ns, end_ns: the run's first and last moment.
+        start_ns, end_ns: the run's first and last moment, in nanoseconds since the epoch.
         actions: in order of their ends.
         decisions: in order of their stamps.
         way_s: seconds since start_ns at each corner of the way, float64 (M,), not decreasing.
-        way_xy: the corners, float64 (M, 2); way_m: metres walked at each, float64 (M,).
+        way_xy: the corners in metres on the map, float64 (M, 2); way_m: metres walked at each, float64 (M,).
         facing_rad: the robot's heading while it stands at or leaves corner i, float64 (M,).
-        imputed: the stretch that ends at corner i was not walked in any log but assumed by a replay, bool (M,).
+        imputed: whether the segment that ends at corner i was assumed by a replay, not walked in a log, bool (M,).
         cost_s, cost: cost so far, piecewise linear, float64 (K,) each.
-        searched_ns: per container of the plan, when it was looked into in this run, or NEVER.
-        known: per container, known before the run began.
-        contents: what was seen in each container, as first seen.
+        searched_ns: for each container of the plan, when it was searched in this run, or NEVER.
+        known: for each container, whether its contents were known before the run began.
+        contents: the contents of each container as first seen.
         held: (stamp, item type or None), in order.
-        phases: without overlaps, in order.
-        top_belief: per item type, the largest probability that the run ever gave it.
-        first_looks: by decision, what dashboards/first_looks.py has worked out so far.
+        phases: in order, without overlaps.
+        top_belief: for each item type, the largest probability that it ever had in the run.
+        first_looks: cache of dashboards.first_looks, by decision.
     """
 
     run: Run
@@ -107,12 +106,12 @@ class Timeline:
 
     @property
     def status(self) -> str:
-        """How the run ended, in one word: "cut off" when its log stops short of that."""
+        """How the run ended, in one word; "cut off" when its log stops before the end."""
         return self.run.outcome.status if self.run.outcome is not None else "cut off"
 
     @property
     def undecided(self) -> tuple[float, float] | None:
-        """The least and largest cost of a replay that its log does not decide; None where the cost is known."""
+        """The least and greatest cost of a replay that its log cannot settle; None where the cost is certain."""
         known = self.counterfactual
         if known is None or known.exact or known.lower is None or known.upper is None:
             return None
@@ -120,7 +119,7 @@ class Timeline:
 
     @property
     def ends_unseen(self) -> bool:
-        """Whether it is a replay that ended before a container that nobody opened."""
+        """Whether it is a replay that ended at a container that nobody opened."""
         return self.run.outcome is not None and bool(self.run.outcome.unseen)
 
     @property
@@ -134,7 +133,7 @@ class Timeline:
         return (stamp_ns - self.start_ns) / NANO
 
     def stamp(self, second: float) -> int:
-        """The stamp at some seconds after the start."""
+        """The stamp in nanoseconds at some seconds after the start."""
         return self.start_ns + round(second * NANO)
 
     def decision_at(self, stamp_ns: int) -> int:
@@ -146,7 +145,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
     """Turns a run into a timeline; what the log lacks is left empty.
 
     Args:
-        counterfactual: for a replay, how far its cost is known.
+        counterfactual: for a replay, the bounds and estimate of its cost.
     """
     plan = run.place.plan
     actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))

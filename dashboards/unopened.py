@@ -1,4 +1,4 @@
-"""Which containers did nobody open? What stands in them no log tells, and replays over it stay uncertain there."""
+"""Containers that none of several runs opened: their contents are in no log, and replays stay uncertain there."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ REPLAY = "replay"
 
 
 def unopened(timelines: Sequence[Timeline]) -> npt.NDArray[np.bool_]:
-    """Per container of the first run's place: none of these runs ever saw into it.
+    """For each container of the first run's place, whether none of these runs saw its contents; bool (n,).
 
-    All are False unless a replay is among the runs: of a single run, colours tell the same.
+    All are False unless a replay is among the runs: in a single run, colours show the same.
     """
     if not timelines:
         return np.zeros(0, dtype=np.bool_)

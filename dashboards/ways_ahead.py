@@ -1,6 +1,6 @@
-"""Where will the robot go, as far as its plan says? The rest of the leg it walks, then leg after leg.
+"""The planned path of the robot: the rest of the current leg, then leg after leg of the plan.
 
-The log holds the way of a leg that was walked; other legs are found on the place's grid, once each.
+The log holds the path of a leg that was walked; other legs are computed on the place's grid, once each.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from workbench.runs.vocabulary import ActionFinished, PlanComputed, Step
 
 MOST_LEGS = 12
-"""Legs of a plan that are drawn; a longer plan is clearer without its far end."""
+"""The most legs of a plan that are drawn; a longer plan is clearer without its far end."""
 
 
 @final
 class WaysAhead:
-    """Finds planned ways in a place and remembers them."""
+    """Computes and caches planned paths in a place."""
 
     def __init__(self, place: Place) -> None:
         self._paths = place.paths()
@@ -42,7 +42,7 @@ class WaysAhead:
 
 
 def rest_of_leg(action: ActionFinished, stamp_ns: int) -> npt.NDArray[np.float64]:
-    """What is left at a moment of the way that an action walks, without where the robot is; float64 (k, 2)."""
+    """The rest of the path of an action at a moment, without the robot's own position; float64 (k, 2)."""
     path = np.array(action.path, dtype=np.float64).reshape(-1, 2)
     if len(path) < 2 or action.stamp.ns <= stamp_ns:
         return np.zeros((0, 2))

@@ -1,4 +1,4 @@
-"""How are ids and actions told to people? "dining table 4|1" for DiningTable|4|1, alone or within a sentence."""
+"""Readable words for ids and actions: "dining table 4|1" for DiningTable|4|1, alone or within a sentence."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import MappingProxyType
 from workbench.worlds.names import readable_name
 
 ID = re.compile(r"\b([A-Za-z]\w*)\|(\d[\w|]*)")
-"""A container as houses name them: its type, then numbers."""
+"""The id of a container in a house: its type, then numbers."""
 LONGEST_LABEL = 40
 WORD = re.compile(r"\w+")
 DOINGS: Mapping[str, str] = MappingProxyType(
@@ -29,21 +29,21 @@ DOINGS: Mapping[str, str] = MappingProxyType(
 
 
 def place_words(location: str) -> str:
-    """A location for people: the generic name of its kind, and which of them."""
+    """A readable location: the generic name of its kind, and which one."""
     kind, _, which = location.partition("|")
     return f"{readable_name(kind)} {which}".strip()
 
 
 def label(words: str) -> str:
-    """A name as it fits into the view."""
+    """A name short enough for the view."""
     return words if len(words) <= LONGEST_LABEL else words[: LONGEST_LABEL - 1] + "…"
 
 
 def told(sentence: str, names: Collection[str] = ()) -> str:
-    """A sentence with the ids in it told for people.
+    """A sentence with its ids replaced by readable words.
 
     Args:
-        names: words that are told as well: item types, and ids of containers that are no more than a word.
+        names: words to replace as well: item types, and ids of containers that are single words.
     """
     placed = ID.sub(lambda found: place_words(found[0]), sentence)
     return WORD.sub(lambda found: readable_name(found[0]) if found[0] in names else found[0], placed)

@@ -26,7 +26,7 @@ __all__ = ["Run", "messages", "read", "read_many"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imports on first use, so that `import replayers` stays light."""
+    """Imports a public name on first use, so that `import replayers` stays light."""
     if name not in _WHERE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_WHERE[name]), name)

@@ -1,7 +1,7 @@
-"""How are many logs replayed by many strategies? In several processes, in the order of the logs.
+"""Replays many strategies over many logs, in several processes, with the outcomes in the order of the logs.
 
-A process takes a log at a time. Where there are fewer logs than processes, the strategies over a log are shared among
-them (shares.py): what comes of it is the same, in the same order. A log that cannot be replayed does not stop the
+Each process takes one log at a time. Where there are fewer logs than processes, the strategies over a log are spread
+over the processes: the results are the same, in the same order. A log that cannot be replayed does not stop the
 others.
 """
 
@@ -32,14 +32,14 @@ from workbench.process_pool import can_inherit, process_pool
 __all__ = ["LogFailed", "Outcome", "Wanted", "log_path", "logs_among", "replay_all", "replay_log", "strategies_named"]
 
 FEW_OPEN = 6
-"""With fewer open containers, a log is replayed sooner than other processes are at work."""
+"""With fewer open containers, one process replays a log before others would have started."""
 
 Handed = Iterator[Outcome | None]
-"""None once all that is to be done has been handed out; then the outcomes."""
+"""None once all work has been handed out; then the outcomes."""
 
 
 def logs_among(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """The logs that paths name: files as given, folders with every .mcap below them that is no replay; sorted.
+    """The logs that paths name: files as given, and every .mcap below a folder that is no replay; sorted.
 
     Raises:
         FileMissing: a path that is not there.
@@ -125,7 +125,7 @@ def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
 
 
 def _much_to_make(one: OneLog, wanted: Wanted) -> tuple[str, ...]:
-    """The strategies over a log that are worth another process."""
+    """The strategies over a log that are worth starting another process for."""
     if one.failure is not None:
         return ()
     names = tuple(name for name in wanted.strategies if one.without_work(name) is None)
@@ -139,7 +139,7 @@ def _all_of(log: Path, wanted: Wanted) -> list[Outcome]:
 
 
 _opened: Mapping[Path, OneLog] = {}
-"""In a process that shares logs: as they were prepared where it comes from."""
+"""In a worker that shares logs: the logs as the parent process prepared them."""
 
 
 def _inherit(opened: Mapping[Path, OneLog]) -> None:

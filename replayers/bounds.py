@@ -1,6 +1,7 @@
-"""What would a strategy have cost, at least and at most, over every world that agrees with the log?
+"""Least and greatest cost of a strategy over every world that is consistent with the log, and what each bound rests
+on.
 
-What the answer says, and what it rests on. How it is found: settling.py.
+These are the result types only; the branch-and-bound search that computes them is a module of its own.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from replayers.unfolding import Leaf, Told
 from workbench.execution.events import RunStatus
 
 NEAR = 1e-6
-"""Costs closer than this are one: the log rounds to six decimals."""
+"""Costs closer than this are equal: the log rounds to six decimals."""
 
 MOST_TOLD = 2000
 """Groups of worlds, for comparisons world by world; beyond this, the bounds alone are kept."""
@@ -24,9 +25,9 @@ class Proof(StrEnum):
     """What a bound rests on."""
 
     EXACT = "exact"
-    """Some world that agrees with the log has exactly this cost, and none goes beyond it."""
+    """Attained: some consistent world has exactly this cost, and no consistent world exceeds it."""
     OUTER = "outer"
-    """No world goes beyond it; whether one comes up to it is not known."""
+    """No consistent world exceeds it; whether one attains it is not known."""
     STRAIGHT = "outer-if-straight"
     """As outer, for strategies that go straight (most_to_walk.py)."""
     NONE = "none"
@@ -35,7 +36,7 @@ class Proof(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """The least and the largest cost over all worlds that agree with the log.
+    """The least and the greatest cost over all worlds that are consistent with the log.
 
     Attributes:
         lower, upper: charged costs; upper is infinite where no upper bound is known.
@@ -43,10 +44,10 @@ class Bounds:
         least_found, largest_found: costs that some world certainly has, the least and the largest that is known;
             drawn worlds count (with_ends).
         complete: every world was followed to its end.
-        stretches: how many stretches of the loop it took.
+        stretches: how many segments of the closed loop were run.
         can_fail: some world makes the strategy fail, as far as it was followed.
-        cheapest, dearest: ends that cost least_found and largest_found: worlds that one can look at.
-        told: what is known of the cost in each group of worlds, all of them together; empty when there are too many.
+        cheapest, dearest: run ends that cost least_found and largest_found, each with the world it happened in.
+        told: bounds of the cost in each group of worlds; the groups cover all worlds. Empty when there are too many.
     """
 
     lower: float
@@ -113,13 +114,13 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """How much work one strategy over one log may take.
+    """How much work may be spent on one strategy over one log.
 
     Attributes:
-        stretches: stretches of the loop, each about one decision.
+        stretches: segments of the closed loop, each about one decision.
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
-        draws: stretches for the estimate; beyond, fewer worlds are drawn (estimates.py).
+        draws: segments for the estimate; when they are spent, fewer worlds are drawn.
     """
 
     stretches: int = 400

@@ -1,7 +1,7 @@
-"""How does a strategy decide when nobody reads its reasons? The same steps, without what only people look at.
+"""Built-in strategies without explanations: the same steps, without what only people look at.
 
-Thousands of branches need neither the ways not taken nor the order of looks beyond the first one, which is all that
-the loop walks. And they ask for the same searches over and over (remembered.py).
+The thousands of branches of a replay need neither the alternatives nor the search order beyond its first stop, which
+is all that the loop executes. They also ask for the same searches repeatedly, so that search results are cached.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from workbench.worlds.house import LocationId
 @final
 @dataclass(frozen=True, slots=True)
 class FirstOnly:
-    """A policy's first stop; its chance is not worked out and stands as 0."""
+    """A policy reduced to its first stop; the stop's probability is not computed and reads 0."""
 
     policy: SearchPolicy
 
@@ -39,10 +39,10 @@ class FirstOnly:
 
 
 def briefly(planner: Strategy, memory: Memory | None = None) -> Strategy:
-    """The same strategy, without words; one that is made of other parts than ours as it is.
+    """The same strategy without explanations; a strategy that is not made of built-in parts is returned as it is.
 
     Args:
-        memory: of the searches over one log; strategies may share it.
+        memory: cache of the searches over one log; strategies may share it.
     """
     memory = memory if memory is not None else Memory()
     if isinstance(planner, Composed):

@@ -1,10 +1,10 @@
-"""Do estimates promise what comes true? The calibration of forecasts whose costs come in lumps.
+"""Calibration of cost estimates: the nonrandomized probability integral transform (PIT) for discrete costs.
 
-An interval of a discrete forecast cannot hold exactly nine tenths: with 60 % at one cost and 40 % at another it
-holds six, four or ten tenths. The standard check of such forecasts is the probability integral transform (PIT). A
-true cost y stands for the stretch from P(cost < y) to P(cost <= y), spread evenly; over calibrated forecasts these
-stretches add up to the even distribution on 0..1, whatever the lumps (Czado, Gneiting and Held, "Predictive Model
-Assessment for Count Data", Biometrics 65, 2009: the nonrandomized PIT).
+An interval of a discrete forecast cannot hold exactly 90 %: with 60 % at one cost and 40 % at another it holds
+60, 40 or 100 %. The standard check of such forecasts is the probability integral transform (PIT). A
+true cost y contributes the interval from P(cost < y) to P(cost <= y), with uniform weight; over calibrated forecasts
+these intervals average to the uniform distribution on [0, 1], however discrete the costs (Czado, Gneiting and Held,
+"Predictive Model Assessment for Count Data", Biometrics 65, 2009: the nonrandomized PIT).
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ NEAR = 1e-4
 
 
 def pit_stretch(costs: Floats, truth: float) -> Stretch:
-    """The stretch for which a true cost stands; empty where no drawn world has that cost."""
+    """The PIT interval of a true cost; of zero length where no drawn world has that cost."""
     return float(np.mean(costs < truth - NEAR)), float(np.mean(costs <= truth + NEAR))
 
 
 def pit_below(stretch: Stretch, u: float) -> float:
-    """How much of a stretch lies below u: the conditional distribution function of the PIT."""
+    """The conditional distribution function of the PIT: the share of a PIT interval that lies below u."""
     low, high = stretch
     if high <= low:
         return float(u >= low)
@@ -40,7 +40,7 @@ def pit_below(stretch: Stretch, u: float) -> float:
 
 
 def share_within(stretch: Stretch, mass: float = MASS) -> float:
-    """How much of a stretch lies in the central part: its mean over calibrated forecasts is `mass`."""
+    """The share of a PIT interval within the central `mass`; its mean over calibrated forecasts is `mass`."""
     tail = (1 - mass) / 2
     low, high = stretch
     if high <= low:
@@ -49,9 +49,9 @@ def share_within(stretch: Stretch, mass: float = MASS) -> float:
 
 
 def pit_histogram(stretches: Sequence[Stretch], bins: int = BINS) -> tuple[float, ...]:
-    """Shares of the PIT in equal parts of 0..1; all 1 / bins when calibrated. Empty without stretches.
+    """The PIT histogram over equal bins of [0, 1]; every bar is 1 / bins when calibrated. Empty without intervals.
 
-    A hump says that forecasts are too wide, a bowl too narrow, a slope that they are too high or too low.
+    A hump means that forecasts are too wide, a U shape too narrow, a slope that they are biased.
     """
     if not stretches:
         return ()
@@ -61,7 +61,7 @@ def pit_histogram(stretches: Sequence[Stretch], bins: int = BINS) -> tuple[float
 
 
 def pit_distance(stretches: Sequence[Stretch], points: int = 100) -> float | None:
-    """The largest distance of the mean PIT from the even distribution (Kolmogorov, Smirnov); None without any."""
+    """The Kolmogorov-Smirnov distance of the mean PIT from the uniform distribution; None without intervals."""
     if not stretches:
         return None
     grid = [i / points for i in range(1, points)]

@@ -1,6 +1,6 @@
-"""What does a column hold, before it is Arrow's or pandas'? One class a kind of column, which becomes either.
+"""Columns of a table before they become Arrow's or pandas' arrays: one class for each kind of column.
 
-Most tables of a run have a few rows: what is done once a column is what a table costs. A vocabulary is checked
+Most tables of a run have only a few rows, so that the fixed cost of a column dominates. A vocabulary is checked
 by pandas once, and shared by all columns that have it, in all logs: runs of one place speak of the same containers.
 """
 
@@ -20,25 +20,26 @@ from pandas.api.extensions import ExtensionArray
 from replayers.columns import NUMBER, TEXT, TIME, WHOLE, WORD, YES
 
 KEPT_WORDS = 256
-"""Longer vocabularies are checked each time; 1,024 shorter ones are kept."""
+"""Longer vocabularies are checked each time; 1,024 shorter ones are cached."""
 
 
 class Column(Protocol):
-    """The values of a column, each row's."""
+    """The values of one column, one for each row."""
 
     def __len__(self) -> int: ...
 
     def to_arrow(self) -> pa.Array[Any]:
-        """Of the type that replayers.columns gives it."""
+        """As an Arrow array of the type that replayers.columns declares."""
         ...
 
     def to_pandas(self) -> Any:
-        """What a data frame may own: missing values stay missing, whole numbers whole, repeated text categorical."""
+        """As an array that a data frame may own: missing values stay missing, integers stay integers, repeated text
+        is categorical."""
         ...
 
     @classmethod
     def joined(cls, parts: Sequence[Any]) -> Self:
-        """The rows of several columns of one class below each other."""
+        """The rows of several columns of one class, concatenated."""
         ...
 
 
@@ -58,7 +59,7 @@ class Words:
 
     @classmethod
     def repeated(cls, words: Sequence[str], counts: Sequence[int]) -> Words:
-        """Every word as often as its count says."""
+        """Every word, repeated as often as its count says."""
         each = cls.of(words)
         return cls(np.repeat(each.codes, counts), each.words)
 
@@ -86,7 +87,7 @@ class Words:
 @final
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Numbers, yes/no or stamps of one Arrow type; `missing` is None where no row is."""
+    """Numbers, booleans or stamps of one Arrow type; `missing` is None where no row is missing."""
 
     values: npt.NDArray[Any]
     kind: pa.DataType
@@ -94,10 +95,10 @@ class Numbers:
 
     @classmethod
     def of(cls, values: Sequence[Any], kind: pa.DataType) -> Numbers:
-        """From Python's numbers, None where missing.
+        """From Python numbers, None where missing.
 
         Raises:
-            OverflowError: one that 64 bits do not hold.
+            OverflowError: a number that does not fit into 64 bits.
         """
         missing = np.array([value is None for value in values], np.bool_) if None in values else None
         if missing is not None:
@@ -134,7 +135,7 @@ class Numbers:
 @final
 @dataclass(frozen=True, slots=True)
 class Texts:
-    """Text that does not repeat, None where missing; or a list of words a row."""
+    """Text that does not repeat, None where missing; or a list of words for each row."""
 
     values: list[Any]
     kind: pa.DataType
@@ -156,10 +157,10 @@ class Texts:
 
 
 def column_of(values: Sequence[Any], kind: pa.DataType) -> Column:
-    """A column of an Arrow type from Python's values.
+    """A column of an Arrow type from Python values.
 
     Raises:
-        OverflowError: a number that 64 bits do not hold.
+        OverflowError: a number that does not fit into 64 bits.
     """
     if kind == WORD:
         return Words.of(values)
@@ -171,7 +172,7 @@ def _category(words: tuple[str, ...]) -> pd.CategoricalDtype:
 
 
 def _pandas_text(kind: pd.StringDtype[Any], values: Sequence[str | None]) -> ExtensionArray:
-    """Text as pandas' own array of that kind; its stubs lack this way in, which pandas documents."""
+    """Text as pandas' own string array; pandas documents this constructor, but its stubs lack it."""
     return kind.__from_arrow__(pa.array(values, type=pa.large_string()))  # pyright: ignore[reportAttributeAccessIssue]
 
 
@@ -179,4 +180,4 @@ _kept_category = lru_cache(maxsize=1024)(_category)
 _NUMPY: dict[pa.DataType, type[np.generic]] = {NUMBER: np.float64, WHOLE: np.int64, YES: np.bool_, TIME: np.int64}
 _TEXT = pd.StringDtype("pyarrow")
 _CATEGORY = pd.StringDtype(na_value=np.nan)
-"""What pandas makes of an index of words."""
+"""The categorical type that pandas makes of an index of words."""

@@ -1,4 +1,4 @@
-"""Which tables does a log give, and what stands in each column? Names, types, units, in one readable place.
+"""The tables that a log gives and their columns: names, types, units and descriptions.
 
 The descriptions travel with the data: Parquet files carry them as field metadata under the key "doc".
 """
@@ -12,7 +12,7 @@ import pyarrow as pa
 
 TEXT = pa.string()
 WORD = pa.dictionary(pa.int32(), pa.string())
-"""Text that repeats; a categorical in pandas."""
+"""Repeated text; a categorical in pandas."""
 WORDS = pa.list_(pa.string())
 TIME = pa.timestamp("ns", tz="UTC")
 NUMBER, WHOLE, YES = pa.float64(), pa.int64(), pa.bool_()

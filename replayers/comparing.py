@@ -1,8 +1,9 @@
-"""Which strategy is better on these logs, and is that certain? Pairs, log by log, in the same world.
+"""Comparison of strategies in pairs, log by log and in the same world: who is better, and whether that is certain.
 
-Two strategies over one log are compared world by world: what is known of both costs in each group of worlds bounds
-the difference over all worlds that agree with the log (groups whose open containers answer alike belong together).
-That is tighter than setting their own bounds side by side. What is drawn (estimates, chances) is kept apart.
+Two strategies over one log are compared world by world: the bounds of both costs in each group of worlds bound the
+difference over all worlds that are consistent with the log (groups with the same contents of the open containers are
+matched). That is tighter than subtracting the overall bounds. Sampled figures (estimates, probabilities) stay
+separate.
 """
 
 from __future__ import annotations
@@ -19,21 +20,21 @@ from workbench.evaluation.statistics import Estimate, paired_difference
 
 NEAR = 1e-6
 MOST_PAIRS = 1_000_000
-"""Of groups of worlds; beyond this, the bounds are set side by side instead."""
+"""Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
 
 WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """a's cost minus b's over one log.
+    """The cost of a minus the cost of b over one log.
 
     Attributes:
-        least, most: over every world that agrees with the log.
+        least, most: its bounds over every world that is consistent with the log.
         paired: whether groups of worlds were matched; otherwise from the two bounds alone.
         verdict: a wins, loses or equals b in every world, or undecided.
-        chance: share of drawn worlds in which a is cheaper, and in which they are equal; None without draws.
-        drawn: mean difference in the drawn worlds; true: in the recorded truth, where asked for.
+        chance: share of sampled worlds in which a is cheaper, and in which they are equal; None without samples.
+        drawn: mean difference in the sampled worlds; true: in the recorded truth, where requested.
     """
 
     log: str
@@ -166,7 +167,7 @@ def _say_the_same(a: Sequence[StoredReplay], b: Sequence[StoredReplay]) -> bool:
 
 
 def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
-    """Places of one name whose plan or travel costs differ between logs: they count as different houses."""
+    """Houses of one name whose plan or travel costs differ between logs: they count as different houses."""
     plans: dict[str, set[str]] = {}
     for record in records:
         plans.setdefault(record.place, set()).add(record.place_sha256)
@@ -174,7 +175,7 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
 
 
 def _apart(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> tuple[float, float]:
-    """The least and the most cost difference over the groups of worlds that both tell of."""
+    """The least and the greatest cost difference over the groups of worlds that both strategies share."""
     together = _together(a, b)
     least = np.array([x.least for x in a])[:, None] - np.array([y.at_most for y in b])[None, :]
     most = np.array([x.at_most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
@@ -182,7 +183,7 @@ def _apart(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> tuple[float, flo
 
 
 def _together(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> npt.NDArray[np.bool_]:
-    """Which groups of a and of b can hold one and the same world; shape (groups of a, groups of b)."""
+    """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
     possible = np.ones((len(a), len(b)), dtype=bool)
     told_a, told_b = _by_container(a), _by_container(b)
     for container in told_a.keys() & told_b.keys():
@@ -198,7 +199,7 @@ def _together(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> npt.NDArray[n
 def _by_container(
     groups: Sequence[StoredTold],
 ) -> dict[str, tuple[tuple[StoredAnswer, ...], npt.NDArray[np.int64]]]:
-    """Per container its different answers, and per group which of them it gives; -1 for a group without one."""
+    """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
     found: dict[str, tuple[dict[StoredAnswer, int], npt.NDArray[np.int64]]] = {}
     for g, group in enumerate(groups):
         for answer in group.filled:
@@ -208,7 +209,7 @@ def _by_container(
 
 
 def agree(a: StoredAnswer, b: StoredAnswer) -> bool:
-    """Whether one container can have given both answers: alike in every type that mattered to both."""
+    """Whether one container can have given both answers: equal in every type that mattered to both."""
     both = set(a.live) & set(b.live)
     return all(a.answer.count(t) == b.answer.count(t) for t in both)
 

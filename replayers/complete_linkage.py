@@ -1,7 +1,7 @@
-"""How wide are clusters when they are merged, the least widest first? Complete linkage by nearest-neighbour chains.
+"""Cluster diameters under complete linkage, by nearest-neighbour chains.
 
 A chain goes from each cluster to its nearest until two are nearest to each other; those merge. With complete linkage
-that gives the same merges as always taking the closest pair (Murtagh, "Complexities of hierarchic clustering
+that gives the same merges as repeatedly taking the closest pair (Murtagh, "Complexities of hierarchic clustering
 algorithms", 1984; Muellner, "Modern hierarchical, agglomerative clustering algorithms", arXiv:1109.2378). Compiled
 with numba. The same algorithm with the same ties as scipy.cluster.hierarchy.linkage, to which a test holds it.
 
@@ -20,17 +20,17 @@ Floats = npt.NDArray[np.float64]
 
 
 def merge_widths(apart: Floats) -> Floats:
-    """The widest distance within every cluster that a merge makes, ascending; shape (places - 1,).
+    """The diameter of the cluster that each merge makes, ascending; float, shape (places - 1,).
 
     Args:
-        apart: distances between at least one place, symmetric, finite, shape (places, places).
+        apart: pairwise distances of at least one place: symmetric, finite, shape (places, places).
     """
     return np.sort(_merged(np.array(apart, dtype=np.float64)))
 
 
 @njit(cache=True, nogil=True)
 def _merged(apart: Floats) -> Floats:
-    """The widths in the order of the merges; overwrites the distances."""
+    """The diameters in the order of the merges; overwrites the distances."""
     n = len(apart)
     widths = np.empty(n - 1)
     is_left = np.ones(n, dtype=np.bool_)
@@ -43,7 +43,7 @@ def _merged(apart: Floats) -> Floats:
         while True:
             at = chain[length - 1]
             nearest, least = -1, np.inf
-            if length > 1:  # of equals, the one before: or the chain might go in circles
+            if length > 1:  # among equals, the previous cluster: otherwise the chain could cycle
                 nearest = chain[length - 2]
                 least = apart[at, nearest]
             for other in range(n):

@@ -1,4 +1,4 @@
-"""Which messages do a log's records hold? Channels and schemas are remembered, unwanted messages left out."""
+"""Messages from a log's records: tracks schemas and channels and leaves unwanted messages out."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from replayers.scanning import Damage, OnDamage
 
 
 class Message(NamedTuple):
-    """A message with its channel and schema, undecoded. Stamps in nanoseconds."""
+    """An undecoded message with its channel and schema. Stamps are in nanoseconds."""
 
     channel: Channel
     schema: Schema | None
@@ -31,10 +31,10 @@ class Message(NamedTuple):
 @final
 @dataclass(slots=True)
 class Content:
-    """Turns records into messages: remembers schemas and channels, and what is wanted.
+    """Turns records into messages: tracks schemas and channels, and which are wanted.
 
     Attributes:
-        messages_lost: messages that are there, but whose channel is declared nowhere before them.
+        messages_lost: messages whose channel is not declared anywhere before them.
     """
 
     on_damage: OnDamage | None = None
@@ -52,7 +52,7 @@ class Content:
             self.on_damage(damage)
 
     def messages_of(self, offset: int, record: Record | None) -> Iterator[Message]:
-        """The wanted messages of one record: of a chunk many, of a message one, of others none."""
+        """The wanted messages of one record: many for a chunk, one for a message, none for any other record."""
         if isinstance(record, ChunkRecord):
             try:
                 for _, inner in records_in(record.unpack_anyhow(), unwanted=self._unwanted):
@@ -90,7 +90,7 @@ class Content:
         return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
 
     def _sort(self, offset: int, channel_id: int) -> tuple[Channel, Schema | None] | None:
-        """A channel with its schema, remembered; None, and remembered too, where it is not wanted."""
+        """A channel with its schema, cached; None, cached too, where it is not wanted."""
         channel = self.channels.get(channel_id)
         if channel is None:
             if not self.messages_lost:

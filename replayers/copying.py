@@ -1,4 +1,4 @@
-"""How does one log become another, no byte of a message changed? Messages as they are, channels by what they are."""
+"""Copies logs without changing a byte of any message; channels are matched by their contents, not by their ids."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Style:
-    """How the new file is laid out."""
+    """Layout of the new file."""
 
     compression: Compression = "zstd"
     chunk_bytes: int = CHUNK_BYTES
@@ -32,7 +32,7 @@ class Style:
 
 
 class NoRoom(Failed):
-    """The disk has no room for a copy; what was there before is untouched."""
+    """The disk is full; what was there before the copy is untouched."""
 
     def __init__(self, path: Path, reason: str) -> None:
         super().__init__(f"{path}: not written ({reason}). Free some space, or choose another -o/--output.")
@@ -40,14 +40,14 @@ class NoRoom(Failed):
 
 @final
 class Copier:
-    """Writes messages of any logs to a new one. Equal channels of several logs become one; ids are given anew.
+    """Writes messages of any logs to a new one. Equal channels of several logs become one; ids are assigned anew.
 
-    A context manager. The new log gets its name when it is whole; until then, and whatever happens, what has that
-    name stays as it is.
+    A context manager. The new log is renamed to its final name when it is complete; until then, and whatever happens,
+    an existing file of that name is left as it is.
 
     Raises:
-        OutputExists: the output exists, and the style does not say that it may be replaced.
-        CannotCreate, WrongKind: no file can be made there.
+        OutputExists: the output exists, and the style does not allow replacing it.
+        CannotCreate, WrongKind: no file can be created there.
         NoRoom: from the end of the context.
     """
 
@@ -115,23 +115,23 @@ class Copier:
         self.writer.add_metadata(record.name, record.metadata)
 
     def finish(self) -> None:
-        """Completes the file, still under another name."""
+        """Completes the file, still under its temporary name."""
         self.writer.close()
 
     def keep(self) -> None:
-        """Gives the finished file its name, unless another file has taken it meanwhile."""
+        """Renames the finished file to its final name, unless another file has taken it meanwhile."""
         if self.path.exists() and not self._force:
             raise OutputExists(self.path)
         os.replace(self.writer.path, self.path)
 
     def discard(self) -> None:
-        """Takes away what has not got its name."""
+        """Removes a file that has not been renamed to its final name."""
         self.writer.abandon()
         self.writer.path.unlink(missing_ok=True)
 
 
 def channel_key(channel: Channel, schema: Schema | None) -> ChannelKey:
-    """What makes two channels of two files the same."""
+    """The key by which channels of two files are the same channel."""
     return (
         channel.topic,
         channel.message_encoding,
@@ -144,11 +144,11 @@ def channel_key(channel: Channel, schema: Schema | None) -> ChannelKey:
 
 @dataclass(slots=True)
 class Loss:
-    """What could not be read of a log.
+    """What could not be read from a log.
 
     Attributes:
-        damages: the first MANY of them.
-        count: of all.
+        damages: the first MANY of them, in the order of the file.
+        count: how many there were in all.
     """
 
     damages: list[Damage] = field(default_factory=list)
@@ -182,7 +182,7 @@ def contents(path: Path | str, loss: Loss) -> Iterator[Message | Attachment | Me
 
 
 def profile_of(path: Path | str) -> str:
-    """The profile in a log's header; "" where there is none."""
+    """The profile in a log's header; "" without one."""
     with open_log(path) as stream:
         for _, record in scan(stream, path=path, on_damage=lambda damage: None):
             return record.profile if isinstance(record, Header) else ""
@@ -190,7 +190,7 @@ def profile_of(path: Path | str) -> str:
 
 
 def declarations(path: Path | str) -> tuple[dict[int, Channel], dict[int, Schema]]:
-    """All channels and schemas that any part of a log declares, its summary included."""
+    """All channels and schemas that any part of a log declares, including its summary."""
     content = Content()
     with open_log(path) as stream:
         for offset, record in scan(stream, path=path, on_damage=lambda damage: None):

@@ -1,4 +1,4 @@
-"""How do columns become a table of Arrow's, or a data frame of pandas'?"""
+"""Turns columns into Arrow tables and pandas data frames."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _PLACES = [np.array([place]) for place in range(max(map(len, SCHEMAS.values())))
 
 
 def arrow_table(name: str, columns: Columns) -> pa.Table:
-    """A table with its descriptions."""
+    """An Arrow table with its column descriptions as field metadata."""
     return pa.Table.from_arrays([column.to_arrow() for column in columns.values()], schema=SCHEMAS[name])
 
 
 def data_frame(name: str, columns: Columns) -> pd.DataFrame:
-    """A table as the frame that `Table.to_pandas` gives, with types that keep missing values as what they are.
+    """The data frame that `Table.to_pandas` gives, but with types that keep missing values missing.
 
-    `Table.to_pandas` starts threads and checks the categories of every column anew: milliseconds a table, which is
-    more than reading a small log takes. The constructor that takes columns as they are is the one that pandas keeps
-    for libraries such as pyarrow; before pandas 3 there is none.
+    `Table.to_pandas` starts threads and checks the categories of every column again: milliseconds for each table,
+    more than it takes to read a small log. pandas 3 has a constructor that takes columns as they are, meant for
+    libraries such as pyarrow; earlier versions have none.
     """
     rows = pd.RangeIndex(len(next(iter(columns.values()))))
     values = [column.to_pandas() for column in columns.values()]
@@ -48,7 +48,7 @@ def data_frame(name: str, columns: Columns) -> pd.DataFrame:
 
 
 def _block(values: Any) -> Any:
-    """Columns of numpy's, and of stamps, are rows of a matrix inside pandas."""
+    """Columns of numpy arrays, and of stamps, are rows of a matrix inside pandas."""
     if isinstance(values, pd.DatetimeIndex):
         values = values.array
     elif not isinstance(values, np.ndarray):
@@ -57,7 +57,7 @@ def _block(values: Any) -> Any:
 
 
 def joined(name: str, parts: Sequence[Columns]) -> Columns:
-    """The rows of several tables of one name below each other."""
+    """The rows of several tables of one name, concatenated."""
     if not parts:
         return {field.name: column_of((), field.type) for field in SCHEMAS[name]}
     if len(parts) == 1:
@@ -69,5 +69,5 @@ def joined(name: str, parts: Sequence[Columns]) -> Columns:
 
 @cache
 def _labels(name: str) -> pd.Index:
-    """What a frame's columns are called; a frame gets a view, because labels have a name that users may set."""
+    """The column labels of a frame; each frame gets its own view, because users may set the labels' name."""
     return pd.Index(SCHEMAS[name].names)

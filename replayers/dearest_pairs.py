@@ -1,4 +1,4 @@
-"""Which pairs of rows and columns come to the most, when each row and each column is in one pair at most?
+"""Maximum-weight assignment of rows to columns, with each row and each column in at most one pair.
 
 The assignment problem, solved by shortest augmenting paths (Crouse, "On Implementing 2D Rectangular Assignment
 Algorithms", IEEE Trans. Aerospace and Electronic Systems 52, 2016), compiled with numba. The same algorithm with the
@@ -20,10 +20,10 @@ Indices = npt.NDArray[np.int64]
 
 
 def dearest_pairs(worth: Floats) -> tuple[Indices, Indices]:
-    """The rows and the columns of the pairs, in the order of the rows; as many as the shorter side has.
+    """Row and column indices of the pairs, ordered by row; as many pairs as the shorter side has.
 
     Args:
-        worth: finite, shape (rows, columns).
+        worth: weights, finite, shape (rows, columns).
     """
     rows, columns = worth.shape
     if columns < rows:
@@ -35,7 +35,7 @@ def dearest_pairs(worth: Floats) -> tuple[Indices, Indices]:
 
 @njit(cache=True, nogil=True)
 def _column_of_each_row(cost: Floats) -> Indices:
-    """The cheapest column for every row, no column twice; not more rows than columns."""
+    """The cheapest column for every row, each column used at most once; needs no more rows than columns."""
     rows, columns = cost.shape
     row_dual, column_dual = np.zeros(rows), np.zeros(columns)
     column_of = np.full(rows, -1, dtype=np.int64)
@@ -61,7 +61,7 @@ def _column_of_each_row(cost: Floats) -> Indices:
                 if way < shortest[column]:
                     came_from[column] = row
                     shortest[column] = way
-                # Of equals, a column that ends the path.
+                # Among equals, prefer a column that ends the path.
                 if shortest[column] < lowest or (shortest[column] == lowest and row_of[column] < 0):
                     lowest = shortest[column]
                     nearest = k

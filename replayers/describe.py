@@ -1,4 +1,4 @@
-"""What is in a log, at a glance? Counts, times, channels and the run's identity; by the index where there is one."""
+"""A log at a glance: counts, times, channels and the run's identity, read from the index where there is one."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class Description:
     """A log at a glance.
 
     Attributes:
-        indexed: the log was closed; what is told comes from its index. Otherwise it was walked through.
+        indexed: the log was closed, and the description comes from its index; otherwise the whole file was read.
         metadata: the last record of each name.
         info: identity of the run; None in a log that holds none.
-        outcome: as the recorder wrote it at the end; empty where it did not come so far.
+        outcome: as the recorder wrote it at the end; empty where the recording stopped earlier.
     """
 
     path: Path
@@ -55,12 +55,12 @@ class Description:
 
     @property
     def compression_ratio(self) -> float | None:
-        """Unpacked bytes of all chunks by their packed ones; None without chunks."""
+        """Uncompressed size of all chunks divided by their compressed size; None without chunks."""
         packed = sum(chunk.compressed_size for chunk in self.index.chunks)
         return sum(chunk.uncompressed_size for chunk in self.index.chunks) / packed if packed else None
 
     def channels(self) -> list[dict[str, Any]]:
-        """One row a channel, sorted by topic."""
+        """One row for each channel, sorted by topic."""
         rows: list[dict[str, Any]] = []
         for channel in sorted(self.index.channels.values(), key=lambda c: (c.topic, c.id)):
             schema = self.index.schemas.get(channel.schema_id)
@@ -78,7 +78,7 @@ class Description:
 
 
 def describe(path: Path | str) -> Description:
-    """A log at a glance.
+    """Describes a log.
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
@@ -121,7 +121,7 @@ def _identity(found: dict[str, dict[str, str]]) -> RunInfo | None:
 
 
 def _count(index: LogIndex, offset: int, record: Record, loss: Loss) -> None:
-    """An index made by walking, for a log that has none."""
+    """An index built by reading the whole file, for a log that has none."""
     if isinstance(record, ChunkRecord):
         try:
             for _, inner in records_in(record.unpack_anyhow()):

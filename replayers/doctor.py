@@ -1,7 +1,7 @@
-"""Can this log be trusted? Every check of the file and of the run in it, with a verdict and what to do.
+"""Every check of a log, of the file and of the run in it, with a verdict and what to do.
 
 fine    nothing is wrong that matters
-lossy   sound as far as it goes, but something is missing: it was cut off, or messages were dropped
+lossy   what is there is sound, but something is missing: it was cut off, or messages were dropped
 faulty  something in it is not what it should be
 """
 
@@ -28,12 +28,12 @@ class Examination:
     """What the doctor says.
 
     Attributes:
-        loss_window_s: what a crash at the worst moment would have cost while this was recorded: in real time the
-            longest stretch of log time that one chunk held in memory; where log times are a simulated world's, the
-            recorder's longest wait before it syncs.
-        loss_window_measured: the former of the two.
-        longest_chunk_s: the longest stretch of log time in one chunk.
-        messages: intact ones.
+        loss_window_s: the most that a crash could have lost while this was recorded: for logs recorded in real time,
+            the longest span of log time that one chunk held in memory; where log times are those of a simulated
+            world, the longest time that the recorder waits before it syncs.
+        loss_window_measured: whether it is the former, measured from the log.
+        longest_chunk_s: the longest span of log time in one chunk.
+        messages: how many are intact.
     """
 
     file: Path
@@ -50,7 +50,7 @@ def examine(path: Path | str, *, told: Told = iter) -> Examination:
     """Examines a log, streaming.
 
     Args:
-        told: wraps what is examined, for a progress bar.
+        told: wraps the records as they are read, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to examine.

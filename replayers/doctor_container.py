@@ -1,7 +1,7 @@
-"""Is the file itself sound? Magic, lengths, checksums, indexes and order of an MCAP file, in one streaming walk.
+"""Checks an MCAP file itself: magic, lengths, checksums, indexes and order, in one streaming pass.
 
-Memory: one record, and a few numbers a chunk. Checks follow the MCAP specification; what a reader can do without
-(an index) is a loss at most, what it would misread (a wrong checksum) an error.
+Memory: one record, and a few numbers for each chunk. Checks follow the MCAP specification: a fault in what a reader
+can do without (an index) is at most a loss, a fault that it would misread (a wrong checksum) is an error.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RECOVER = "Save what is intact: lios recover"
 
 @dataclass(slots=True)
 class Walk:
-    """What the walk through a file has seen.
+    """State of the pass through a file.
 
     Attributes:
         chunk_spans_ns: longest log time between first and last message of a chunk.
@@ -66,7 +66,7 @@ class Walk:
 
 
 def walk_container(path: Path, stream: BinaryIO, walk: Walk) -> Iterator[Message | Attachment | Metadata]:
-    """Everything of content in a file; what is wrong with the file goes to the walk's findings.
+    """Yields all content of a file; what is wrong with the file is added to the findings of the walk.
 
     The summary is compared when the iterator ends.
     """
@@ -248,7 +248,7 @@ def _check_data_crc(walk: Walk, stream: BinaryIO) -> None:
 
 
 def _compare(walk: Walk, index: LogIndex) -> None:
-    """Whether the index says of the file what the walk has seen."""
+    """Compares the index with what the pass has seen of the file."""
     findings = walk.findings
 
     def differ(what: str) -> None:

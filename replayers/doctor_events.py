@@ -1,6 +1,6 @@
-"""Do the events of a run agree with the house and with each other? Streaming: what came before is kept in numbers.
+"""Checks the events of a run against the house and against each other, streaming, in constant memory.
 
-Costs are compared to a hundredth: they stand in the log with six decimals and are added up many times.
+Costs are compared to 0.01: the log rounds them to six decimals, and they are summed many times.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from workbench.worlds.house import LocationId
 
 CLOSE = 0.01
 CONTINUITY = frozenset({"decisions missing", "actions missing", "robot elsewhere", "against truth"})
-"""Kinds that follow from missing events: warnings where events are known to be missing."""
+"""Kinds of findings that missing events cause: mere warnings where events are known to be missing."""
 STATUSES = frozenset(status.value for status in RunStatus)
 PLAN_STATUSES = frozenset(status.value for status in PlanStatus)
 
 
 @dataclass(slots=True)
 class EventChecks:
-    """Takes the events of one run in order and tells findings."""
+    """Takes the events of one run in order and reports findings."""
 
     findings: Findings
     place: Place
@@ -48,7 +48,7 @@ class EventChecks:
     robot_at: str | None = None
     searched: dict[str, frozenset[str]] = field(default_factory=dict)
     handled: set[str] = field(default_factory=set)
-    """Items that the robot took or put down: they need not be where the ground truth began with them."""
+    """Items that the robot took or put down: they need not be where the ground truth has them at the start."""
     looks: int = 0
     cost: float = 0.0
     travel_m: float = 0.0
@@ -91,7 +91,7 @@ class EventChecks:
                 pass
 
     def finish(self, *, partial: bool) -> None:
-        """What the end tells. Sums are compared only where the log is whole."""
+        """The checks that need the whole run. Sums are compared only where the log is complete."""
         findings, outcome = self.findings, self.outcome
         self._hand_over(partial=partial)
         if outcome is None:
@@ -247,7 +247,7 @@ class EventChecks:
         self.own.error(_where(event), what, kind=kind)
 
     def _hand_over(self, *, partial: bool) -> None:
-        """Adds what was found to the log's findings, now that it is known whether events are missing."""
+        """Adds the collected findings to those of the log, once it is known whether events are missing."""
         for (level, kind), count in self.own.counts.items():
             shown = Level.WARNING if partial and kind in CONTINUITY else level
             self.findings.counts[shown, kind] = self.findings.counts.get((shown, kind), 0) + count

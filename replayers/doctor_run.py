@@ -1,4 +1,4 @@
-"""Does the run in a log make sense? Identity, attachments, every event against the house and against the others."""
+"""Checks the run in a log: identity, attachments, and every event against the house and the other events."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ REPLAYABLE = "Without it the run cannot be replayed"
 
 @dataclass(slots=True)
 class RunChecks:
-    """Takes a log's content in the order of the file and tells findings. A log without a run has nothing to check."""
+    """Takes a log's content in the order of the file and reports findings. A log without a run has nothing to
+    check."""
 
     findings: Findings
     holds_run: bool = False
@@ -47,7 +48,7 @@ class RunChecks:
             self._message(part)
 
     def finish(self, *, cut_off: bool, damaged: bool) -> None:
-        """What can only be told at the end."""
+        """The checks that need the whole file."""
         findings = self.findings
         if not self.holds_run:
             if self.domain_messages and not (cut_off or RECOVERED_METADATA in self.metadata):
@@ -69,9 +70,10 @@ class RunChecks:
 
     @property
     def real_time(self) -> bool:
-        """Whether log times are those of the computer that recorded.
+        """Whether log times are those of the clock of the recording computer.
 
-        The recorder says so; logs in which it does not are in real time unless a simulator knew the truth.
+        The recorder states it; older logs, which do not, are in real time unless they hold a simulator's ground
+        truth.
         """
         recorder = self.settings.get("recorder")
         clock = recorder.get("log_time") if isinstance(recorder, dict) else None
@@ -82,7 +84,8 @@ class RunChecks:
 
     @property
     def promised_s(self) -> float | None:
-        """How long a message waited for the disk at most, as the recorder set it; None where that is not known."""
+        """The longest time that a message could wait for the disk, as the recorder was set, in seconds; None where
+        unknown."""
         recorder = self.settings.get("recorder")
         sync_s = recorder.get("sync_s") if isinstance(recorder, dict) else None
         return float(sync_s) if isinstance(sync_s, int | float) else None

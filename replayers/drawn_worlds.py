@@ -1,4 +1,4 @@
-"""Which worlds are likely, given all that the log saw? Draws from the belief, for estimates; never for bounds.
+"""Worlds sampled from the belief, given all that the log shows; for estimates, never for bounds.
 
 Open containers hold each relevant type independently with the belief's probability. A type of which the log shows
 no instance, but which is known to exist, is in at least one of them: drawn exactly, container by container, by the
@@ -26,7 +26,7 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrawnWorlds:
-    """Worlds that agree with a log, drawn from the belief.
+    """Worlds that are consistent with a log, sampled from the belief.
 
     Attributes:
         containers: the open ones.
@@ -42,12 +42,12 @@ class DrawnWorlds:
         return self.inside.shape[0]
 
     def answer(self, world: int, container: ContainerId, live: tuple[ItemType, ...]) -> Answer:
-        """What a container holds in a world, of the types that still matter."""
+        """What a container holds in a world, restricted to the types that still matter."""
         column = self.inside[world, :, self.containers.index(container)]
         return tuple(t for t, there in zip(self.item_types, column, strict=True) if there and t in live)
 
     def chooser(self, world: int) -> Choose:
-        """Answers the questions of a run as a world does."""
+        """A function that gives the contents of each open container of a run as they are in one world."""
 
         def choose(question: Question) -> Answer:
             answer = self.answer(world, question.container, question.live)
@@ -65,10 +65,11 @@ def draw_worlds(
     rng: np.random.Generator,
     exists: frozenset[ItemType],
 ) -> DrawnWorlds:
-    """Draws worlds.
+    """Samples worlds.
 
     Args:
-        belief: over at least the open containers, for the relevant types; what it does not name has probability 0.
+        belief: over at least the open containers and the relevant types; a pair that it does not name has probability
+            0.
         exists: types of which an instance is somewhere.
     """
     containers = evidence.open
@@ -89,7 +90,8 @@ def _row(belief: Belief, item_type: ItemType, containers: tuple[ContainerId, ...
 
 
 def _draw(probability: Floats, count: int, rng: np.random.Generator, *, at_least_one: bool) -> Bools:
-    """Shape (count, containers). At least one: each draw is conditioned on what is still to come."""
+    """Presence in each container, bool, shape (count, containers). With at least one, each draw is conditioned on
+    those to come."""
     chance = rng.random((count, len(probability)))
     if not at_least_one or not len(probability):
         return np.asarray(chance < probability)

@@ -1,7 +1,7 @@
-"""How long does an action take? Simulated by the simulator's figures; a robot's fitted from its own log.
+"""Durations of actions: the simulator's figures, or figures fitted to a robot's own log.
 
-A move takes `move_s` to get going and `metre_s` a metre; a look and a manipulation take their mean. The residuals
-stand beside the figures: a fit is a prediction, not a measurement.
+A move takes a start-up time `move_s` and `metre_s` for each metre; looks and manipulations take their means.
+Residuals are kept with the figures: a fit is a prediction, not a measurement.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from workbench.runs.vocabulary import NANO, ActionFinished
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Durations:
-    """Seconds of actions.
+    """Durations of actions, in seconds.
 
     Attributes:
         move_s, metre_s: a move of x metres takes move_s + metre_s * x.
         look_s, manipulation_s: means.
-        residual_s: root mean square of what the fit leaves, per kind ("move", "look", "manipulation").
-        samples: how many recorded actions each was fitted from; 0 means the simulator's figure stands in.
+        residual_s: root mean square residual of the fit for each kind ("move", "look", "manipulation").
+        samples: how many recorded actions each was fitted to; 0 means that the simulator's figure is used.
     """
 
     metre_s: float = 1.0
@@ -49,7 +49,8 @@ class Durations:
         )
 
     def spread_s(self, events: Iterable[Event]) -> float:
-        """Root mean square error of a predicted duration, if each action errs by its kind's residual on its own."""
+        """Root mean square error of a predicted duration, if each action errs independently by the residual of its
+        kind."""
         left = dict(self.residual_s)
         kinds = {"move": "move", "search": "look"}
         acted = (e for e in events if isinstance(e, Acted) and e.success)
@@ -68,11 +69,12 @@ SIMULATED = Durations()
 """The simulated world's: 1 s a metre, 2 s a look, 5 s a manipulation."""
 
 FEWEST = 3
-"""With fewer recorded actions of a kind, its spread cannot be told; the simulator's figure stands in for none."""
+"""With fewer recorded actions of a kind, its spread cannot be estimated; without any, the simulator's figure is
+used."""
 
 
 def fitted_durations(actions: Iterable[ActionFinished]) -> Durations:
-    """Speed and durations from the actions of a log that succeeded."""
+    """Durations fitted to the successful actions of a log."""
     done = [a for a in actions if a.success and a.stamp.ns >= a.start.ns]
     moves = [(a.travel_m, _seconds(a)) for a in done if a.action == "move" and a.travel_m > 0]
     looks = [_seconds(a) for a in done if a.action == "search"]
@@ -95,7 +97,8 @@ def _seconds(action: ActionFinished) -> float:
 
 
 def _line(moves: list[tuple[float, float]]) -> tuple[float, float, float]:
-    """Seconds to get going, seconds a metre, and the residual; never a negative one of the first two."""
+    """Start-up time, seconds for each metre, and residual of a least-squares line; the first two are never
+    negative."""
     if not moves:
         return SIMULATED.move_s, SIMULATED.metre_s, 0.0
     metres, seconds = np.array(moves, dtype=np.float64).T

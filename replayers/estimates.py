@@ -22,22 +22,23 @@ Floats = npt.NDArray[np.float64]
 FEWEST_WORLDS = 50
 Z95 = 1.959964
 MASS = 0.9
-"""The share of drawn worlds that the predictive interval aims to hold."""
+"""The nominal share of sampled worlds in the predictive interval."""
 SAME = 1e-6
-"""Costs closer than this are one."""
+"""Costs closer than this are equal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A mean over drawn worlds.
+    """A mean over sampled worlds.
 
     Attributes:
-        mean: of the charged cost.
-        ci95: the Monte-Carlo interval of that mean: more worlds make it narrower.
-        interval90: the shortest range that holds the cost in at least nine of ten drawn worlds, ends included.
-        interval90_mass: the share of drawn worlds that it does hold: more, where costs come in lumps.
+        mean: mean charged cost, in metres and their equivalents.
+        ci95: 95 % Monte Carlo confidence interval of that mean: more worlds make it narrower.
+        interval90: the shortest interval that contains the cost in at least 90 % of the sampled worlds, ends
+            included.
+        interval90_mass: the share of sampled worlds that it contains: more than 90 % where costs are discrete.
         success: share of worlds in which the task was done.
-        worlds: how many were drawn.
+        worlds: how many were sampled.
     """
 
     mean: float
@@ -51,10 +52,10 @@ class Estimate:
 def costs_in(
     worlds: DrawnWorlds, tree: Unfolding, *, most_stretches: int | None = None
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """What a strategy costs in each world, shape (worlds,), and whether it did the task there.
+    """A strategy's cost in each world, shape (worlds,), and whether it did the task there, bool, shape (worlds,).
 
     Args:
-        most_stretches: after so many new stretches of the loop the remaining worlds are left out, but never below
+        most_stretches: after so many new segments of the loop the remaining worlds are left out, but never below
             FEWEST_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
     """
     costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
@@ -70,7 +71,7 @@ def costs_in(
 
 
 def estimate_of(costs: Floats, done: npt.NDArray[np.bool_]) -> Estimate:
-    """The estimate from the costs in drawn worlds."""
+    """The estimate from the costs in sampled worlds."""
     mean, half = float(costs.mean()), Z95 * float(costs.std(ddof=1)) / sqrt(len(costs)) if len(costs) > 1 else 0.0
     interval = predictive_interval(costs)
     return Estimate(
@@ -84,10 +85,11 @@ def estimate_of(costs: Floats, done: npt.NDArray[np.bool_]) -> Estimate:
 
 
 def predictive_interval(costs: Floats, mass: float = MASS) -> tuple[float, float]:
-    """The shortest closed interval of drawn costs that holds at least `mass` of the draws; the lowest of equals.
+    """The shortest closed interval that contains at least `mass` of the sampled costs; the lowest of equally short
+    ones.
 
-    For costs in lumps it is the narrowest true answer to "within what will it lie, nine times in ten?" (the
-    highest-density idea of Hyndman, The American Statistician 50, 1996, kept to one interval).
+    A highest-density region restricted to a single interval (Hyndman, "Computing and Graphing Highest Density
+    Regions", The American Statistician 50, 1996).
     """
     ordered = np.sort(costs)
     held = min(max(1, ceil(mass * len(ordered) - 1e-9)), len(ordered))
@@ -97,6 +99,6 @@ def predictive_interval(costs: Floats, mass: float = MASS) -> tuple[float, float
 
 
 def mass_within(costs: Floats, interval: tuple[float, float]) -> float:
-    """The share of drawn costs in a closed interval."""
+    """The share of sampled costs in a closed interval."""
     low, high = interval
     return float(np.mean((costs >= low - SAME) & (costs <= high + SAME)))

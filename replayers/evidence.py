@@ -1,8 +1,8 @@
-"""What does a log make certain, and what does it leave open? The ground on which every counterfactual stands.
+"""What a log makes certain about its place, and what it leaves open: the basis of every counterfactual.
 
-Certain are the contents of the containers that were known or searched, as they were at the start of the run; the
-map and the travel costs; and what the place refused. Open are the other containers that can be reached: every
-filling of them is a world that agrees with the log (docs/replay.md says exactly what is assumed).
+Certain are the contents, at the start of the run, of containers that were known or searched; the map and the travel
+costs; and which actions were refused. Open are the other containers that can be reached: every assignment of contents
+to them is a consistent world (docs/replay.md states the assumptions).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, Loca
 
 
 class NothingWasTried(Unsupported):
-    """A log of a session in which no task was tried: every planner would be done before it began."""
+    """The log of a session in which no task was attempted: every planner would be done before it began."""
 
     def __init__(self, run: Run) -> None:
         super().__init__(
@@ -45,7 +45,7 @@ class Evidence:
     """What one log makes certain.
 
     Attributes:
-        path, sha256, info, complete: which log; whether it was closed in order.
+        path, sha256, info, complete: which log; whether it was closed properly.
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
         shut: containers that could not be searched, with the reason; they refuse again.
@@ -82,7 +82,7 @@ class Evidence:
 
     @property
     def open(self) -> tuple[ContainerId, ...]:
-        """Containers that can be reached and whose contents nobody saw, in the plan's order."""
+        """Containers that can be reached and whose contents nobody saw, in the order of the floor plan."""
         return tuple(
             c.id
             for c in self.place.plan.containers
@@ -98,7 +98,7 @@ class Evidence:
 
 
 def evidence_of(run: Run) -> Evidence:
-    """What a run's log makes certain.
+    """The evidence in the log of a run.
 
     Raises:
         NothingWasTried: a session without a task.

@@ -1,4 +1,4 @@
-"""How do logs become files for other tools? Parquet or CSV, a table each; partitioned Parquet for folders of logs.
+"""Export of logs for other tools: one Parquet or CSV file for each table, or partitioned Parquet for folders of logs.
 
 Parquet carries each column's description as field metadata. CSV writes lists as JSON.
 """
@@ -30,7 +30,7 @@ PARTITIONS = ("place", "scenario", "strategy", "source", "run_id")
 
 
 class NothingToExport(Malformed):
-    """Not one of the logs could be read; nothing was written."""
+    """None of the logs could be read; nothing was written."""
 
     def __init__(self, problems: Sequence[Problem]) -> None:
         more = f" {len(problems) - 1} more could not be read." if len(problems) > 1 else ""
@@ -42,8 +42,8 @@ class Exported:
     """What was written.
 
     Attributes:
-        rows: per table.
-        problems: logs left out, and why.
+        rows: how many were written, for each table.
+        problems: logs that were left out, and why.
     """
 
     folder: Path
@@ -52,7 +52,7 @@ class Exported:
 
 
 def table_names(names: Iterable[str]) -> tuple[str, ...]:
-    """Known tables, all when none is named.
+    """The named tables; all of them when none is named.
 
     Raises:
         UnknownName: no such table.
@@ -80,15 +80,15 @@ def export(
     With partition_by: FOLDER/actions/strategy=model-lios/part-0.parquet, as DuckDB, pandas and polars read it.
 
     Args:
-        told: wraps the tables on their way, for a progress bar.
+        told: wraps the tables as they are written, for a progress bar.
 
     Raises:
         NothingToExport: none of the logs holds a run.
         OutputExists: the folder holds something, and force is not given.
         WrongKind: it is a file.
-        CannotCreate: it cannot be made.
-        NoRoom: it cannot be written to; nothing was.
-        BadValue: partitions of CSV, or by a column that is none of PARTITIONS.
+        CannotCreate: it cannot be created.
+        NoRoom: the disk is full; nothing was written.
+        BadValue: partitions of CSV, or by a column that is not in PARTITIONS.
     """
     for column in partition_by:
         if column not in PARTITIONS or file_format == "csv":
@@ -137,7 +137,7 @@ def _replace(made: Path, target: Path) -> None:
 
 
 def _one_file(source: Tables, name: str, folder: Path, file_format: Format) -> int:
-    """A table's file, log by log, so that memory holds one log's rows."""
+    """One table as one file, written log by log, so that memory holds the rows of one log."""
     count = 0
     if file_format == "csv":
         with open(folder / f"{name}.csv", "w", encoding="utf-8", newline="") as stream:
@@ -155,7 +155,7 @@ def _one_file(source: Tables, name: str, folder: Path, file_format: Format) -> i
 
 
 def _partitioned(source: Tables, name: str, folder: Path, by: Sequence[str]) -> int:
-    """A table as a folder of files by the values of columns, taken from the run where the table has them not."""
+    """One table as a folder of files by the values of columns, taken from the run where the table lacks them."""
     parts: list[pa.Table] = []
     for log in source.sources:
         (part,) = list(Tables([log], source.problems).parts(name))[1:] or [None]
@@ -176,7 +176,7 @@ def _partitioned(source: Tables, name: str, folder: Path, by: Sequence[str]) -> 
 
 
 def plain(schema: pa.Schema) -> pa.Schema:
-    """A schema with text instead of dictionaries, which differ from log to log; descriptions stay."""
+    """A schema with text in place of dictionaries, which differ from log to log; descriptions are kept."""
     return pa.schema(
         [
             pa.field(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type, metadata=f.metadata)

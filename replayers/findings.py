@@ -1,4 +1,4 @@
-"""What is wrong with a log? One finding a fact: how bad, where, what, and what to do."""
+"""Findings of the doctor: each states one fact, with its severity, place and remedy."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """One fact.
+    """One fact about what is wrong.
 
     Attributes:
-        where: a byte, a topic with its decision, an attachment.
-        fix: what to do; "" when nothing needs to be done.
+        where: a byte offset, a topic with its decision, or an attachment.
+        fix: what to do; "" when nothing need be done.
     """
 
     level: Level
@@ -47,7 +47,7 @@ MOST_A_KIND = 20
 
 @dataclass(slots=True)
 class Findings:
-    """Gathers findings; of each kind the first ones are kept and the rest counted."""
+    """Collects findings; the first ones of each kind are kept and the rest counted."""
 
     kept_by_kind: list[tuple[str, Finding]] = field(default_factory=list)
     counts: dict[tuple[Level, str], int] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class Findings:
             self.keep(Finding(level=level, where=where, what=what, fix=fix), kind)
 
     def keep(self, finding: Finding, kind: str) -> None:
-        """Keeps a finding that is counted already."""
+        """Keeps a finding that has been counted already."""
         self.kept_by_kind.append((kind, finding))
 
     def error(self, where: str, what: str, fix: str = "", *, kind: str = "") -> None:
@@ -75,7 +75,7 @@ class Findings:
         self.add(Level.WARNING, where, what, fix, kind=kind)
 
     def all(self) -> list[Finding]:
-        """Those kept, worst first, and one line for each kind of which there are more."""
+        """The findings that were kept, worst first, and one line for each kind of which there are more."""
         more = [
             Finding(level=level, where="", what=f"{count - MOST_A_KIND} more like: {kind}")
             for (level, kind), count in self.counts.items()

@@ -1,4 +1,4 @@
-"""How are logs analysed? As tidy tables, one row a fact, made when first asked for.
+"""Tidy tables of one or many logs, one row for each fact, built when first requested.
 
     import replayers
     replayers.read("run.mcap").tables.actions
@@ -43,7 +43,7 @@ __all__ = ["LogSource", "NoLogs", "Problem", "RunSource", "Tables", "find_logs",
 
 
 KEPT_BYTES = 16 << 20
-"""Logs that are smaller together are read once, not topic by topic."""
+"""Logs whose sizes sum to less are read once, not topic by topic."""
 _OF_TABLES = frozenset({*TOPICS, POSE_TOPIC} - {TRUTH_TOPIC})
 
 
@@ -58,10 +58,10 @@ class Problem:
 @final
 @dataclass(frozen=True)
 class Tables:
-    """The tables of one or many runs, each a pandas data frame; columns as in replayers.columns.
+    """The tables of one or many runs, each a pandas data frame; replayers.columns lists the columns.
 
     Attributes:
-        sources: where they come from.
+        sources: the logs they come from.
         problems: logs that were left out because they could not be read.
     """
 
@@ -75,42 +75,42 @@ class Tables:
 
     @cached_property
     def runs(self) -> pd.DataFrame:
-        """One row a run."""
+        """One row for each run."""
         return self._frame("runs")
 
     @cached_property
     def decisions(self) -> pd.DataFrame:
-        """One row a decision."""
+        """One row for each decision."""
         return self._frame("decisions")
 
     @cached_property
     def observations(self) -> pd.DataFrame:
-        """One row for every container whose content became known."""
+        """One row for each container whose contents became known."""
         return self._frame("observations")
 
     @cached_property
     def beliefs(self) -> pd.DataFrame:
-        """One row for every decision, item type and container."""
+        """One row for each decision, item type and container."""
         return self._frame("beliefs")
 
     @cached_property
     def find_costs(self) -> pd.DataFrame:
-        """One row for every decision, item type, origin and target."""
+        """One row for each decision, item type, origin and target."""
         return self._frame("find_costs")
 
     @cached_property
     def plans(self) -> pd.DataFrame:
-        """One row for every step of every plan."""
+        """One row for each step of each plan."""
         return self._frame("plans")
 
     @cached_property
     def actions(self) -> pd.DataFrame:
-        """One row for every action that ended."""
+        """One row for each action that ended."""
         return self._frame("actions")
 
     @cached_property
     def poses(self) -> pd.DataFrame:
-        """One row for every pose that the robot reported or walked through."""
+        """One row for each pose that the robot reported or passed through."""
         return self._frame("poses")
 
     def arrow(self, name: str) -> pa.Table:
@@ -125,7 +125,7 @@ class Tables:
         return data_frame(name, joined(name, list(self._by_log(name))))
 
     def parts(self, name: str) -> Iterator[pa.Table]:
-        """A table as Arrow: first empty, with its columns, then log by log."""
+        """A table as Arrow: first empty, with its columns, then one piece for each log."""
         yield SCHEMAS[name].empty_table()
         for columns in self._by_log(name):
             yield arrow_table(name, columns)
@@ -144,9 +144,9 @@ class Tables:
 
 
 def read_many(where: str | Path | Iterable[str | Path]) -> Tables:
-    """The tables of many logs, read file by file when a table is first asked for.
+    """The tables of many logs, read file by file when a table is first requested.
 
-    Of more than 16 MiB of logs, each table reads its own topics; less is read once and kept, undecoded.
+    Above 16 MiB of logs in all, each table reads its own topics; below, every log is read once and kept, undecoded.
 
     Args:
         where: a folder (searched whole), a pattern with * and **, one file, or several of these.
@@ -165,7 +165,7 @@ class LogSource:
     """A log on disk.
 
     Attributes:
-        keep: read it once and keep its messages, undecoded; otherwise every question reads the topic that it needs.
+        keep: read it once and keep its messages, undecoded; otherwise every request reads the topic that it needs.
     """
 
     path: Path
@@ -215,7 +215,8 @@ class LogSource:
 @final
 @dataclass(frozen=True, slots=True)
 class RunSource:
-    """What was read of a run already; not the run itself, which holds its tables and would never be freed at once."""
+    """The events of a run that was read already; not the run itself, which holds its tables and would form a
+    reference cycle."""
 
     log: str
     info: RunInfo
@@ -241,7 +242,7 @@ class RunSource:
 
 
 def _poses(found: Iterable[tuple[int, bytes]]) -> list[tuple[int, PoseInFrame]]:
-    """Every foxglove.PoseInFrame with its log time.
+    """Every foxglove.PoseInFrame with its log time, in nanoseconds.
 
     Raises:
         UndecodableMessage: one that is none.

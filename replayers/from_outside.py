@@ -1,8 +1,8 @@
-"""Between what does the cost from a state on lie, where nobody has followed a run yet? Bounded once a state.
+"""Bounds of the cost from a state on without running the strategy, cached for each state.
 
-From below by what must still be walked (still_to_walk.py), from above by what can still be walked (most_to_walk.py).
-Both go by what is known of the goal's items and by which containers are left, whatever the strategy: strategies over
-one log that come to the same state share the answer.
+The lower bound is what must still be paid in the luckiest world, the upper bound what can still be paid in the
+unluckiest. Both depend only on what is known of the goal's items and on which containers are left, so that strategies
+over one log that reach the same state share them.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from workbench.planning.tasks import goal_types
 from workbench.worlds.knowledge import Knowledge
 
 MOST_STATES = 20_000
-"""Remembered; beyond this, all is forgotten and bounded anew."""
+"""Entries in the cache; beyond this, it is cleared."""
 
 
 @final
 class FromOutside:
-    """The bounds for one log, one task and one kind of strategy; arguments as MostToWalk's and StillToWalk's.
+    """The bounds for one log, one task and one kind of strategy; arguments as for MostToWalk and StillToWalk.
 
     Attributes:
-        least, most: the two sides.
+        least, most: the lower and the upper bound.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class FromOutside:
         self._bounded: dict[Hashable, tuple[float, float, bool]] = {}
 
     def interval(self, knowledge: Knowledge) -> Interval:
-        """The cost from a state on."""
+        """Bounds of the cost from a state on."""
         key = self._key(knowledge)
         found = self._bounded.get(key)
         if found is None:
@@ -64,7 +64,7 @@ class FromOutside:
         return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)
 
     def _key(self, knowledge: Knowledge) -> Hashable:
-        """All of a state that the two sides read."""
+        """Everything in a state that the two bounds depend on."""
         left = tuple([c for c in self._searchable if c not in knowledge.first_seen])
         stand = tuple([knowledge.where(t) for t in self._types])
         return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts

@@ -1,6 +1,6 @@
-"""What stands ready before any strategy is replayed over a log? Its evidence, its beliefs, its drawn worlds.
+"""A log prepared for replay: its evidence, its beliefs and its sampled worlds, computed once for all strategies.
 
-Prepared once a log and shared by all strategies, so that they are compared in the same worlds.
+Sharing them among all strategies makes comparisons paired: every strategy meets the same worlds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from workbench.worlds.travel import Paths
 
 
 class TruthNotRecorded(Unsupported):
-    """The truth was asked for, and the log does not hold it."""
+    """The recorded truth was requested, and the log does not hold it."""
 
     def __init__(self, path: object) -> None:
         super().__init__(f"{path}: this log holds no ground truth. Leave --with-truth out.")
@@ -50,8 +50,8 @@ class Settings:
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
-        timeout_s: the longest that a planner from outside may take for one decision.
-        seed: of the drawn worlds. The strategies' own seed is the run's.
+        timeout_s: the longest that a plug-in planner may take for one decision, in seconds.
+        seed: of the sampled worlds. The strategies' own seed is that of the run.
     """
 
     estimator: str = "log"
@@ -70,8 +70,8 @@ class Ground:
 
     Attributes:
         evidence: what the log makes certain.
-        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
-        worlds: drawn once for all strategies, so that comparisons are paired.
+        estimator, steady: the source of beliefs, and whether it depends on names alone.
+        worlds: sampled once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
         exact_beliefs: the estimator answers what the robot believed, not what a log made of it by rounding.
@@ -103,7 +103,7 @@ class Ground:
 
     @property
     def is_fitted(self) -> bool:
-        """Whether the durations were fitted from the log: a robot's."""
+        """Whether the durations were fitted to the log, as they are for a robot's."""
         return bool(self.durations.samples)
 
 
@@ -111,11 +111,11 @@ def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground
     """Prepares a log.
 
     Args:
-        with_ways: whether runs over the log are to carry the ways walked; only what records or draws them needs them.
+        with_ways: whether runs over the log include the paths walked; only recordings and drawings need them.
 
     Raises:
-        NoBelief, UnknownName: no beliefs can be had.
-        TruthNotRecorded: the truth is asked for and is not there.
+        NoBelief, UnknownName: no beliefs are available.
+        TruthNotRecorded: the truth was requested and is not in the log.
     """
     evidence = evidence_of(run)
     if settings.with_truth and run.truth is None:
@@ -159,7 +159,7 @@ def _notes(
 
 
 def house_of(evidence: Evidence, truth: GroundTruth) -> House:
-    """The house of a recorded truth."""
+    """The house of a recorded truth, by its containers' true contents."""
     contents = {
         ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
         for c, items in truth.contents.items()
@@ -168,7 +168,7 @@ def house_of(evidence: Evidence, truth: GroundTruth) -> House:
 
 
 def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
-    """Worlds for the estimate, from the belief given all that the log saw."""
+    """Worlds for the estimate, sampled from the belief given all that the log shows."""
     evidence, settings = ground.evidence, ground.settings
     if settings.worlds <= 0:
         return None

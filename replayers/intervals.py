@@ -1,4 +1,4 @@
-"""How far is the cost from a node on known? An interval, from outside and of what was reached."""
+"""Interval of the cost from a node of the run tree on: outer bounds, and the costs that were attained."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from math import inf, isfinite
 
 @dataclass(slots=True)
 class Interval:
-    """The cost from a node on.
+    """Bounds of the cost from a node on.
 
     Attributes:
-        low, high: of the worlds in which the task is done; (inf, -inf) when there is none.
+        low, high: bounds over the worlds in which the task is done; (inf, -inf) when there is none.
         may_fail: some world may fail.
-        found_low, found_high, fails: the same, of ends that were reached.
-        whole: every end below is known.
-        spent: nothing below can be followed any further, whole or not.
+        found_low, found_high, fails: the same, over run ends that were reached.
+        whole: every run end below is known.
+        spent: nothing below can be explored any further, whole or not.
     """
 
     low: float
@@ -41,14 +41,14 @@ class Interval:
 
     @classmethod
     def at_end(cls, cost: float, *, done: bool) -> Interval:
-        """Of a run that has ended."""
+        """The interval of a run that has ended."""
         if done:
             return cls(cost, cost, may_fail=False, found_low=cost, found_high=cost, whole=True, spent=True)
         return cls(inf, -inf, may_fail=True, fails=True, whole=True, spent=True)
 
     @classmethod
     def over(cls, below: list[Interval], cost: float) -> Interval:
-        """Of a node, from its children's; cost is paid on the way to them."""
+        """The interval of a node from those of its children; cost is that of the way to them."""
         return cls(
             low=cost + min(b.low for b in below),
             high=cost + max(b.high for b in below),

@@ -1,8 +1,8 @@
-"""Does a strategy decide by what is believed? One that does not is replayed exactly whoever believes.
+"""Traits of strategies: whether they use beliefs, look nearest first, or look only with an empty hand.
 
-Greedy search with an optimistic or a pessimistic find cost goes by distance alone: both take the nearest or the
-cheapest unsearched container, however probable. Only where things are to be prepared do its plans choose meeting
-places by belief.
+A strategy that does not use beliefs is replayed exactly whatever the beliefs. Greedy search with an optimistic or a
+pessimistic find cost depends on distance alone: both take the nearest or the cheapest unsearched container, however
+probable. Only where items are to be prepared do its plans choose meeting places by belief.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from workbench.search.nearest_first import NearestFirst
 
 
 def reads_beliefs(planner: Strategy, goal: Goal) -> bool:
-    """Whether beliefs can change what a strategy does; True where that is not known."""
+    """Whether beliefs can change what a strategy does; True where that is unknown."""
     if not isinstance(planner, Composed) or prepares(goal):
         return True
     by_distance = isinstance(planner.pricing, Optimistic | Pessimistic)
@@ -24,10 +24,10 @@ def reads_beliefs(planner: Strategy, goal: Goal) -> bool:
 
 
 def looks_nearest_first(planner: Strategy, goal: Goal) -> bool:
-    """Whether every look of a strategy goes to the nearest unsearched container; False where that is not known."""
+    """Whether every look of a strategy goes to the nearest unsearched container; False where that is unknown."""
     return isinstance(planner, Composed) and isinstance(planner.policy, NearestFirst) and not prepares(goal)
 
 
 def looks_empty_handed(planner: Strategy) -> bool:
-    """Whether a strategy is known to look only with its hand free; False where that is not known."""
+    """Whether a strategy is known to look only with an empty hand; False where that is unknown."""
     return isinstance(planner, Composed)

@@ -1,4 +1,4 @@
-"""How does a log become lines of JSON? Every message decoded, as far as the log explains itself, one a line."""
+"""A log as lines of JSON: one message on each line, decoded as far as the log describes it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from workbench.errors import OutputExists, WrongKind
 
 
 def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewritten:
-    """Writes a log's messages to a .jsonl file, which gets its name when it is whole.
+    """Writes a log's messages to a .jsonl file, which is renamed to its final name when it is complete.
 
     Raises:
         OutputExists, CannotCreate, WrongKind, NoRoom: nothing was written.

@@ -1,7 +1,7 @@
-"""Which runs are in a folder? A row a log, from indexes only, remembered from one time to the next.
+"""The runs of a folder, one row for each log, read from indexes only and cached between calls.
 
-The memory is one file a folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is used again while the log's
-size and time of change stay the same.
+The cache is one file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's
+size and modification time are unchanged.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from workbench.errors import LiosError
 LIST_VERSION = 2
 STAT_WORKERS = 8
 UNDECIDED = "undetermined"
-"""How a replay ends that its log does not decide. What it had spent by then is not what it costs."""
+"""The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
@@ -61,10 +61,10 @@ class _Memory(msgspec.Struct):
 def rows_of(
     paths: Sequence[Path], *, memory: Path | None = None, told: Callable[[Iterator[Path]], Iterator[Path]] = iter
 ) -> list[Row]:
-    """A row a log, in the order given.
+    """One row for each log, in the order given.
 
     Args:
-        memory: the file that remembers; none if not given.
+        memory: the cache file; nothing is cached if not given.
         told: wraps the logs that must be read, for a progress bar.
     """
     known = _recall(memory)
@@ -112,7 +112,7 @@ def row_of(path: Path) -> Row:
 
 
 def memory_for(folder: Path) -> Path | None:
-    """The file that remembers a folder's rows; None where nothing is to be kept."""
+    """The cache file of a folder's rows; None where nothing should be cached."""
     root = cache_folder()
     if root is None:
         return None
@@ -150,7 +150,7 @@ def _remember(memory: Path | None, rows: dict[str, _Known]) -> None:
         draft.write_bytes(msgspec.json.encode(_Memory(LIST_VERSION, rows)))
         draft.replace(memory)
     except (OSError, UnicodeEncodeError):
-        draft.unlink(missing_ok=True)  # a listing that cannot be remembered is still a listing
+        draft.unlink(missing_ok=True)  # a listing that cannot be cached is still a listing
 
 
 def _number(text: str | None) -> float | None:

@@ -1,4 +1,4 @@
-"""Which logs does a person mean by a folder, a pattern, a file, or several of these?"""
+"""Finds the logs that a folder, a pattern, a file, or several of these mean."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class NoLogs(NotFound):
 
 
 def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
-    """The .mcap files that are meant, sorted, each once.
+    """The .mcap files that are meant, sorted, without duplicates.
 
     Raises:
-        NoLogs: nothing there.
+        NoLogs: there is none.
     """
     wanted = [where] if isinstance(where, str | Path) else list(where)
     found: dict[Path, None] = {}
@@ -39,5 +39,5 @@ def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
 
 
 def shown(path: Path | str) -> str:
-    """A path as text that any file format can hold: bytes that are no UTF-8 become replacement characters."""
+    """A path as text that any file format can hold: bytes that are not UTF-8 become replacement characters."""
     return str(path).encode("utf-8", "surrogateescape").decode("utf-8", "replace")

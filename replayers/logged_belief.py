@@ -22,13 +22,13 @@ from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
 NAMES_ALONE = ("counts", "fcnn")
-"""Estimators that nothing seen in a run moves."""
+"""Estimators that no observation of a run changes."""
 
 LEARNING = ("best",)
-"""Estimators that all that is seen moves, even where a short run does not show it."""
+"""Estimators that every observation changes, even where a short run does not show it."""
 
 MOST_BELIEFS = 10_000
-"""Remembered; beyond this, all is forgotten and made anew."""
+"""Entries in the cache; beyond this, it is cleared."""
 
 ROUNDED = (
     "the log rounds beliefs to six decimals, and the estimator that made them is not asked: a decision that goes by "
@@ -41,7 +41,7 @@ HELD = "the log's first belief is held fixed: the estimator that made it, with t
 
 
 class NoBelief(Unsupported):
-    """A replay needs beliefs that neither the log nor an estimator can give."""
+    """A replay needs beliefs that neither the log nor an estimator can supply."""
 
     def __init__(self, log: str, estimator: str, reason: str) -> None:
         super().__init__(
@@ -52,7 +52,7 @@ class NoBelief(Unsupported):
 
 @final
 class RecordedBeliefs:
-    """The log's beliefs one after the other, for who goes the very same way: verification."""
+    """The log's beliefs one after the other, for verification, which takes the very same steps."""
 
     def __init__(self, evidence: Evidence, beliefs: Sequence[BeliefUpdate]) -> None:
         self._otherwise = LoggedBelief(evidence)
@@ -79,10 +79,10 @@ class RecordedBeliefs:
 @final
 @dataclass(frozen=True, slots=True)
 class LoggedBelief:
-    """Answers with the first probability that the log holds; 0 for a pair that it does not name.
+    """Answers with the first probability in the log; 0 for a pair that the log does not name.
 
     Attributes:
-        made: beliefs answered before; at most MOST_BELIEFS.
+        made: cache of beliefs, at most MOST_BELIEFS.
     """
 
     evidence: Evidence
@@ -111,7 +111,7 @@ class LoggedBelief:
 
 
 def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
-    """Whether the log's first beliefs name every container that a run may search, for these types."""
+    """Whether the log's first beliefs name, for these types, every container that a run may search."""
     places = [c for c in (*evidence.contents, *evidence.open, *evidence.shut) if c not in evidence.known]
     reachable = [c for c in places if evidence.place.travel.reaches(LocationId(c))]
     return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
@@ -119,7 +119,7 @@ def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Believer:
-    """Who believes in a replay.
+    """The source of beliefs in a replay.
 
     Attributes:
         estimator: what is asked.

@@ -1,4 +1,4 @@
-"""What does a recorded log answer to a robot that acts in it? Only what it holds; for the rest, Unseen.
+"""A World that answers from a recorded log: what the log holds, and Unseen for the rest.
 
 The third World beside the simulation and the robot. Contents are as at the start of the run, map and travel costs
 as logged, what was refused is refused again, and every other action succeeds. With a `filling` it is a world that
@@ -27,7 +27,7 @@ Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
 
 
 def untold(container: ContainerId, knowledge: Knowledge) -> None:
-    """The filling of a log alone: nothing."""
+    """The assignment for a log alone: the contents of no open container are known."""
     return
 
 
@@ -37,11 +37,11 @@ class LoggedWorld:
 
     Args:
         log: a run as read, or its evidence.
-        filling: what open containers hold; by default nobody can tell.
+        filling: the contents of open containers; by default they are unknown.
         durations: how long actions take; the simulator's by default.
         with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
         paths: what finds those ways, where several worlds of one log share it.
-        knowledge: stands where a run has come to this; the start by default.
+        knowledge: state from which to continue a run; the start by default.
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class LoggedWorld:
         return LOGGED if (action, self.knowledge.robot_at, items) in self.evidence.done else IMPLIED
 
     def _now_there(self, container: ContainerId, inside: tuple[Item, ...]) -> tuple[Item, ...]:
-        """What the container holds now: what it held at the start, less what was taken, and what was put there."""
+        """What the container holds now: its contents at the start, minus what was taken, plus what was put there."""
         if container in self.knowledge.first_seen:
             return self.knowledge.items_at.get(LocationId(container), ())
         put = self.knowledge.items_at.get(LocationId(container), ())
@@ -169,7 +169,7 @@ class LoggedWorld:
 
 @final
 class OnlyStanding:
-    """Where the robot stands, without the ways between."""
+    """A path finder that gives no paths, for runs that need only where the robot stands."""
 
     def __init__(self, evidence: Evidence) -> None:
         self._standing = evidence.place.standing

@@ -1,6 +1,6 @@
-"""What do a log's bytes say? One parser a record; every length is checked before anything is allocated.
+"""Parsers of MCAP records: every length is checked before anything is allocated.
 
-mcap's record layer reads the small records; messages and chunks, where the bytes are, are read here.
+mcap's own record layer parses the small records; messages and chunks, which hold most of the bytes, are parsed here.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ from mcap.records import (
 )
 
 MAX_RECORD_BYTES = 128 << 20
-"""No record, and no chunk once unpacked, may be larger; whatever claims to be is damage."""
+"""No record, and no decompressed chunk, may be larger; whatever claims to be is damage."""
 HEAD = struct.Struct("<BQ")
 """Opcode and length, before every record."""
 STEP_BYTES = 4 << 20
 KEPT_BYTES = 16 << 10
-"""Longer schemas and channels are read each time."""
+"""Longer schemas and channels are parsed each time."""
 COMPRESSIONS = ("zstd", "lz4", "")
 
 
 class Unreadable(Exception):
-    """A record whose bytes make no sense; caught by those who read, and told as damage."""
+    """A record whose bytes make no sense; readers catch it and report damage."""
 
 
 class Raw(NamedTuple):
-    """A message as it stands in the file."""
+    """A message as it stands in the file, undecoded."""
 
     channel_id: int
     sequence: int
@@ -63,7 +63,7 @@ class Raw(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ChunkRecord:
-    """A chunk, still packed."""
+    """A chunk, still compressed."""
 
     start_ns: int
     end_ns: int
@@ -73,10 +73,10 @@ class ChunkRecord:
     packed: bytes
 
     def unpack(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
-        """The records inside, checked against size and checksum.
+        """Decompresses the records inside, checked against size and checksum.
 
         Raises:
-            Unreadable: another size or checksum, an unknown compression, or more than the limit.
+            Unreadable: wrong size or checksum, unknown compression, or more bytes than the limit.
         """
         if self.uncompressed_size > limit:
             raise Unreadable(f"claims {self.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
@@ -88,10 +88,10 @@ class ChunkRecord:
         return data
 
     def unpack_anyhow(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
-        """As unpack, but a damaged size or compression name does not matter where the checksum proves the data.
+        """As unpack, but tolerates a damaged size or compression name where the checksum proves the data.
 
         Raises:
-            Unreadable: no reading of it has the right checksum.
+            Unreadable: no interpretation of it has the right checksum.
         """
         try:
             return self.unpack(limit=limit)
@@ -108,14 +108,14 @@ class ChunkRecord:
 
 Record = McapRecord | ChunkRecord | Raw
 Parser = Callable[[bytes], tuple[Record, int]]
-"""From a record's bytes to the record, and how many of them it used."""
+"""Parses a record's bytes; returns the record and how many bytes it used."""
 
 
 def parse(opcode: int, body: bytes) -> tuple[Record | None, bool]:
     """The record of an opcode, and whether it accounts for every byte; None for a kind that readers must skip.
 
     Raises:
-        Unreadable: the bytes are no such record.
+        Unreadable: the bytes are not such a record.
     """
     parser = _PARSERS.get(opcode)
     if parser is None:
@@ -125,10 +125,10 @@ def parse(opcode: int, body: bytes) -> tuple[Record | None, bool]:
 
 
 def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple[int, McapRecord | Raw]]:
-    """The schemas, channels and messages of an unpacked chunk, with their offsets in it.
+    """The schemas, channels and messages of a decompressed chunk, with their offsets in it.
 
     Args:
-        unwanted: ids of channels whose messages are passed over uncopied; may grow meanwhile.
+        unwanted: ids of channels whose messages are skipped without copying; may grow during the iteration.
 
     Raises:
         Unreadable: a record that reaches beyond the chunk or makes no sense.
@@ -158,7 +158,7 @@ def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple
 
 
 def opcode_name(opcode: int) -> str:
-    """ "chunk index" for 8."""
+    """The name of an opcode, such as "chunk index" for 8."""
     try:
         return Opcode(opcode).name.replace("_", " ").lower()
     except ValueError:
@@ -170,7 +170,7 @@ def is_known(opcode: int) -> bool:
 
 
 def _unpacked(packed: bytes, compression: str, size: int) -> bytes:
-    """At most size + 1 bytes are ever unpacked, whatever a frame claims."""
+    """Decompressed data; never more than size + 1 bytes are decompressed, whatever a frame claims."""
     if compression == "":
         return packed
     try:
@@ -185,7 +185,7 @@ def _unpacked(packed: bytes, compression: str, size: int) -> bytes:
 
 
 def _zstd() -> zstandard.ZstdDecompressor:
-    """One a thread: making it costs a third of what unpacking a small chunk does."""
+    """One decompressor for each thread: creating it costs a third of decompressing a small chunk."""
     machine: zstandard.ZstdDecompressor | None = getattr(_OF_THREAD, "machine", None)
     if machine is None:
         machine = _OF_THREAD.machine = zstandard.ZstdDecompressor(max_window_size=1 << 27)
@@ -193,7 +193,7 @@ def _zstd() -> zstandard.ZstdDecompressor:
 
 
 def _read_up_to(stream: zstandard.ZstdDecompressionReader, size: int) -> bytes:
-    """In steps, so that memory follows what is there and not what is claimed."""
+    """Reads in steps, so that memory follows what is there and not what is claimed."""
     parts: list[bytes] = []
     left = size
     while left > 0 and (part := stream.read(min(left, STEP_BYTES))):
@@ -236,7 +236,7 @@ def _attachment(body: bytes) -> tuple[Record, int]:
 
 
 class _Kind(Protocol):
-    """A class of mcap's record layer that reads itself."""
+    """A record class of mcap's record layer, with its own `read`."""
 
     @staticmethod
     def read(stream: ReadDataStream) -> McapRecord: ...
@@ -256,9 +256,9 @@ def _small(cls: type[_Kind]) -> Parser:
 
 
 def _repeated(cls: type[Schema | Channel]) -> Parser:
-    """A parser of records that stand in every log, and in most chunks once more: the same bytes are read once.
+    """A parser of records that occur in every log, and in most chunks once more: equal bytes are parsed once.
 
-    Who reads must not change them. At most 512 of up to 16 kB are kept.
+    Callers must not modify the records. At most 512 of up to 16 kB are cached.
     """
     parser = _small(cls)
     kept = lru_cache(maxsize=512)(parser)
@@ -266,7 +266,8 @@ def _repeated(cls: type[Schema | Channel]) -> Parser:
 
 
 def _chunk_index(body: bytes) -> tuple[Record, int]:
-    """There is one a second and more, so that mcap's reading of single numbers is what opening a log would cost."""
+    """Parsed with one struct: there is at least one a second, and mcap's reading of single numbers would dominate
+    opening."""
     if len(body) < _INDEX_HEAD.size:
         raise Unreadable("it is too short")
     start, end, at, length, offsets_bytes = _INDEX_HEAD.unpack_from(body)
@@ -298,7 +299,7 @@ def _chunk_index(body: bytes) -> tuple[Record, int]:
 
 
 class _Strict(ReadDataStream):
-    """mcap's stream, without its silence about short reads."""
+    """mcap's stream, but a short read raises instead of passing silently."""
 
     def read(self, length: int) -> bytes:
         data = super().read(length)

@@ -1,4 +1,4 @@
-"""What did the robot know at a decision? Rebuilt from a log's observations and actions before it."""
+"""What the robot knew at a decision, rebuilt from the observations and actions that the log holds before it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Moment:
 
 
 def decision_at(run: Run, seconds: float) -> int:
-    """The last decision made by that many seconds after the run's first event; the first for an earlier time."""
+    """The last decision made by that many seconds after the run's first event; for an earlier time, the first."""
     if not run.plans:
         raise NoSuchDecision(run, f"at {seconds:g} s")
     start = min(event.stamp.ns for event in (*run.observations, *run.beliefs, *run.plans))

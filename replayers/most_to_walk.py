@@ -1,4 +1,4 @@
-"""What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
+"""Upper bounds: the most that a run can still cost in any world that is consistent with the log.
 
 The bounds hold for strategies that go *straight*: besides looks they only fetch what a part of the goal asks for and
 bring it there, each part once; they look only while something is missing; and they do not give up while all that is
@@ -31,11 +31,11 @@ Floats = npt.NDArray[np.float64]
 
 @final
 class MostToWalk:
-    """The bounds for one log and one task.
+    """The upper bounds for one log and one task, in metres and their equivalents.
 
     Args:
         nearest_first: for a strategy whose looks go to the nearest unsearched container.
-        empty_handed: for one that looks only with its hand free; others may look on the way with what they fetched.
+        empty_handed: for one that looks only with an empty hand; others may look on the way with what they fetched.
     """
 
     def __init__(self, evidence: Evidence, *, nearest_first: bool = False, empty_handed: bool = False) -> None:
@@ -56,7 +56,7 @@ class MostToWalk:
         self.most_picks = most_instances(self._goal)
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
-        """Whether an instance of its own is known, within reach, for every part that is left: no look is needed."""
+        """Whether a distinct reachable instance is known for every part that is left: no look is needed."""
         return self._all_known(self._left(knowledge), knowledge)
 
     def going_straight(self, knowledge: Knowledge) -> float:
@@ -64,9 +64,9 @@ class MostToWalk:
 
         Such a run is a chain of legs: into a container to look, to an item to pick it, to a place to bring it. A leg
         to a look or to an item starts where the leg before ended: here, at a look (each is made once), where a part
-        was brought (once a part), or, with the hand full, where an item stood (once a part). So the dearest way to
-        give each of these legs a start of its own is at least what they can come to (an assignment problem); to it
-        comes the dearest way to bring each part.
+        was brought (once a part), or, with the hand full, where an item stood (once a part). So the most
+        expensive assignment of distinct starts to these legs bounds their sum from above (an assignment problem); the
+        most expensive delivery of each part is added.
         """
         left = self._left(knowledge)
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
@@ -102,7 +102,7 @@ class MostToWalk:
         return legs + self._costs.search * len(looks) + carried
 
     def _left(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
-        """The parts that are not met."""
+        """The parts of the goal that are not met."""
         return tuple([part for part in self._parts if not is_met(part, knowledge)])
 
     def _all_known(self, left: tuple[Delivered | Holding, ...], knowledge: Knowledge) -> bool:
@@ -110,7 +110,7 @@ class MostToWalk:
         return self._one_way and all(self._known(t, knowledge) >= self._wanted[t] for t in types)
 
     def _nearest_legs(self, looks: tuple[int, ...], starts: tuple[int, ...]) -> float:
-        """nearest_legs, once for states that differ only in what was found where."""
+        """nearest_legs, cached for states that differ only in what was found where."""
         key = looks, starts
         if key not in self._into:
             self._into[key] = nearest_legs(self._metres, list(looks), list(starts))
@@ -124,7 +124,8 @@ class MostToWalk:
         )
 
     def _stand(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:
-        """Where an instance for a part is known to stand or is in hand; others may be in any container left."""
+        """Where an instance for a part is known to stand or is in hand; others may be in any container that is
+        left."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         places = [at for at, _ in knowledge.where(part.item_type)]
         places += [knowledge.robot_at] if held else []
@@ -132,17 +133,18 @@ class MostToWalk:
 
 
 def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
-    """At most so many metres go into looks that are always at the nearest place left, in any number of pieces.
+    """The most metres that looks can take if each goes to the nearest place left, in any number of runs of looks.
 
-    Of two looks, the way on from the earlier is no longer than the distance between them: the later one was left. So
-    those from which the way on is longer than t are more than t apart from one another, and lie each in a cluster of
-    its own, where no cluster is wider than t (complete linkage). Added up over t, all ways on from looks come to the
-    widths of the merges and the widest distance; to it come the ways from elsewhere, each to the farthest look.
-    (The idea by which a nearest-neighbour tour is bounded: Rosenkrantz, Stearns and Lewis, SIAM J. Comput. 6, 1977.)
+    Of two looks, the leg that leaves the earlier is no longer than the distance between them, since the later place
+    was still left. So looks whose next leg is longer than t are more than t apart from one another, and lie in
+    distinct clusters wherever no cluster is wider than t (complete linkage). Integrated over t, all legs that leave
+    looks sum to at most the diameters of the merges plus the largest distance; legs from elsewhere are added, each to
+    the farthest look. (Nearest-neighbour tours are bounded alike: Rosenkrantz, Stearns and Lewis, SIAM J. Comput. 6,
+    1977.)
 
     Args:
         looks: indices of the places that are left.
-        starts: where else a way into a look can begin, each once.
+        starts: indices of the other places from which a leg to a look can begin, each once.
     """
     if not looks:
         return 0.0
@@ -151,11 +153,11 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
         return from_elsewhere
     between = metres[np.ix_(looks, looks)]
     widths = merge_widths(np.maximum(between, between.T))
-    return from_elsewhere + float(widths[1:].sum() + widths[-1])  # the last look has no way on: not widths[0]
+    return from_elsewhere + float(widths[1:].sum() + widths[-1])  # no leg leaves the last look: not widths[0]
 
 
 def _dearest_legs(legs: Floats) -> float:
-    """The dearest way to give every leg (rows) a start (columns) of its own."""
+    """The most expensive assignment of distinct starts (columns) to legs (rows)."""
     if not legs.size:
         return 0.0
     rows, columns = dearest_pairs(legs)
@@ -163,19 +165,19 @@ def _dearest_legs(legs: Floats) -> float:
 
 
 def _dearest(to_items: list[Floats], count: int) -> list[Floats]:
-    """For `count` fetches of whichever parts: per start, the dearest way to an item, so often."""
+    """For `count` fetches of any of the parts: the most expensive way to an item from each start, so many times."""
     if len(to_items) <= count:
         return to_items
     return [np.max(to_items, axis=0)] * count
 
 
 def _plain(goal: Goal) -> bool:
-    """Only deliveries and finds: no preparation, so each part needs one fetch."""
+    """Whether there are only deliveries and finds: without preparation, each part needs one fetch."""
     return all(isinstance(leaf, Holding) or not leaf.properties for leaf in _leaves(goal))
 
 
 def _has_ways(goal: Goal) -> bool:
-    """Whether there are alternatives: then something may be sought though something else is known."""
+    """Whether the goal has alternatives: then a strategy may seek one item though another is known."""
     if isinstance(goal, AllOf):
         return any(_has_ways(part) for part in goal.parts)
     return isinstance(goal, AnyOf)

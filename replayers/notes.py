@@ -1,6 +1,6 @@
-"""What did a person want to remember of a run? Notes: Foxglove events on /notes, added to a log that is closed.
+"""Notes of people on a run: Foxglove events on /notes, appended to a closed log.
 
-Nothing that is in the log is rewritten but its summary; every byte before that stays where it was.
+Only the summary of the log is rewritten; every byte before it stays where it was.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class NotClosed(Malformed):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
-    """A note.
+    """A note of a person on a run.
 
     Attributes:
-        start_ns, end_ns: what it is about.
-        written_ns: when it was written; 0 where that is not known.
+        start_ns, end_ns: the time span that it is about, in nanoseconds since the epoch.
+        written_ns: when it was written, in nanoseconds since the epoch; 0 where unknown.
     """
 
     text: str
@@ -67,10 +67,10 @@ def add_note(
 
     Raises:
         NotClosed: the log has no index.
-        BeingWritten: by somebody else, for longer than a note takes.
-        CannotCreate: it may not be written to.
-        DiskFull: no room; the log is as it was.
-        BadValue: no words, or a time that is none, or outside the log.
+        BeingWritten: another process has been writing to it for longer than a note takes.
+        CannotCreate: there is no permission to write to it.
+        DiskFull: no space is left; the log is unchanged.
+        BadValue: an empty text, an invalid time, or one outside the log.
     """
     path = Path(path)
     if not text.strip():
@@ -79,7 +79,7 @@ def add_note(
         try:
             return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
         except (BeingWritten, NotClosed):
-            time.sleep(WAIT_S)  # somebody else's note takes milliseconds
+            time.sleep(WAIT_S)  # another process's note takes milliseconds
     return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
 
 
@@ -109,10 +109,10 @@ def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: i
 
 
 def notes_of(path: Path | str) -> list[Note]:
-    """All notes of a log, by the time that they are about.
+    """All notes of a log, ordered by the time that they are about.
 
     Raises:
-        UndecodableMessage: a message on their topic that is none.
+        UndecodableMessage: a message on their topic that is not a note.
     """
     found: list[Note] = []
     for message in messages(path, topics=NOTE_TOPIC.__eq__):
@@ -134,7 +134,7 @@ def notes_of(path: Path | str) -> list[Note]:
 
 
 def _index_of(path: Path) -> tuple[LogIndex, int]:
-    """A closed log's index, and the size of the file that it stands in."""
+    """A closed log's index, and the size of its file in bytes."""
     with open_log(path) as stream:
         size = stream.seek(0, io.SEEK_END)
         index = read_index(stream)
@@ -144,7 +144,7 @@ def _index_of(path: Path) -> tuple[LogIndex, int]:
 
 
 def _within(index: LogIndex, text: str, option: str) -> int:
-    """A moment of the log: a note far from it would stretch the log's time to there."""
+    """A moment within the log: a note far from it would stretch the time span of the log."""
     stamp_ns = moment(text, start_ns=index.first_ns, option=option)
     if index.messages and not index.first_ns <= stamp_ns <= index.last_ns:
         raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - index.first_ns) / NANO:.3f} seconds")

@@ -28,19 +28,19 @@ from workbench.planning.strategies import needs_truth, strategy
 from workbench.plugins import ESTIMATOR, NameOrigin, installed_names
 
 NEW_OBJECTS = 500_000
-"""Before the collector comes again."""
+"""Allocations before the garbage collector runs again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What to replay and where to keep it.
+    """What to replay and where to store the results.
 
     Attributes:
         strategies: by name; "all" has been spelt out.
         origin: who gives these names.
         output: the folder that keeps replays; None keeps nothing.
         write_logs: also record each replay as MCAP in the folder.
-        worlds: of replay.WORLDS, those in which the run is recorded besides.
+        worlds: those of replay.WORLDS in which the run is recorded as well.
     """
 
     strategies: tuple[str, ...]
@@ -69,10 +69,10 @@ Outcome = StoredReplay | LogFailed
 
 @final
 class OneLog:
-    """One log for all strategies that are wanted.
+    """One log for all strategies to be replayed over it.
 
     Attributes:
-        failure: why it cannot be read at all; None otherwise.
+        failure: why it cannot be read; None if it can.
     """
 
     def __init__(self, log: Path, wanted: Wanted) -> None:
@@ -87,7 +87,8 @@ class OneLog:
             self.failure = LogFailed(log=self._log, strategy="", reason=str(error))
 
     def without_work(self, name: str) -> Outcome | None:
-        """What is known of a strategy over this log: it is kept, or it cannot be run. None where it is to be made."""
+        """What is known of a strategy over this log without running it: stored, or impossible. None if it must be
+        run."""
         if needs_truth(name) and not self._wanted.settings.with_truth:
             reason = "it knows the whole house: give --with-truth"
             return LogFailed(log=self._log, strategy=name, reason=reason)
@@ -95,7 +96,7 @@ class OneLog:
         return _kept(path, self._key(name), self._wanted) if path and not self._may_have_changed(name) else None
 
     def made(self, name: str) -> Outcome:
-        """A strategy replayed over this log, and kept where that is wanted."""
+        """A strategy replayed over this log, and stored where that is wanted."""
         ground = self.ground
         if not isinstance(ground, Ground):
             return LogFailed(log=self._log, strategy=name, reason=str(ground))
@@ -105,7 +106,7 @@ class OneLog:
 
     @property
     def ground(self) -> Ground | LiosError:
-        """The log prepared, or why it cannot be."""
+        """The prepared log, or the reason why it cannot be prepared."""
         if self._ground is None:
             try:
                 self._ground = ground_of(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
@@ -150,7 +151,7 @@ def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
 def replayed(
     one: OneLog, wanted: Wanted, elsewhere: Mapping[str, Future[dict[str, Outcome]]] = MappingProxyType({})
 ) -> Iterator[Outcome]:
-    """Every strategy over a log that was read; a single row where it cannot be.
+    """Replays every strategy over a log that was read; a single row where the log cannot be replayed.
 
     Args:
         elsewhere: strategies that another process replays.
@@ -167,8 +168,8 @@ def replayed(
 
 @contextmanager
 def what_is_loaded_stays() -> Generator[None]:
-    """Meanwhile the collector need not walk again and again through what was there before, nor come so often:
-    what a replay makes is kept, or goes without it."""
+    """Meanwhile the garbage collector ignores what exists already and runs less often: what a replay makes is either
+    kept or freed by reference counts."""
     before = gc.get_threshold()
     gc.freeze()
     gc.set_threshold(max(before[0], NEW_OBJECTS) if before[0] else 0, *before[1:])
@@ -196,7 +197,8 @@ def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted,
 
 
 def _write_logs(path: Path, ground: Ground, made: Replay, *, same: bool) -> None:
-    """The recordings beside a kept replay; those in worlds go first, if they are not of the same one."""
+    """Writes the recordings of a stored replay; recordings in worlds are removed first if they are of an earlier
+    replay."""
     from replayers.origin import write_replay_log
 
     if not same:
@@ -208,14 +210,14 @@ def _write_logs(path: Path, ground: Ground, made: Replay, *, same: bool) -> None
 
 
 def _is_of(path: Path, key: str) -> bool:
-    """Whether what is kept there has that key."""
+    """Whether the stored replay at a path has that key."""
     with suppress(FileMissing, MalformedFile):
         return read_replay(path).key == key
     return False
 
 
 def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
-    """A kept replay of the same key, complete with its log if that is wanted."""
+    """A stored replay of the same key, complete with its log if that is wanted."""
     if wanted.write_logs and not log_path(path).exists():
         return None
     try:
@@ -229,7 +231,7 @@ def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
 
 
 def _has_run_in(world: str, record: StoredReplay) -> bool:
-    """Whether a replay had such a run to record: it was followed to an end, or worlds were drawn."""
+    """Whether a replay has a run in such a world to record: a run was followed to its end, or worlds were sampled."""
     if record.bounds is None:
         return False
     if world == "drawn":
@@ -238,6 +240,6 @@ def _has_run_in(world: str, record: StoredReplay) -> bool:
 
 
 def log_path(path: Path, world: str = "") -> Path:
-    """Where the recording of a kept replay stands: beside it; in a world, with the world before its suffix."""
+    """Path of the recording of a stored replay: beside it; in a world, with the world's name before the suffix."""
     stem = path.name.removesuffix(SUFFIX)
     return path.with_name(f"{stem}.{world}.replay.mcap" if world else f"{stem}.replay.mcap")

@@ -1,8 +1,8 @@
-"""How is a replay recorded? As a run like any other, that says from which log it was made.
+"""Records a replay as a run like any other, with the log that it was made from as its origin.
 
 The recording holds the run over the log alone; it ends as "undetermined" where the robot would have looked into a
-container that nobody opened. On request there is one more of the run in a world that agrees with the log: the
-cheapest or the dearest that was found, or a drawn one. Every action carries its support: logged, implied or imputed.
+container that nobody opened. On request, the run in a consistent world is recorded as well: the cheapest or the most
+expensive that was found, or a sampled one. Every action carries its support: logged, implied or imputed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from workbench.runs.vocabulary import SCHEMA_VERSION, RunInfo
 IN_WORDS = {
     "": "over the log alone",
     "best": "in the cheapest world found",
-    "worst": "in the dearest world found",
+    "worst": "in the most expensive world found",
     "drawn": "in a drawn world",
 }
 
@@ -31,7 +31,7 @@ def write_replay_log(path: Path, ground: Ground, made: Replay, *, world: str = "
     """Records a replay as MCAP.
 
     Args:
-        world: over the log alone, or of made.worlds.
+        world: "log" for the run over the log alone, or one of made.worlds.
 
     Raises:
         OutputExists: the file exists and force is not given.
@@ -51,7 +51,7 @@ def write_replay_log(path: Path, ground: Ground, made: Replay, *, world: str = "
 
 
 def replay_info(ground: Ground, made: Replay, world: str = "") -> RunInfo:
-    """The identity of a replay: the run's, with another strategy and with where it came from."""
+    """The identity of a replay: the run's, with another strategy and its origin."""
     info = ground.evidence.info
     code = revision()
     identity = (ground.evidence.sha256, made.strategy, ground.draws, *([world] if world else []))

@@ -1,4 +1,4 @@
-"""How is a long log cut into parts that each open alone? What stands is said again: attachments, metadata, map."""
+"""Splits a log into parts that each open alone: attachments, metadata and latched topics are repeated in each."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from workbench.errors import BadValue
 from workbench.runs.vocabulary import NANO
 
 STANDING_TOPICS = (*LATCHED, "/tf_static", "/search/truth")
-"""Whose last message is said once more at the start of every part."""
+"""Latched topics: their last message is repeated at the start of every part."""
 
 
 @final
 class Parts:
-    """Writes messages to one part after another; a context manager. All parts get their names at the end."""
+    """Writes messages to one part after another; a context manager. All parts get their final names at the end."""
 
     def __init__(
         self, source: Path, output: Path, style: Style, *, part_s: float | None, part_bytes: int | None

@@ -26,17 +26,17 @@ from workbench.plugins import NameOrigin
 
 
 class PlansOnItsOwn(Unsupported):
-    """A strategy whose problem cannot be shown."""
+    """A strategy whose problem cannot be shown, because it does not plan with a typed problem."""
 
     def __init__(self, name: str) -> None:
         super().__init__(
-            f"{name} does not plan by a typed problem, so there is no PDDL of it. Give another with --strategy."
+            f"{name} does not plan with a typed problem, so it has no PDDL. Give another with --strategy."
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedAgain:
-    """A plan made again, with the problem behind it."""
+    """A plan made again, with the problem that it solves."""
 
     run: Run
     decision: int
@@ -91,7 +91,7 @@ def plan_again(
     """Plans at a moment of a log.
 
     Args:
-        at: seconds after the start; decision: by number; neither means the first.
+        at: seconds after the start; decision: its number; neither means the first decision.
         strategy: the run's own if not given.
         solver: the strategy's own if not given.
         origin: who gives strategy and solver. The name in the log is the log's in any case.

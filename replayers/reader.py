@@ -1,4 +1,4 @@
-"""What is in a log? Its messages, streaming; its attachments and metadata by name.
+"""Reads a log: its messages, streaming, and its attachments and metadata by name.
 
 Everything here uses the index of a closed log, and reads one that was cut off up to its last flush.
 """
@@ -17,7 +17,7 @@ from replayers.scanning import OnDamage, open_log, record_at, scan
 from replayers.summary import read_index
 
 NO_DATA = frozenset({int(Opcode.MESSAGE_INDEX), int(Opcode.ATTACHMENT), int(Opcode.METADATA)})
-"""Records that say nothing of messages; skipped unread by those who want messages only."""
+"""Records without messages; skipped unread when only messages are wanted."""
 
 
 def messages(
@@ -30,13 +30,13 @@ def messages(
 ) -> Iterator[Message]:
     """Messages in the order of the file, streaming: one chunk in memory.
 
-    A log that is cut off or damaged gives all that is intact; on_damage is told of the rest.
+    A log that is cut off or damaged gives all that is intact; on_damage is called for the rest.
 
     Args:
         topics: which topics are wanted; all if not given.
-        start_ns: the first log time that is wanted.
-        end_ns: the first that is not any more; None for all that follow.
-        on_damage: is told of what cannot be read.
+        start_ns: the first wanted log time, in nanoseconds since the epoch.
+        end_ns: the first log time after it that is not wanted; None for no end.
+        on_damage: called for what cannot be read.
     """
     with open_log(path) as stream:
         content = Content(on_damage=on_damage, topics=topics, start_ns=start_ns, end_ns=end_ns)
@@ -71,12 +71,12 @@ def wanted_chunks(
 
 
 def attachment(path: Path | str, name: str) -> bytes | None:
-    """The last attachment of that name, or None; by the index where there is one."""
+    """The last attachment of that name, or None; found by the index where there is one."""
     return next((a.data for a in _outside_chunks(path, Attachment, name) if isinstance(a, Attachment)), None)
 
 
 def metadata(path: Path | str, name: str) -> dict[str, str] | None:
-    """The last metadata record of that name, or None; by the index where there is one."""
+    """The last metadata record of that name, or None; found by the index where there is one."""
     return next((m.metadata for m in _outside_chunks(path, Metadata, name) if isinstance(m, Metadata)), None)
 
 

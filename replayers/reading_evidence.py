@@ -1,4 +1,4 @@
-"""How are a log's events read as facts about the place at the start of the run? Each odd case has one meaning.
+"""Reads a log's events as facts about the place at the start of the run, with one fixed meaning for each odd case.
 
 An item belongs where it was first seen: what the robot put down later is not counted again, and an item seen in two
 places without having been carried is read as standing where it was seen first, with a note. Of two looks into one
@@ -19,7 +19,7 @@ on a filling of a container that nobody opened."""
 
 Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
-"""What was done, where, with which items."""
+"""A manipulation: its kind, its place, its items."""
 
 SAME_ROUNDED = 2e-6
 """Two probabilities of a log that rounds them to six decimals are one if they are closer than this."""
@@ -28,7 +28,7 @@ SAME_ROUNDED = 2e-6
 def contents_at_start(
     observations: Iterable[Observation], actions: Iterable[ActionFinished], containers: tuple[ContainerId, ...]
 ) -> tuple[dict[ContainerId, tuple[Item, ...]], tuple[str, ...]]:
-    """What each container that was looked into held at the start of the run, and notes on what was odd."""
+    """Contents of each searched container at the start of the run, and notes on what was odd."""
     placed = _first_time_handled(actions)
     home: dict[str, str] = {}
     contents: dict[ContainerId, tuple[Item, ...]] = {}
@@ -36,7 +36,7 @@ def contents_at_start(
     for seen in sorted(observations, key=lambda o: (o.stamp.ns, o.decision)):
         container = ContainerId(seen.container)
         if container not in containers:
-            notes[f"{container} was looked into but is not a container of this place; left out"] = None
+            notes[f"{container} was searched but is not a container of this place; left out"] = None
             continue
         again = container in contents
         items: list[Item] = []
@@ -50,14 +50,14 @@ def contents_at_start(
         if not again:
             contents[container] = tuple(items)
         elif not {i.id for i in items} <= {i.id for i in contents[container]}:
-            notes[f"{container} was looked into twice and held other things; the first look counts"] = None
+            notes[f"{container} was searched twice with different contents; the first search counts"] = None
     return contents, tuple(notes)
 
 
 def refused_looks(
     actions: Iterable[ActionFinished], contents: Mapping[ContainerId, object]
 ) -> Mapping[ContainerId, str]:
-    """Containers that could not be searched and never were: with the reason."""
+    """Containers whose searches were all refused, with the reason."""
     failed = {
         ContainerId(a.target): a.reason or "it could not be searched"
         for a in actions
@@ -67,7 +67,7 @@ def refused_looks(
 
 
 def refused(actions: Iterable[ActionFinished], action: str) -> dict[str, str]:
-    """Targets of moves, or items of picks, of which every recorded attempt was refused: with the reason."""
+    """Targets of moves, or items of picks, of which every recorded attempt was refused, with the reason."""
     attempts = [a for a in actions if a.action == action and (action == "move" or a.items)]
     key = {id(a): a.target if action == "move" else a.items[0] for a in attempts}
     worked = {key[id(a)] for a in attempts if a.success}
@@ -75,7 +75,7 @@ def refused(actions: Iterable[ActionFinished], action: str) -> dict[str, str]:
 
 
 def deeds(actions: Iterable[ActionFinished]) -> frozenset[Deed]:
-    """The manipulations that succeeded: what, where, with which items."""
+    """The manipulations that succeeded: kind, place, items."""
     return frozenset(
         (a.action, LocationId(a.target), tuple(ItemId(i) for i in a.items))
         for a in actions
@@ -99,7 +99,7 @@ def first_belief(
         for item_type, row in zip(update.item_types, update.probability, strict=False):
             for container, probability in zip(update.containers, row, strict=False):
                 if container not in containers:
-                    strange[f"the log believes in {container}, which this place does not have; left out"] = None
+                    strange[f"the log has a belief for {container}, which this place does not have; left out"] = None
                     continue
                 before = first.setdefault((item_type, container), probability)
                 steady = steady and abs(before - probability) <= near
@@ -107,7 +107,7 @@ def first_belief(
 
 
 def _first_time_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:
-    """When each item was first picked up, in nanoseconds."""
+    """When each item was first picked up, in nanoseconds since the epoch."""
     handled: dict[str, int] = {}
     for action in actions:
         if action.action == "pick" and action.success:

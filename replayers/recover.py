@@ -1,6 +1,6 @@
-"""What can be saved of a damaged log? Every intact message, in a clean file with a new index.
+"""Recovers every intact message of a damaged log into a clean file with a new index.
 
-Two passes: the first gathers what any part of the file declares, because a lost chunk may have held the only
+Two passes: the first collects the declarations of the whole file, because a lost chunk may have held the only
 declaration before its messages; the second copies. Memory holds one record at a time, whatever the file claims.
 
 Why not mcap's own reader: it ends at the first record that is damaged.
@@ -29,18 +29,18 @@ from workbench.runs.settings_json import SETTINGS_ATTACHMENT, MalformedSettings,
 
 Told = Callable[[Iterator[tuple[int, Record]]], Iterable[tuple[int, Record]]]
 RECOVERED_METADATA = "lios.recovered"
-"""In every recovered log: from which file, how many damages, how many messages were saved."""
+"""Metadata of every recovered log: the source file, the number of damages, the number of messages saved."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recovery:
-    """What became of a log.
+    """The result of a recovery.
 
     Attributes:
-        messages, attachments, metadata: saved.
-        damages: what was stepped over, the first ones; damage_count is of all.
-        messages_lost: messages seen whose channel nothing declares; those inside lost chunks nobody can count,
-            unless the index still stood: expected_messages then says how many there were.
+        messages, attachments, metadata: how many were saved.
+        damages: the first damages that were skipped; damage_count counts all of them.
+        messages_lost: messages whose channel is not declared anywhere; those inside lost chunks cannot be counted
+            unless the index is intact: expected_messages then says how many there were.
         was_closed: the log had its index; False for one whose recorder was killed.
     """
 
@@ -65,14 +65,14 @@ class Recovery:
 
 
 def recover(source: Path | str, output: Path | str, *, force: bool = False, told: Told = iter) -> Recovery:
-    """Saves a log to another file.
+    """Saves the intact part of a log to another file.
 
     Args:
-        told: wraps the records on their way, for a progress bar.
+        told: wraps the records as they are copied, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
-        OutputExists, CannotCreate, NoRoom: the output cannot be written; nothing half-written is left.
+        OutputExists, CannotCreate, NoRoom: the output cannot be written; no partial file is left.
         BadValue: output and source are the same file.
     """
     source, output = Path(source), Path(output)
@@ -104,7 +104,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
 def _copy(
     source: Path, copier: Copier, loss: Loss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
 ) -> dict[str, int]:
-    """Copies what is intact; counts it."""
+    """Copies and counts what is intact."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
@@ -138,7 +138,7 @@ def _copy(
 
 
 def _identity_in(settings: bytes) -> dict[str, str]:
-    """The run's identity, which settings.json holds once more under its own checksum."""
+    """The run's identity, which settings.json repeats under its own checksum."""
     try:
         pairs = settings_from_json(settings).more.get("run")
     except MalformedSettings:

@@ -1,4 +1,4 @@
-"""What in an unopened container can change what a run costs? Only the item types of the task, up to their demand.
+"""What in an unopened container can change the cost of a run: the task's item types, each up to its demand.
 
 Two worlds that agree on the *answers* of their open containers give every strategy the same run, if the strategy
 keeps the contract of docs/replay.md. An answer is a sorted tuple of item types with repetitions: which relevant
@@ -24,24 +24,24 @@ from workbench.worlds.house import ContainerId, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
 Answer = tuple[ItemType, ...]
-"""What an open container holds of what matters: sorted item types, with repetitions. () is nothing."""
+"""The relevant contents of an open container: sorted item types, with repetitions; () for none."""
 
 NOTHING: Answer = ()
 
 MOST_ANSWERS = 64
 """An open container of a kitchen can hold any of a thousand subsets of what a breakfast may use. With more answers
-than this, the ones with the fewest items are followed, and all others together are bounded from outside."""
+than this, those with the fewest items are followed, and all others together get outer bounds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assumptions:
-    """What is taken for granted beyond the log.
+    """What is assumed beyond the log.
 
     Attributes:
-        inventory: the task's list of available item types is right: each is somewhere, and no other is (the
-            paper's prior knowledge, Sec. III). Without effect where the task lists none.
-        unique: there is no instance of a type beyond those that the log shows, where it shows one (an operator
-            who laid out marked objects knows that).
+        inventory: the task's list of available item types is complete and correct: each is somewhere, and no other
+            is (the paper's prior knowledge, Sec. III). No effect where the task lists none.
+        unique: where the log shows instances of a type, there are no others (an operator who laid out marked objects
+            knows that).
     """
 
     inventory: bool = True
@@ -56,10 +56,10 @@ class Relevance:
         types: relevant item types that an open container may hold, sorted.
         most: how many instances of each the task can use.
         must_exist: types of which an instance is somewhere.
-        hidden: whether some container can hold things that no robot can see (unreachable, or refusing).
+        hidden: whether some container can hold items that no robot can see (unreachable, or refusing searches).
         finishing: types that stop mattering once the goal's parts that name them are met.
-        shown: relevant types that no open container may hold: the log shows all there are. Where they stand matters
-            all the same.
+        shown: relevant types that no open container may hold, because the log shows all their instances. Where those
+            stand still matters.
     """
 
     types: tuple[ItemType, ...]
@@ -75,7 +75,7 @@ class Relevance:
         return self._unfinished(self.types, knowledge)
 
     def live_and_shown(self, knowledge: Knowledge) -> tuple[ItemType, ...]:
-        """All types that still matter: where they stand tells one state from another."""
+        """All types that still matter: where their instances stand distinguishes states."""
         return self._unfinished((*self.types, *self.shown), knowledge)
 
     def _unfinished(self, types: tuple[ItemType, ...], knowledge: Knowledge) -> tuple[ItemType, ...]:
@@ -89,7 +89,7 @@ class Relevance:
         open_left: int,
         seen: frozenset[ItemType],
     ) -> tuple[tuple[Answer, ...], bool]:
-        """The answers that an open container can give, nothing first; and whether there are others besides.
+        """The answers that an open container can give, the empty one first; and whether there are others besides.
 
         Args:
             live: the types that still matter.
@@ -115,7 +115,7 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
     """What matters over a log.
 
     Args:
-        asked: the types about which a strategy wants beliefs; the goal's own always matter.
+        asked: the types for which a strategy requests beliefs; the goal's own always matter.
     """
     task = evidence.task
     wanted = set(relevant_types(task.goal)) | set(asked)
@@ -138,7 +138,7 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
 
 
 def most_instances(goal: Goal) -> int:
-    """How many parts of a goal can be worked on together: no type is used by more instances than this."""
+    """The number of a goal's parts that can be worked on together: no type needs more instances than this."""
     if isinstance(goal, AllOf):
         return sum(most_instances(part) for part in goal.parts)
     if isinstance(goal, AnyOf):
@@ -148,7 +148,7 @@ def most_instances(goal: Goal) -> int:
 
 def demand(goal: Goal) -> Counter[ItemType]:
     """How many instances of each type one execution of a goal can use: one for each part that names it or prepares
-    with it, the most over alternatives."""
+    with it; over alternatives, the largest."""
     if isinstance(goal, AllOf):
         return sum((demand(part) for part in goal.parts), Counter())
     if isinstance(goal, AnyOf):
@@ -157,7 +157,7 @@ def demand(goal: Goal) -> Counter[ItemType]:
 
 
 def imputed_items(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
-    """The instances that an answer stands for, with ids that say so."""
+    """The instances that an answer stands for, with ids that mark them as imputed."""
     counted: Counter[ItemType] = Counter()
     items: list[Item] = []
     for t in answer:
@@ -167,7 +167,7 @@ def imputed_items(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
 
 
 def _fewest(live: tuple[ItemType, ...], counts: list[tuple[int, int]]) -> tuple[Answer, ...]:
-    """The answers with the fewest items, as many as are followed."""
+    """The answers with the fewest items, as many as are explored."""
     at_least = tuple(t for t, (low, _) in zip(live, counts, strict=True) for _ in range(low))
     room = {t: high - low for t, (low, high) in zip(live, counts, strict=True)}
     found: list[Answer] = []
@@ -181,7 +181,7 @@ def _fewest(live: tuple[ItemType, ...], counts: list[tuple[int, int]]) -> tuple[
 
 
 def _finishing(goal: Goal, types: tuple[ItemType, ...]) -> dict[ItemType, Goal]:
-    """For plain deliveries, the parts of the goal that a type serves: once they are met, it matters no more."""
+    """For plain deliveries, the parts of the goal that a type serves: once they are met, it no longer matters."""
     parts = goal.parts if isinstance(goal, AllOf) else (goal,)
     if not all(isinstance(part, Delivered) and not part.properties for part in parts):
         return {}

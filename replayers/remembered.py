@@ -1,8 +1,8 @@
-"""Which searches are asked for again and again? Those over one log; each is worked out once.
+"""Caches of the searches over one log, each computed once and shared by all strategies.
 
-Thousands of branches differ in what was found and where it was brought, and ask for the same search: the same item
-type, from the same place to the same place, among the same containers with the same chances. Strategies over one log
-share what is remembered; what a policy answers is a value of its query, so that nothing else changes.
+Thousands of branches differ in what was found and where it was brought, yet request the same search: the same item
+type, from the same place to the same place, among the same containers with the same probabilities. A policy's answer
+depends on its query alone, so that caching changes no result.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import ContainerId, LocationId
 
 MOST_REMEMBERED = 20_000
-"""Searches; beyond this, all is forgotten and remembered anew."""
+"""Searches in the cache; beyond this, it is cleared."""
 
 Order = tuple[SearchStop, ...]
 
@@ -29,7 +29,7 @@ Order = tuple[SearchStop, ...]
 @final
 @dataclass(slots=True)
 class Memory:
-    """What was answered over one log: its travel costs are the same for every query."""
+    """The cache of searches over one log: its travel costs are the same for every query."""
 
     orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
     firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
@@ -62,7 +62,7 @@ class Memory:
 @final
 @dataclass(frozen=True, slots=True)
 class Remembered:
-    """A policy that works out each search once."""
+    """A policy that computes each search once."""
 
     policy: SearchPolicy
     memory: Memory
@@ -96,7 +96,7 @@ class Remembered:
 @final
 @dataclass(frozen=True, slots=True)
 class RememberedPricing:
-    """A find cost that works out each table once."""
+    """A find cost that computes each table once."""
 
     pricing: FindPricing
     memory: Memory

@@ -1,7 +1,7 @@
-"""What would another planner have cost on the day of this log, and how far can the log tell?
+"""Counterfactual replay: runs one strategy over one log, with bounds, an estimate and, on request, the true cost.
 
-`replay` runs one strategy over one log: over the log alone (which may end undetermined), over every world that
-agrees with it (bounds), over worlds drawn from the belief (estimate), and, on request, in the recorded truth.
+`replay` runs the strategy over the log alone (which may end undetermined), over every world that is consistent with
+it (bounds), over worlds sampled from the belief (estimate), and, on request, in the recorded truth.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ __all__ = [
 ]
 
 WORLDS = ("best", "worst", "drawn")
-"""Worlds in which a run can be told: the cheapest and the dearest that were found, and a drawn one."""
+"""Worlds in which a run can be recorded: the cheapest and the most expensive that were found, and a sampled one."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Replay:
 
     @property
     def exact(self) -> bool:
-        """Whether every world that agrees with the log gives the same cost."""
+        """Whether every world that is consistent with the log gives the same cost."""
         return self.bounds is not None and self.bounds.exact
 
     @property
@@ -235,7 +235,7 @@ def _told_in(
 
 
 def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
-    """The run over what the log holds and nothing else; ends undetermined at the first unopened container."""
+    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container."""
     return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
 
 
@@ -252,7 +252,7 @@ def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
 
 
 def support_of(events: tuple[Event, ...]) -> dict[str, int]:
-    """How many steps rest on what: logged, implied, imputed."""
+    """How many steps have which support: logged, implied, imputed."""
     counted = Counter(e.support for e in events if isinstance(e, Acted | Observed) and e.support)
     return dict(sorted(counted.items()))
 
@@ -283,7 +283,7 @@ def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Re
     """A strategy that must see the truth: only where the log holds it and it may be used."""
     if ground.truth is None:
         raise Unsupported(
-            f"{strategy_name} knows the whole house; a log can only tell with its recorded truth. Give --with-truth."
+            f"{strategy_name} knows the whole house, so a replay needs the recorded truth. Give --with-truth."
         )
     events = in_truth(ground, strategy(strategy_name, origin=origin, house=ground.truth))
     ended = _ended(events)
@@ -326,7 +326,7 @@ def _not_reproduced(ground: Ground, name: str) -> Replay:
 
 
 def _breaks_later(tree: Unfolding) -> str:
-    """Why the strategy broke in the first world, of those that were followed, in which it did; empty if in none."""
+    """Why the strategy broke in the first explored world in which it did; empty if it broke in none."""
     waiting: list[tuple[Node, str]] = [(tree.root, "")]
     met: set[int] = set()
     for node, where in waiting:
@@ -343,7 +343,7 @@ def _breaks_later(tree: Unfolding) -> str:
 
 
 def _without_claims(made: Replay, why: str) -> Replay:
-    """A strategy that broke in some world: neither bounds nor an estimate, but the reason."""
+    """A replay of a strategy that broke in some world: neither bounds nor an estimate, but the reason."""
     return replace(
         made,
         status=RunStatus.PLANNER_FAILED,
@@ -357,10 +357,12 @@ def _without_claims(made: Replay, why: str) -> Replay:
 
 
 def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
-    """A note where the strategy, asked the same again, went elsewhere before the first open container."""
+    """A note where the strategy, given the same view again, went elsewhere before the first open container."""
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
     look = tree.evidence.costs.search if again.question else 0.0
     if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
         return ()
-    return (f"{tree.strategy.name} is not deterministic: asked again it decided otherwise; its bounds do not hold",)
+    return (
+        f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",
+    )

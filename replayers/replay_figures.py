@@ -1,4 +1,4 @@
-"""Which figures say how good replay is? Shares and means over measured counterfactuals."""
+"""Quality figures of replay: shares and means over measured counterfactuals."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ from workbench.evaluation.statistics import mean_with_interval, resampled
 
 
 def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
-    """The figures, shares in 0..1.
+    """The figures; shares are within [0, 1].
 
     Calibration is over the replays that are not exact (an exact one covers by itself), and has two sides:
 
-    - interval_coverage_closed: how often the truth lies in the printed interval, ends included. Costs come in lumps,
-      so that an interval which holds at least nine of ten drawn worlds holds more: interval_mass, the mean share that
-      these intervals hold, is what this should come to.
-    - the probability integral transform, which lumps do not disturb (calibration.py): pit, its histogram, even when
-      calibrated; pit_distance, the largest distance of its distribution from the even one; interval_coverage, its
-      share within the central 90 %, with an interval that draws whole houses.
+    - interval_coverage_closed: how often the truth lies in the printed interval, ends included. Costs are discrete,
+    so
+      that an interval which contains at least 90 % of the sampled worlds mostly contains more: the figure should
+      equal interval_mass, the mean share that these intervals contain.
+    - the probability integral transform, which discreteness does not bias (replayers.calibration): pit, its
+    histogram,
+      uniform when calibrated; pit_distance, the largest distance of its distribution from the uniform one;
+      interval_coverage, its share within the central 90 %, with an interval that resamples whole houses.
     """
     open_ended = [c for c in found if not c.exact]
     drawn = [c for c in open_ended if c.pit is not None]
@@ -55,7 +57,7 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
 
 
 def _coverage_ci95(drawn: Sequence[Counterfactual]) -> tuple[float, float] | None:
-    """Of interval_coverage: over draws of whole houses."""
+    """The 95 % interval of interval_coverage, over resamples of whole houses."""
     if not drawn:
         return None
     shares = [c.within if c.within is not None else 0.0 for c in drawn]

@@ -1,4 +1,4 @@
-"""Replays as data frames, one a level: a row a replay, a row a step."""
+"""Replays as data frames: one with a row for each replay, one with a row for each step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _IDENTITY = ("log", "run_id", "place", "scenario", "recorded_strategy", "strateg
 
 
 def replays_frame(records: Iterable[StoredReplay]) -> pd.DataFrame:
-    """A row a replay: identity, status, bounds with their proofs, estimate, support, seconds."""
+    """One row for each replay: identity, status, bounds with their proofs, estimate, support, seconds."""
     rows = []
     for r in records:
         row = {name: getattr(r, name) for name in (*_IDENTITY, "sha256", "place_sha256", "complete_log")}
@@ -38,7 +38,7 @@ def replays_frame(records: Iterable[StoredReplay]) -> pd.DataFrame:
 
 
 def steps_frame(records: Iterable[StoredReplay]) -> pd.DataFrame:
-    """A row a step of the run over the log alone."""
+    """One row for each step of the run over the log alone."""
     rows = [
         {name: getattr(r, name) for name in _IDENTITY} | msgspec.structs.asdict(step) | {"items": list(step.items)}
         for r in records

@@ -1,4 +1,5 @@
-"""How often is replay right? Runs are recorded, their truth is hidden, and every other strategy is replayed.
+"""Measures replay against hidden truth: runs are recorded, their truth is hidden, and every other strategy is
+replayed.
 
 One counterfactual is one log and one strategy other than the one that drove it. What it truly costs is found by
 running it in the simulator; the replayer reads the log file alone. Measured: whether the truth lies within the
@@ -32,7 +33,7 @@ NEAR = 1e-6
 """Truth and bounds are compared with this much room: sums of the same legs in another order."""
 
 MOST_TRIED = 20
-"""Houses are tried in turn, up to so many for each task, since not every house has what a breakfast takes."""
+"""Houses tried in turn for each task, at most, since not every house supports every scenario."""
 
 NARROW = 0.1
 """Within 10 %: (upper - lower) / lower."""
@@ -49,11 +50,11 @@ class Place:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """What is measured.
+    """The settings of a measurement.
 
     Attributes:
         strategies: each records a log of every task, and is replayed over the logs of the others.
-        estimator: whose beliefs the runs use.
+        estimator: the estimator whose beliefs the runs use.
     """
 
     places: tuple[Place, ...]
@@ -111,7 +112,7 @@ class Counterfactual:
 
     @property
     def within(self) -> float | None:
-        """How much of the truth lies in the central 90 % of the drawn costs."""
+        """The share of the truth's PIT interval in the central 90 % of the sampled costs."""
         return None if self.pit is None else share_within(self.pit)
 
     @property
@@ -137,11 +138,11 @@ class Skipped:
 def places_for(
     houses: Path | None, part: str, scenarios: Sequence[str], *, count: int, per_place: int, seed: int
 ) -> tuple[Place, ...]:
-    """As many tasks as give `count` counterfactuals: houses in turn, scenarios in turn, then the next seed.
+    """Enough tasks for `count` counterfactuals: houses in turn, scenarios in turn, then the next seed.
 
     Raises:
         BadValue: no scenarios, or fewer than two strategies.
-        FileMissing, Malformed, UnknownName: houses that cannot be had.
+        FileMissing, Malformed, UnknownName: the houses cannot be read.
     """
     if not scenarios or per_place < 1:
         raise BadValue(
@@ -175,7 +176,7 @@ def _supports(house: House, place: Place) -> bool:
 
 
 def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual | Skipped]:
-    """Measures place by place, in order, whatever the number of workers."""
+    """Measures task by task, in order, for any number of workers."""
     if workers <= 1:
         for place in plan.places:
             yield from measure(place, plan)
@@ -234,7 +235,7 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
 
 
 def outside(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
-    """Those whose truth lies outside the bounds: each is a fault."""
+    """Counterfactuals whose true cost lies outside the bounds: each is a fault."""
     return tuple(c for c in found if not c.inside)
 
 

@@ -1,8 +1,8 @@
-"""Where does a record begin again after damage? Where a length fits the file, and the next record follows it.
+"""Finds where records begin again after damage: where a length fits the file and the next records follow.
 
-Never inside a chunk that was torn: zstd stores what it cannot compress as it is, so that messages can be recognised
-in there, some with bytes of the packing in their middle, and no checksum to tell which. What belongs into a chunk is
-taken for a record of the file itself only in files that have no chunks.
+Never inside a torn chunk: zstd stores incompressible data as it is, so that messages can be recognised in there, some
+with bytes of the compression format in their middle, and no checksum to tell which. Records that belong into a chunk
+are accepted at the top level only in files without chunks.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from replayers.mcap_records import HEAD, MAX_RECORD_BYTES, ChunkRecord, Unreadab
 
 WINDOW_BYTES = 1 << 20
 CHAIN = 3
-"""So many records in a row must fit before a place after damage is taken for the beginning of one."""
+"""Consecutive records that must fit before an offset after damage is taken for the beginning of one."""
 
 
 INSIDE = frozenset({int(Opcode.SCHEMA), int(Opcode.CHANNEL), int(Opcode.MESSAGE)})
@@ -27,10 +27,10 @@ OF_CHUNKS = frozenset({int(Opcode.CHUNK), int(Opcode.MESSAGE_INDEX)})
 
 
 def next_record(stream: BinaryIO, start: int, limit: int = MAX_RECORD_BYTES, *, chunked: bool | None = None) -> int:
-    """Where a record begins again at or after start; -1 if nowhere.
+    """The offset at or after start where a record begins again; -1 if there is none.
 
     Args:
-        chunked: whether the file keeps its messages in chunks; None where nothing has told so far.
+        chunked: whether the file keeps its messages in chunks; None while unknown.
     """
     outside = _next(stream, start, limit, INSIDE)
     if chunked is None:

@@ -1,6 +1,6 @@
-"""How is a log filtered, merged, split, packed anew? Streaming from the one reader to the one writer.
+"""Filters, merges, splits and recompresses logs, streaming from the reader to the writer.
 
-Messages, attachments and metadata of topics that nobody here knows pass through untouched.
+Messages, attachments and metadata of unknown topics pass through untouched.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from replayers.several_runs import Marks, named, runs_of, split_by_run
 from workbench.errors import BadValue, Malformed
 
 Told = Callable[[Iterator[Message]], Iterable[Message]]
-"""Wraps the messages on their way, for a progress bar."""
+"""Wraps the messages as they are copied, for a progress bar."""
 
 
 class MixedRuns(Malformed):
-    """Logs that disagree on something of which one file should hold one."""
+    """Logs that disagree on something that one file can hold only once."""
 
     def __init__(self, name: str, path: Path) -> None:
         super().__init__(
-            f"{path}: its {name} is another one than that of the logs before it. "
+            f"{path}: its {name} differs from that of the logs before it. "
             "Merge logs of one run, or give --runs for several, or --allow-duplicates."
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rewritten:
-    """What became of logs.
+    """The result of rewriting logs.
 
     Attributes:
         dropped: messages that were not wanted.
@@ -77,7 +77,7 @@ def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
     """Compiled topic expressions.
 
     Raises:
-        BadValue: one that is no regular expression.
+        BadValue: an invalid regular expression.
     """
     found: list[re.Pattern[str]] = []
     for text in texts:
@@ -89,7 +89,7 @@ def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
 
 
 def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Told = iter) -> Rewritten:
-    """A log with the wanted messages only. Also compacts: the new file's chunks are full."""
+    """Copies the wanted messages of a log. Also compacts: the new file's chunks are full."""
     loss, kept, dropped = Loss(), 0, 0
     not_itself([source], output)
     with Copier(output, style, profile=profile_of(source)) as copier:
@@ -103,7 +103,7 @@ def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Tol
 
 
 def _flow(source: Path, loss: Loss, copier: Copier, wanted: Wanted) -> Iterator[Message]:
-    """The messages of a log; its wanted attachments and metadata are copied as they come by."""
+    """The messages of a log; its wanted attachments and metadata are copied as they are read."""
     for part in contents(source, loss):
         if isinstance(part, Message):
             yield part
@@ -122,12 +122,12 @@ def merged(
     allow_duplicates: bool = False,
     told: Told = iter,
 ) -> Rewritten:
-    """One log of several, by log time. Equal attachments, metadata and channels become one.
+    """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
 
-    Parts of a split log become the log again: what later parts only repeat is left out.
+    Parts of a split log become the original log again: what later parts only repeat is left out.
 
     Args:
-        several_runs: each log is a run, or a part of one, and stays told apart from the others.
+        several_runs: each log is a run, or a part of one, and stays distinguishable from the others.
 
     Raises:
         MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
@@ -159,12 +159,12 @@ def split_up(
     by_run: bool = False,
     told: Told = iter,
 ) -> Rewritten:
-    """A log in parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
+    """Splits a log into parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
 
-    Of an earlier, longer split under that name (with force) nothing is left.
+    With force, the surplus parts of an earlier, longer split of that name are removed.
 
     Raises:
-        BadValue: not one way of splitting was given; or the log bears the name of one of its own parts.
+        BadValue: not exactly one way of splitting was given, or the log has the name of one of its own parts.
     """
     from replayers.parts import Parts
 
@@ -186,7 +186,7 @@ def split_up(
 
 @dataclass(slots=True)
 class _Around:
-    """Attachments and metadata of several logs on their way to one."""
+    """Attachments and metadata of several logs as they are copied into one."""
 
     copier: Copier
     allow_duplicates: bool
@@ -227,7 +227,7 @@ def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator
 
 
 def not_itself(sources: Sequence[Path], output: Path) -> None:
-    """Refuses to write to what is read.
+    """Refuses to write to a file that is being read.
 
     Raises:
         BadValue: the output is one of the sources.

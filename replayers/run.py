@@ -1,4 +1,4 @@
-"""What happened in a recorded run? One log as one value: identity, place, task, and every event in order.
+"""A recorded run as one value: identity, place, task, and every event in order.
 
 A log whose recorder died reads like any other, up to its last flush; `complete` says whether it has its end.
 """
@@ -66,7 +66,7 @@ class Run:
 
     Attributes:
         path: the log.
-        truth: what every container held; None unless asked for with with_truth, or where it was not recorded.
+        truth: the contents of every container; None unless requested by with_truth, or where it was not recorded.
         outcome: None where the recording stopped short of it.
         complete: the log was closed properly and holds its outcome.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
@@ -93,7 +93,7 @@ class Run:
     damage: tuple[Damage, ...] = ()
 
     def __repr__(self) -> str:
-        """One line, as a notebook shows it; all that a run holds would be a hundred thousand characters."""
+        """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
         end = f"{self.outcome.status}, cost {self.outcome.cost:.1f}" if self.outcome else "no outcome"
         counts = f"{len(self.plans)} decisions, {len(self.actions)} actions"
         info = self.info
@@ -101,7 +101,7 @@ class Run:
 
     @cached_property
     def tables(self) -> Tables:
-        """The run as data frames, each made when it is first asked for."""
+        """The run as data frames, each built when first requested."""
         from replayers.frames import RunSource, Tables
 
         return Tables((RunSource.of(self),))
@@ -110,7 +110,7 @@ class Run:
         """All events of a class of the vocabulary, in order.
 
         Raises:
-            KeyError: a class that a run does not hold.
+            KeyError: a class that is not an event of a run.
         """
         held = getattr(self, _HELD_AS[event_class])
         if isinstance(held, tuple):
@@ -119,7 +119,7 @@ class Run:
 
     @cached_property
     def sha256(self) -> str:
-        """Of the whole file, in hexadecimal."""
+        """Hash of the whole file, in hexadecimal."""
         digest = hashlib.sha256()
         with open(self.path, "rb") as stream:
             while block := stream.read(1 << 20):
@@ -147,7 +147,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     """Reads a log.
 
     Args:
-        with_truth: also what a simulated run recorded of the true contents; planners must not see it.
+        with_truth: also read the true contents that a simulated run recorded; planners must not see them.
 
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
@@ -182,7 +182,7 @@ _place = lru_cache(maxsize=8)(place_from_json)
 
 @dataclass(slots=True)
 class _Found:
-    """What reading has come across so far."""
+    """What has been read so far."""
 
     path: Path
     with_truth: bool

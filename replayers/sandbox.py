@@ -1,7 +1,7 @@
 """A planner from outside in a process of its own, where it cannot break or stall a replay, or see the truth.
 
-It receives views over a pipe and answers decisions. What it raises, a decision that takes too long, an answer that
-is no decision, and asking for the truth are turned into a decision without a plan, which ends the run as
+The planner receives views over a pipe and answers with decisions. What it raises, a decision that takes too long, an
+answer that is not a decision, and asking for the truth become a decision without a plan, which ends the run as
 "planner-failed" with the reason. The process holds neither the log nor its path, so there is no truth to find.
 Views and decisions cross the pipe in memory by multiprocessing's own encoding; nothing of it is ever stored.
 """
@@ -32,7 +32,7 @@ LOADING_S = 60.0
 """Importing a planner may import much."""
 
 MOST_RESTARTS = 3
-"""A planner that had to be stopped this often gets no further chance."""
+"""A planner that had to be stopped this often is not restarted."""
 
 
 def _read_only(entries: dict[Any, Any]) -> MappingProxyType[Any, Any]:
@@ -48,12 +48,12 @@ ForkingPickler.register(MappingProxyType, _read_only_mapping)
 
 
 class AskedForTruth(Exception):
-    """A planner reached for what the house holds."""
+    """A planner accessed the contents of the house."""
 
 
 @final
 class HiddenTruth:
-    """Stands where the oracle would receive the house; whoever looks at it asks for the truth."""
+    """Stands in for the house that the oracle would receive; any access to it counts as asking for the truth."""
 
     def __getattr__(self, name: str) -> Any:
         raise AskedForTruth(f"it asks for the truth (house.{name})")
@@ -93,7 +93,7 @@ def require_planner(name: str) -> None:
 def why_not_loaded(name: str) -> str:
     """Why no planner loads under a user's name: a misspelt class, a module that raises; empty where one does.
 
-    One that asks for the truth is there; what becomes of it is a replay's status.
+    A planner that asks for the truth does load; that is reported as the status of its replay.
     """
     with Sandboxed(name, origin=NameOrigin.USER) as planner:
         return "" if planner.asked_for_truth else planner.why_broken
@@ -109,7 +109,7 @@ class Sandboxed:
         timeout_s: the longest that one decision may take.
 
     Attributes:
-        asked_for_truth: it could not be made without the house.
+        asked_for_truth: it could not be created without the house.
     """
 
     def __init__(self, name: str, *, origin: NameOrigin, timeout_s: float = 10.0) -> None:
@@ -126,16 +126,16 @@ class Sandboxed:
 
     @property
     def name(self) -> str:
-        """What the planner calls itself; the name it was asked by if it cannot be loaded."""
+        """The planner's own name; the name by which it was requested if it cannot be loaded."""
         return self._name
 
     @property
     def why_broken(self) -> str:
-        """Why it can decide nothing at all; empty while it can."""
+        """Why it cannot decide anything at all; empty while it can."""
         return self._broken
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        """The types about which it wants beliefs; none if it cannot say."""
+        """The types for which it requests beliefs; none if it cannot say."""
         kind, answer = self._ask("types", task, self._timeout_s)
         if kind != "ok" or not isinstance(answer, tuple):
             self._broken = self._broken or (str(answer) if kind != "ok" else "its relevant_types are no tuple")
@@ -268,8 +268,8 @@ def load_foreign(found: Plugin) -> Strategy:
     """The planner of a plug-in: a class, a factory of a house, or a ready strategy.
 
     Raises:
-        AskedForTruth: it cannot be made without the house.
-        TypeError: it is no strategy.
+        AskedForTruth: it cannot be created without the house.
+        TypeError: it is not a strategy.
     """
     made: Any = found.load()
     if isinstance(made, type) or not is_strategy(made):
@@ -282,7 +282,7 @@ def load_foreign(found: Plugin) -> Strategy:
 
 
 def _make(factory: Any) -> Any:
-    """Called without an argument, or with None for the house; when that fails, with a house that tells on it."""
+    """Calls a factory without an argument, or with None for the house; if that fails, with a HiddenTruth."""
     try:
         return factory() if isinstance(factory, type) else factory(None)
     except (TypeError, AttributeError, ValueError, KeyError):

@@ -1,7 +1,7 @@
-"""Which records stand in a log, and how is damage stepped over?
+"""Walks the records of a log and skips damage.
 
-Damage is stepped over by looking for the next place where a record begins: one whose length fits the file and that
-is followed by another. No length is believed before it is compared with what is there.
+After damage, the walk goes on at the next offset where a record begins: one whose length fits the file and that is
+followed by another. No length is trusted before it is compared with what is there.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from workbench.errors import FileMissing, Malformed, MalformedFile
 
 CHUNK_HEAD_BYTES = 48
 BOOKKEEPING = frozenset({-1, 2, 7, 8, 10, 11, 13, 14, 15})
-"""Opcodes of indexes, statistics and ends: what can be made anew."""
+"""Opcodes of indexes, statistics and footers, which can be regenerated."""
 
 
 class NoMcap(MalformedFile):
@@ -44,10 +44,10 @@ class Damage(NamedTuple):
     """One place at which a file is not what it should be.
 
     Attributes:
-        offset: of the record.
-        what: in words.
+        offset: byte offset of the record.
+        what: description in words.
         cut_off: the file merely ends early, as when a recorder was killed.
-        opcode: of the record, as far as it can be told; -1 where nothing stands.
+        opcode: opcode of the record, as far as it is known; -1 where there is none.
     """
 
     offset: int
@@ -65,10 +65,10 @@ OnDamage = Callable[[Damage], None]
 
 
 def open_log(path: Path | str) -> BinaryIO:
-    """A log opened for reading.
+    """Opens a log for reading.
 
     Raises:
-        FileMissing, NoMcap, MalformedFile: there is none, it is no MCAP file, or it cannot be opened.
+        FileMissing, NoMcap, MalformedFile: no such file, not an MCAP file, or it cannot be opened.
     """
     try:
         if not S_ISREG(mode := os.stat(path).st_mode) and not S_ISDIR(mode):
@@ -98,13 +98,13 @@ def scan(
     limit: int = MAX_RECORD_BYTES,
     skip: frozenset[int] = frozenset(),
 ) -> Iterator[tuple[int, Record]]:
-    """Every record up to the footer, with its offset; chunks still packed.
+    """Every record up to the footer, with its offset; chunks still compressed.
 
     Args:
         start: where the first record begins.
-        on_damage: told of every damage, and the walk goes on behind it; without it, damage raises.
+        on_damage: called for every damage, after which the walk goes on; without it, damage raises.
         limit: a longer record is damage.
-        skip: opcodes that are not wanted; their bytes are not read.
+        skip: unwanted opcodes; their bytes are not read.
 
     Raises:
         DamagedLog: damage, when on_damage is not given.
@@ -148,7 +148,7 @@ def _no_index_in_disguise(found: _Found, message: Raw) -> _Found:
 
 
 def _is_chunked(found: _Found, so_far: bool | None) -> bool | None:
-    """Whether messages are in chunks, by what has been seen of the file; a whole chunk outweighs everything."""
+    """Whether messages are in chunks, by what has been seen of the file; an intact chunk outweighs everything."""
     if found.opcode in OF_CHUNKS and (found.damage is None or so_far is None):
         return True
     if found.opcode in INSIDE and found.damage is None and so_far is None:
@@ -157,7 +157,7 @@ def _is_chunked(found: _Found, so_far: bool | None) -> bool | None:
 
 
 class _Found(NamedTuple):
-    """What stands at an offset: a record, or damage and (end >= 0) where the next record begins all the same."""
+    """What is at an offset: a record, or damage and (end >= 0) where the next record begins."""
 
     opcode: int
     end: int
@@ -219,7 +219,7 @@ def _saved_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what: str
 
 
 def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = None) -> Record | None:
-    """The one record at an offset; None, and damage told, where there is none or it makes no sense."""
+    """The record at an offset; None, and damage reported, where there is none or it makes no sense."""
     size = stream.seek(0, io.SEEK_END)
     found = _look(stream, offset, size, MAX_RECORD_BYTES, frozenset())
     if found.record is None and on_damage is not None:

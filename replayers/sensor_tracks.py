@@ -1,7 +1,7 @@
-"""Where do a log's pictures, clouds, grids and transforms stand? Their stamps, found once; messages read when asked.
+"""Index of a log's pictures, clouds, grids and transforms: their stamps are found once, messages read on request.
 
-A closed log says in its index where every message begins, so that an hour of pictures costs a few kilobytes; a log
-that was cut off is walked through once. Nothing is decoded before it is asked for.
+The index of a closed log says where every message begins, so that an hour of pictures costs a few kilobytes; a log
+that was cut off is read through once. Nothing is decoded before it is requested.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ KINDS = frozenset({PICTURE, CLOUD, GRID, TRANSFORMS, LENS, SPOT_IMAGE})
 MESSAGE_OPCODE, MESSAGE_HEAD = 5, 9
 NOT_IN_A_CHUNK = -1
 KEPT_CHUNKS = 3
-"""Unpacked chunks that are kept: neighbours in time are mostly neighbours in a chunk."""
+"""Decompressed chunks in the cache: neighbours in time are mostly in the same chunk."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +40,8 @@ class Track:
     """One topic: when its messages came, and where they stand.
 
     Attributes:
-        stamps_ns: log times, sorted, int64 (n,).
-        where: per message the offset of its chunk in the file and its own in the chunk, int64 (n, 2).
+        stamps_ns: log times in nanoseconds, sorted, int64 (n,).
+        where: for each message, the offset of its chunk in the file and its own offset in the chunk, int64 (n, 2).
     """
 
     topic: str
@@ -57,7 +57,7 @@ class Track:
 @final
 @dataclass
 class SensorTracks:
-    """The tracks of one log. May be asked from several threads."""
+    """The sensor tracks of one log. Thread-safe."""
 
     path: Path
     tracks: Mapping[str, Track]
@@ -69,7 +69,7 @@ class SensorTracks:
         return tuple(self.tracks[topic] for topic in sorted(self.tracks) if self.tracks[topic].schema.name == schema)
 
     def message(self, track: Track, index: int) -> Any | None:
-        """A message, decoded; None where the file is damaged or the bytes are no such message."""
+        """A message, decoded; None where the file is damaged or the bytes are not such a message."""
         from google.protobuf.message import DecodeError
 
         data = self._bytes(int(track.where[index, 0]), int(track.where[index, 1]))
@@ -135,7 +135,7 @@ def sensor_tracks(path: Path | str) -> SensorTracks:
 
 @dataclass(slots=True)
 class _Places:
-    """What looking for messages has come across."""
+    """Message positions collected while the file is read."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -157,7 +157,7 @@ class _Places:
             self.rows.setdefault(record.channel_id, []).append((record.log_time, chunk_at, offset))
 
     def tracks(self) -> dict[str, Track]:
-        """Channels of one topic are one track."""
+        """The tracks; channels of one topic form one track."""
         by_topic: dict[str, list[tuple[int, int, int]]] = {}
         schemas: dict[str, Schema] = {}
         for channel_id in sorted(self.rows):

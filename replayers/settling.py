@@ -1,10 +1,9 @@
-"""Which branches settle the least and the largest cost over every world that agrees with the log?
+"""Branch and bound for the least and the greatest cost over every world that is consistent with the log.
 
-Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
-outside where nobody has been yet (still_to_walk.py, most_to_walk.py), and from its children otherwise. The search
-goes where the interval of the whole can still shrink: down the branch that could be cheapest, then down the branch
-that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
-says which side is exact.
+Every node of the run tree carries an interval for the cost from there on: exact at the end of a run, an outer bound
+where the node has not been expanded, and combined from its children otherwise. The search expands where the root's
+interval can still shrink: the branch that could be cheapest, then the branch that could be most expensive. When the
+budget is spent, the remaining intervals are still valid bounds, and the result says which side is exact.
 
 Where beliefs follow all that is seen (unfolding.Unfolding.certain), a run that goes by them is not followed beyond
 its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
@@ -34,9 +33,9 @@ def bounds_of(
     """The bounds of a strategy's cost over one log.
 
     Args:
-        whatever_is_believed: follow a run only as far as it is the same whatever else open containers held;
-            otherwise as if they held nothing but the task's types.
-        memory: of what is asked over one log; strategies may share it.
+        whatever_is_believed: follow a run only as far as it does not depend on what else open containers hold;
+            otherwise assume that they hold nothing but the task's types.
+        memory: cache of the searches over one log; strategies may share it.
     """
     outside = (memory if memory is not None else Memory()).outside(
         tree.evidence,
@@ -49,7 +48,7 @@ def bounds_of(
 
 @final
 class Settling:
-    """One search from both ends."""
+    """One branch-and-bound search for both ends of the interval."""
 
     def __init__(self, tree: Unfolding, budget: Budget, outside: FromOutside, *, only_certain: bool) -> None:
         self._tree = tree
@@ -62,7 +61,7 @@ class Settling:
         self._intervals: dict[Node, Interval] = {}
         self._others: dict[Node, Interval] = {}
         self._followed: set[Node] = set()
-        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by the first way there
+        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by the first path to it
 
     def bounds(self) -> Bounds:
         root = self._tree.root
@@ -74,12 +73,12 @@ class Settling:
             if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
                 break
             if side == "high" and self._could_be_dearest() > self._budget.stretches - spent:
-                break  # the dearest world is certain only when each of these was followed: out of reach
+                break  # the maximum is certain only when each of these was followed: not worth trying
             self._deepen(side)
         return self._result()
 
     def _open_side(self) -> Side | None:
-        """Which side of the whole is not settled; the one that has the more room."""
+        """The end of the root's interval that is not settled; of two, the one with the larger gap."""
         whole = self._intervals[self._tree.root]
         below = whole.least_found(0, self._failure) - whole.lower(0, self._failure)
         above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
@@ -90,12 +89,13 @@ class Settling:
         return "high" if above > NEAR else "low"
 
     def _could_be_dearest(self) -> int:
-        """How many branches that nobody has followed could cost more than what was found (by the first way there)."""
+        """How many unexplored branches could cost more than the largest cost found (by the first path to each)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
         return sum([most > largest + NEAR for most in self._waiting.values()])
 
     def _deepen(self, side: Side | None) -> None:
-        """Goes down the branch that decides a side (or any that is not spent), expands its end, and goes back."""
+        """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
+        up."""
         node, cost, way = self._tree.root, 0.0, list[Node]()
         while node in self._followed:
             way.append(node)
@@ -109,7 +109,7 @@ class Settling:
             self._gather(passed)
 
     def _choice(self, node: Node, question: Question, side: Side | None, cost: float) -> Answer:
-        """The answer below which a side of the whole is decided."""
+        """The answer whose branch decides an end of the root's interval."""
         below = {a: self._intervals[node.children[a]] for a in question.options}
         left = [a for a in question.options if not below[a].spent]
         among = left or list(question.options)
@@ -120,7 +120,7 @@ class Settling:
         return among[0]
 
     def _expand(self, node: Node) -> None:
-        """Runs on from a node and bounds its children from outside."""
+        """Runs on from a node and gives its children outer bounds."""
         if node in self._followed:
             return
         self._followed.add(node)
@@ -151,7 +151,7 @@ class Settling:
             self._is_straight = False
 
     def _gather(self, node: Node) -> None:
-        """A node's interval from its children's."""
+        """A node's interval from those of its children."""
         stretch = self._tree.advance(node)
         question = stretch.question
         if question is None or not self._opened(node):
@@ -162,7 +162,7 @@ class Settling:
         self._intervals[node] = Interval.over(below, cost)
 
     def _reaching(self, side: Side) -> Leaf | None:
-        """An end that costs the least, or the most, that was found."""
+        """A run end with the least, or the greatest, cost found."""
 
         def choose(question: Question) -> Answer:
             nonlocal node, cost
@@ -183,7 +183,7 @@ class Settling:
         return self._tree.follow(choose)
 
     def _told(self) -> Iterator[Told]:
-        """What is known of the cost, group of worlds by group of worlds."""
+        """The bounds of the cost for each group of worlds."""
         waiting: list[tuple[Node, float, tuple[Filled, ...]]] = [(self._tree.root, 0.0, ())]
         while waiting:
             node, cost, filled = waiting.pop()
@@ -200,7 +200,7 @@ class Settling:
                 waiting.append((node.children[answer], cost, (*filled, told)))
 
     def _opened(self, node: Node) -> bool:
-        """Whether the search may go on below a node that it has come to."""
+        """Whether the search may continue below a node."""
         return not (self._only_certain and not self._tree.certain(node))
 
     def _group(self, interval: Interval, cost: float, filled: tuple[Filled, ...]) -> Told:

@@ -1,7 +1,7 @@
-"""How do several runs stand in one log, and how is each taken out again?
+"""Several runs in one log: how they are marked, merged and taken apart again.
 
-A file holds one run. Where `lios log merge --runs` puts several into one, every channel says of which run it is, in
-its metadata, and names of attachments and metadata records begin with "runs/NUMBER/". So nobody takes two runs for
+A file holds one run. Where `lios log merge --runs` puts several into one, every channel is marked with its run in its
+metadata, and names of attachments and metadata records begin with "runs/NUMBER/". So two runs are never mistaken for
 one, viewers show all of them, and `lios log split --by run` gives each back with its own map, task and settings.
 """
 
@@ -32,7 +32,7 @@ Told = Callable[[Iterator[Message]], Iterable[Message]]
 
 
 class HoldsRuns(MalformedFile):
-    """A log of several runs, where one is wanted."""
+    """A log of several runs, where a log of one is needed."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(
@@ -48,18 +48,18 @@ class HoldsRunsAlready(BadValue):
 
 
 def named(name: str, run: int) -> str:
-    """What an attachment or metadata record of a run is called in a log of several."""
+    """The name of a run's attachment or metadata record in a log of several runs."""
     return f"runs/{run}/{name}"
 
 
 def run_and_name(name: str) -> tuple[int | None, str]:
-    """The run of an attachment or metadata record, and what it is called there; None for what is of no run."""
+    """The run of an attachment or metadata record and its name in that run; None for what belongs to no run."""
     found = _NAMED.fullmatch(name)
     return (int(found[1]), found[2]) if found else (None, name)
 
 
 def taken_out(part: Part) -> tuple[int | None, Part]:
-    """The run of a part of a log of several, and the part as it is in the run's own log."""
+    """The run of an item of a log of several runs, and the item as it is in the run's own log."""
     if isinstance(part, Message):
         number = part.channel.metadata.get(RUN_KEY, "")
         if not (number.isascii() and number.isdecimal()):
@@ -111,8 +111,8 @@ class Marks:
 def split_by_run(source: Path, output: Path, style: Style, loss: Loss, told: Told = iter) -> tuple[list[Path], int]:
     """One file a run, output_0000.mcap, ...: the files, and how many messages were read.
 
-    What is of no run, such as notes written since, goes to every run that has begun by then. A log of one run gives
-    one file.
+    What belongs to no run, such as later notes, goes to every run that has begun by then. A log of one run gives one
+    file.
     """
     taking = _TakingApart(output, style, profile_of(source))
     count = 0
@@ -134,7 +134,7 @@ def _messages(source: Path, loss: Loss, taking: _TakingApart) -> Iterator[Messag
 
 @dataclass(slots=True)
 class _TakingApart:
-    """The files of the runs, open together; each gets its name at the end."""
+    """The files of the runs, open together; each gets its final name at the end."""
 
     output: Path
     style: Style

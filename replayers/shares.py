@@ -1,7 +1,7 @@
-"""Which strategies over one log does one process replay, where several share the log?
+"""Splits the strategies over one log into work packages for several processes.
 
-Strategies that come to the same states and ask for the same searches stay together (remembered.py): apart, each would
-work them out again. The costly go first, so that the others fill what is left of the time.
+Strategies that reach the same states and request the same searches stay together: in separate processes, each would
+compute them again. The expensive ones go first, so that the others fill the remaining time.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ FAMILIES: tuple[tuple[str, ...], ...] = (
     ("opt-lios", "pes-lios"),
     ("model-lios", "conditioned-lios"),
 )
-"""By name, the costly first. What is not among them stands for itself and goes first: nobody knows its cost."""
+"""Families by name, the most expensive first. Any other strategy is a family of its own and goes first: its cost is
+unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Share:
-    """What one process does in one go: strategies over a log, in the order in which they were asked for."""
+    """One work package: strategies over a log, in the order in which they were requested."""
 
     log: Path
     strategies: tuple[str, ...]
 
 
 def shares_of(wanted: Mapping[Path, tuple[str, ...]]) -> tuple[Share, ...]:
-    """All that is to be done, in the order in which it is best begun.
+    """All work packages, in the order in which they should be started.
 
     Args:
         wanted: the strategies to run over each log.
@@ -44,7 +45,8 @@ def shares_of(wanted: Mapping[Path, tuple[str, ...]]) -> tuple[Share, ...]:
 
 
 def _family(name: str) -> tuple[int, str]:
-    """Its rank among the costly, and its name where it stands for itself. STRATEGY@SOLVER is of STRATEGY's family."""
+    """The rank of a strategy's family by expense, and its name if it is a family of its own. NAME@SOLVER belongs to
+    NAME's."""
     base = canonical_name(name.partition("@")[0])
     rank = next((i for i, members in enumerate(FAMILIES) if base in members), -1)
     return (rank, "" if rank >= 0 else name)

@@ -1,4 +1,4 @@
-"""What does a message say? As JSON, whatever its encoding, as far as the log itself explains it."""
+"""Messages as JSON values, whatever their encoding, as far as the log describes it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from mcap.records import Schema
 from replayers.content import Message
 
 SHORT_BYTES = 120
-"""Bytes in a message beyond this are shown as their number, unless everything is asked for."""
+"""Longer byte fields are shown as their length, unless all bytes are requested."""
 
 
 @final
 @dataclass(slots=True)
 class Shown:
-    """Turns messages into values that JSON can print; decoders are made once a schema.
+    """Turns messages into values that JSON can hold; decoders are created once for each schema.
 
     Attributes:
         whole: show all bytes, in base64.
@@ -32,7 +32,7 @@ class Shown:
     _decoders: dict[tuple[str, int, int], Callable[[bytes], Any] | None] = field(default_factory=dict)
 
     def value(self, message: Message) -> Any:
-        """The decoded message; its bytes, in base64 or counted, where nothing here can decode it."""
+        """The decoded message; its bytes, in base64 or counted, where it cannot be decoded."""
         try:
             if message.channel.message_encoding == "json":
                 return msgspec.json.decode(message.data)

@@ -1,4 +1,4 @@
-"""What does a recording tell of a place? A draft of its survey: where the robot stood, which tags it saw, how far.
+"""Drafts the survey of a place from a recording: stops, tags, walked path lengths and the map.
 
 A robot driven round a place, standing a few seconds at each container, leaves what a survey needs: standing poses,
 GraphNav waypoints, path lengths between them, tags and the map. Names and types stay for a person to fill in.
@@ -31,9 +31,9 @@ from workbench.worlds.site_map import write_map
 POSE, FIDUCIALS, MAP, LOCALIZATION = "/robot/pose", "/robot/fiducials", "/map", "/spot/localization"
 DWELL_S, STILL_M = 3.0, 0.15
 SAME_PLACE_M = 0.5
-"""Two stops nearer than this are one place."""
+"""Stops closer than this are one place."""
 JOIN_M = 0.35
-"""Positions nearer than this are joined when paths are measured: where the robot crossed its own way."""
+"""Positions closer than this are joined when paths are measured: where the robot crossed its own path."""
 AHEAD_M = 0.7
 """A container is drafted this far ahead of where the robot stood."""
 MARGIN_M = 1.5
@@ -41,7 +41,7 @@ GRAPH_EVERY_M = 0.15
 
 
 class NothingToDraft(Unsupported):
-    """A log that tells nothing of a real place."""
+    """A log that says nothing about a real place."""
 
     def __init__(self, path: Path, why: str) -> None:
         super().__init__(f"{path}: {why}. Record a localised robot with lios spot record, or import a bag with tf.")
@@ -60,12 +60,12 @@ class Stop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SiteDraft:
-    """What a recording tells.
+    """The draft of a survey.
 
     Attributes:
         metres: path lengths between start and stops along what was walked; shape (1 + stops, 1 + stops), inf where
-            the walked ways do not join.
-        tags: number and mean position of each tag seen.
+            the walked paths do not connect.
+        tags: number and mean position, in metres on the map, of each tag seen.
     """
 
     start: Pose
@@ -86,7 +86,7 @@ class _Heard:
 
 
 def draft_site(path: Path) -> SiteDraft:
-    """Reads a log.
+    """Drafts the survey from a log.
 
     Raises:
         FileMissing, MalformedFile: no log. NothingToDraft: no robot drove, it holds no poses, or the robot stood
@@ -117,7 +117,7 @@ def draft_site(path: Path) -> SiteDraft:
 
 
 def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
-    """site.yaml, travel.csv and the map of a draft; returns the site file. The folder must not hold a site."""
+    """Writes site.yaml, travel.csv and the map of a draft; returns the site file. The folder must not hold a site."""
     folder.mkdir(parents=True, exist_ok=True)
     if draft.grid is not None:
         write_map(draft.grid, folder / "map.yaml")
@@ -209,7 +209,7 @@ def _grid(message: Grid) -> OccupancyGrid | None:
 
 
 def _stops(heard: _Heard, plan: FloorPlan) -> tuple[Stop, ...]:
-    """Where the robot stood for DWELL_S, places visited again being one; the first pose is the start."""
+    """Where the robot stood for DWELL_S, revisited places counted once; the first pose is the start."""
     found: list[tuple[Pose, int, int]] = []
     first = 0
     for i in range(1, len(heard.poses) + 1):
@@ -249,7 +249,7 @@ def _known_as(pose: Pose, plan: FloorPlan, number: int) -> tuple[str, str]:
 
 
 def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.float64]:
-    """Shortest lengths between places along what was walked, crossings joined; shape (places, places)."""
+    """Shortest lengths between places along the walked path, crossings joined; metres, shape (places, places)."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
     from scipy.spatial import KDTree

@@ -1,4 +1,4 @@
-"""How do strategies fare on the robot? The paper's configurations A to D, run on a simulated Spot and recorded.
+"""The paper's configurations A to D, run on a simulated Spot, recorded and replayed.
 
 The robot's time is stepped: it passes only while the robot walks, looks and handles things, so a run takes a few
 seconds, planning takes no robot time, and the same seed gives the same run. Each log is then replayed for the other
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 STRATEGIES = ("pes-greedy", "pes-lios", "model-lios", "conditioned-lios")
 """The paper's three and ours."""
 TOLERANCE = 1e-6
-"""Sums of the same numbers in another order."""
+"""Tolerance for sums of the same numbers in another order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpotExperiment:
-    """What to run.
+    """The settings of the experiment.
 
     Attributes:
-        folder: where the logs go, "spot_A_model-lios.mcap" and so on.
-        estimator: what ours and plug-ins believe; paper_estimator: what the paper's strategies believe.
+        folder: where the logs are written, as "spot_A_model-lios.mcap" and so on.
+        estimator: estimator of our strategies and plug-ins; paper_estimator: of the paper's strategies.
         images_hz: pictures per second; the shipped logs have few.
-        raw: also bosdyn's messages as they came, and a depth camera, which viewers show from those.
+        raw: also log bosdyn's messages as received, and a depth camera, which viewers show from those.
     """
 
     site: Site
@@ -56,16 +56,16 @@ class SpotExperiment:
     force: bool = False
 
     def estimator_of(self, strategy: str) -> str:
-        """What a strategy believes."""
+        """The estimator whose beliefs a strategy uses."""
         return self.paper_estimator if strategy in PAPER_STRATEGIES else self.estimator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpotRow:
-    """One run.
+    """One run of the experiment.
 
     Attributes:
-        estimator: what the strategy believed.
+        estimator: the estimator whose beliefs the strategy used.
         paper_seconds, paper_searches: what the paper reports for this cell, where it does.
     """
 
@@ -100,7 +100,7 @@ class CrossRow:
 
 
 def run_experiment(experiment: SpotExperiment) -> Iterator[SpotRow]:
-    """Runs every configuration with every strategy; yields the rows as they come.
+    """Runs every configuration with every strategy; yields the rows as they are finished.
 
     Raises:
         MissingExtra: bosdyn-client is not installed. UnknownName: a configuration that is not there.
@@ -115,7 +115,7 @@ def run_experiment(experiment: SpotExperiment) -> Iterator[SpotRow]:
 
 
 def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossRow]:
-    """Replays each run's strategy, with what it believes, over the logs of the others in its configuration."""
+    """Replays each run's strategy, with its estimator, over the logs of the others in its configuration."""
     from replayers.replay import Settings, ground_of, replay_on
     from replayers.run import read
 
@@ -148,7 +148,7 @@ def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossR
 
 
 def cost_by_the_matrix(run: Run) -> float:
-    """What a recorded run cost, its moves at the site's travel costs, as a replay counts them.
+    """The cost of a recorded run with its moves at the site's travel costs, as a replay counts them.
 
     The robot itself walks a little less: it cuts the corners of the grid.
     """
@@ -215,7 +215,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
 
 
 def thin_rates(images_hz: float, *, raw: bool = True) -> Rates:
-    """Rates for small logs: a pose twice a second, few pictures, small ones."""
+    """Rates for small logs: two poses a second, few and small pictures."""
     from recorders.spot.session import Rates
 
     return Rates(

@@ -1,9 +1,8 @@
-"""What must still be paid before the goal can be met, in the luckiest of the worlds that agree with the log?
+"""A lower bound: the least that must still be paid to meet the goal in any world that is consistent with the log.
 
-A bound from below that no strategy can beat, whatever it does: each missing delivery must at least be carried from
-the best place where its item can be. Travel costs are used as they are logged, through their shortest detours, so
-that the bound also holds where a logged matrix breaks the triangle inequality. Infinite where no world can meet the
-goal any more: the run then fails.
+It holds for every strategy: each missing delivery must at least be carried from the best place where its item can be.
+Travel costs are the shortest paths over the logged costs, so that the bound also holds where a logged matrix violates
+the triangle inequality. Infinite where no world can meet the goal any more: the run then fails.
 """
 
 from __future__ import annotations
@@ -28,15 +27,15 @@ Indices = npt.NDArray[np.intp]
 Containers = tuple[ContainerId, ...]
 
 MOST_PARTS = 50_000
-"""Bounds of single parts that are remembered; beyond this, all are forgotten and worked out anew."""
+"""Bounds of single parts in the cache; beyond this, it is cleared."""
 
 ROUNDING = 1e-12
-"""Relative; sums of legs in another order must not come out above a bound."""
+"""Relative slack: sums of legs in another order must not exceed a bound by rounding."""
 
 
 @final
 class StillToWalk:
-    """The bound for one log and one task."""
+    """The lower bound for one log and one task, in metres and their equivalents."""
 
     def __init__(self, evidence: Evidence, relevance: Relevance) -> None:
         travel = evidence.place.travel
@@ -55,12 +54,12 @@ class StillToWalk:
                 self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
 
     def from_here(self, knowledge: Knowledge) -> float:
-        """At least this much is still to pay from a state on; infinite when the goal cannot be met any more."""
+        """The least that is still to pay from a state on; infinite when the goal cannot be met any more."""
         left = tuple([c for c in self._unknown if c not in knowledge.first_seen])
         return self._least(self._evidence.task.goal, knowledge, left)
 
     def certainly_possible(self, knowledge: Knowledge) -> bool:
-        """Whether every world that agrees with the log still holds, within reach, all that the goal needs."""
+        """Whether every world that is consistent with the log still has, within reach, all that the goal needs."""
         return self._certain(self._evidence.task.goal, knowledge, Counter())
 
     def _least(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
@@ -73,11 +72,12 @@ class StillToWalk:
         return self._alone(goal, knowledge, left)[0]
 
     def _carried(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
-        """Loaded metres and manipulations of one part alone; those of different parts add up: one hand."""
+        """Loaded metres and manipulations of one part alone; those of different parts add up, since there is one
+        hand."""
         return self._alone(goal, knowledge, left)[1] if isinstance(goal, Delivered) else 0.0
 
     def _alone(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
-        """What one part alone costs at least from here, and the loaded share of it. Siblings differ in few parts."""
+        """The least that one part alone costs from here, and the loaded share of it. Siblings differ in few parts."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left
         found = self._parts.get(key)
@@ -105,7 +105,7 @@ class StillToWalk:
         return least, float(self._metres[at, to].min()) + 2 * self._handle
 
     def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
-        """Where an instance may stand: known, told by the log, or in a container that is still open."""
+        """Where an instance may stand: known, shown by the log, or in a container that is still open."""
         places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
         places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
         if item_type in self._may:
@@ -113,7 +113,7 @@ class StillToWalk:
         return np.array([self._index[p] for p in places if p in self._index], dtype=np.intp)
 
     def _told(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
-        """Instances that the log shows in containers that this run has not looked into yet."""
+        """Instances that the log shows in containers that this run has not searched yet."""
         return tuple(
             (at, item)
             for at, container, item in self._logged.get(item_type, ())
@@ -121,7 +121,7 @@ class StillToWalk:
         )
 
     def _certain(self, goal: Goal, knowledge: Knowledge, taken: Counter[ItemType]) -> bool:
-        """Parts of an AllOf need an instance each; whoever is asked first takes the first."""
+        """Parts of an AllOf need an instance each; the first part to be asked takes the first."""
         if isinstance(goal, AnyOf):
             return any(self._certain(part, knowledge, taken.copy()) for part in goal.parts)
         if isinstance(goal, AllOf):
@@ -143,7 +143,7 @@ class StillToWalk:
 
 
 def shortest_metres(metres: Floats) -> Floats:
-    """All-pairs metres with detours allowed: at most what is logged, and a metric (Floyd and Warshall)."""
+    """All-pairs shortest path lengths in metres: at most the logged costs, and a metric (Floyd-Warshall)."""
     found = np.array(metres, dtype=np.float64)
     for via in range(len(found)):
         np.minimum(found, found[:, via, None] + found[None, via, :], out=found)

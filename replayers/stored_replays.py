@@ -1,6 +1,6 @@
-"""How is a replay kept? One JSON file a log and strategy, complete enough to compare without running again.
+"""Stored replays: one JSON file for each log and strategy, complete enough to compare without running again.
 
-The file's key holds everything that the answer depends on; a replay with the same key is not made again.
+The file's key covers everything that the result depends on; a replay with the same key is not repeated.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import Acted
 
-if TYPE_CHECKING:  # kept replays are read without what makes them
+if TYPE_CHECKING:  # stored replays are read without importing what makes them
     from replayers.bounds import Bounds
     from replayers.durations import Durations
     from replayers.ground import Ground, Settings
@@ -46,7 +46,7 @@ class StepRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """What an open container answered, of the types that still mattered."""
+    """What an open container answered, restricted to the types that still mattered."""
 
     container: str
     live: tuple[str, ...]
@@ -74,7 +74,8 @@ class _Versioned(msgspec.Struct, frozen=True):
 
 
 class StoredDurations(msgspec.Struct, frozen=True, kw_only=True):
-    """Seconds of actions as fitted from a robot's log: figures, root mean square residuals, samples, per kind."""
+    """Durations of actions as fitted to a robot's log: figures, root mean square residuals and samples of each
+    kind."""
 
     move_s: float
     metre_s: float
@@ -112,10 +113,10 @@ class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
-    """One replay as it is kept.
+    """One replay as it is stored.
 
     Attributes:
-        key: everything that the answer depends on, hashed.
+        key: hash of everything that the result depends on.
         log, run_id, sha256, complete_log: which log.
         place, place_sha256: which house, and its plan and travel costs hashed: two houses of one name that differ
             are two houses.
@@ -126,8 +127,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             run's were asked for.
         seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
             own speeds, with the root mean square error that their residuals leave.
-        steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
-        told: what is known of the cost in each group of worlds; all groups together are every consistent world.
+        steady_beliefs: other contents of open containers cannot change the beliefs (docs/replay.md, Whose beliefs).
+        told: bounds of the cost in each group of worlds; the groups together cover every consistent world.
         if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
             bounds hold without that.
         imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
@@ -175,7 +176,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
-    """A replay as it is kept."""
+    """A replay in the form in which it is stored."""
     evidence = ground.evidence
     outcome = ground.recorded
     bounds = made.bounds
@@ -224,19 +225,19 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
 
 
 def key_of(sha256: str, strategy: str, settings: Settings) -> str:
-    """Everything that an answer depends on, hashed: the log's bytes, the strategy, the settings, the version."""
+    """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version."""
     parts = (__version__, RECORD_VERSION, sha256, strategy, repr(settings))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
 def path_of(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
-    """Where a replay is kept: a folder a log, a file a strategy."""
+    """Where a replay is stored: one folder for each log, one file for each strategy."""
     safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in strategy)
     return folder / f"{_safe(run_id)}-{sha256[:8]}" / f"{safe}{SUFFIX}"
 
 
 def write_replay(path: Path, record: StoredReplay) -> None:
-    """Writes a replay; whoever reads meanwhile sees the old file or the new one, never half of one."""
+    """Writes a replay atomically: concurrent readers see the old file or the new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(f"{path.name}.{os.getpid()}.part")
     aside.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=1))
@@ -244,11 +245,11 @@ def write_replay(path: Path, record: StoredReplay) -> None:
 
 
 def read_replay(path: Path) -> StoredReplay:
-    """A kept replay.
+    """Reads a stored replay.
 
     Raises:
         FileMissing: no such file.
-        MalformedFile: no replay, or one of another version.
+        MalformedFile: not a replay, or one of another version.
     """
     try:
         data = path.read_bytes()
@@ -267,14 +268,14 @@ def read_replay(path: Path) -> StoredReplay:
 
 
 def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | None = None) -> Iterator[StoredReplay]:
-    """All replays kept in a folder, in the order of their paths.
+    """All replays stored in a folder, in the order of their paths.
 
     Args:
-        on_skipped: is told of a file that is no replay or one of another version, and the others are read.
+        on_skipped: called for a file that is not a replay or of another version; the others are read.
 
     Raises:
         FileMissing, WrongKind: no such folder, or a file.
-        MalformedFile: such a file, and nobody to tell.
+        MalformedFile: such a file, and on_skipped is not given.
     """
     if not folder.is_dir():
         raise WrongKind(folder, needed="folder") if folder.exists() else FileMissing(folder)

@@ -1,4 +1,4 @@
-"""What does the end of a closed log say is in it? Its index, believed only when its checksum is right."""
+"""The index at the end of a closed log, trusted only when its checksum is right."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOOTER_BYTES = HEAD.size + 20
 
 
 def read_index(stream: BinaryIO) -> LogIndex | None:
-    """What the end of a closed file says is in it; None when it was not closed or its summary is damaged."""
+    """The index at the end of a closed file; None when it was not closed or its summary is damaged."""
     size = stream.seek(0, io.SEEK_END)
     tail = FOOTER_BYTES + len(MAGIC)
     stream.seek(max(size - tail, 0))

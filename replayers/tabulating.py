@@ -1,6 +1,6 @@
-"""How does a run become tables? One pure function a table, from wire events to columns.
+"""Turns a run into tables: one pure function for each table, from events to columns.
 
-Beliefs and find costs, where the rows are, are laid out by numpy; nothing is looped over entry by entry.
+Beliefs and find costs, which have most of the rows, are laid out by numpy without a loop over entries.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Source(Protocol):
         ...
 
     def poses(self) -> Sequence[tuple[int, PoseInFrame]]:
-        """(log time, pose) of /robot/pose."""
+        """(log time in nanoseconds, pose) of /robot/pose."""
         ...
 
 
@@ -183,7 +183,7 @@ def poses(source: Source) -> Columns:
 
 
 def _pose(pose: Pose) -> tuple[float, float, float, float]:
-    """Position and yaw."""
+    """Position in metres and yaw in radians."""
     place, q = pose.position, pose.orientation
     x, y, z, w = q.x, q.y, q.z, q.w
     return place.x, place.y, place.z, atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
@@ -205,7 +205,7 @@ BUILDERS: Mapping[str, Callable[[Source], Columns]] = MappingProxyType(
 
 
 def _table(name: str, columns: Mapping[str, Any]) -> Columns:
-    """Columns as they are; from lists of values, columns of the types that the table has."""
+    """Columns as they are; from lists of values, columns of the types that the table declares."""
     made = ((field.name, field.type, columns[field.name]) for field in SCHEMAS[name])
     return {
         column: values if isinstance(values, Words | Numbers) else column_of(values, kind)
@@ -231,7 +231,7 @@ def _spread(
     axes: Sequence[tuple[Sequence[str], ...]],
     names: Sequence[str],
 ) -> dict[str, Words | Numbers]:
-    """One row for every entry of every event's array: its event's columns, and the label on every axis."""
+    """One row for every entry of every event's array: the columns of its event, and its label on every axis."""
     sizes = [_size(*each) for each in axes]
     decisions = np.array([event.decision for event in events], dtype=np.int64)
     stamps_ns = np.array([event.stamp.ns for event in events], dtype=np.int64)
@@ -246,7 +246,7 @@ def _spread(
 
 
 def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> Words:
-    """The labels of one axis for every entry, C order."""
+    """The labels of one axis for every entry, in C order."""
     words: dict[str, int] = {}
     parts: list[npt.NDArray[np.int32]] = []
     for each in axes:

@@ -1,9 +1,9 @@
-"""Which unopened container should somebody look into next? The one whose content would settle most.
+"""Ranks unopened containers by how many strategy comparisons their contents are expected to settle.
 
-For every open container the drawn worlds are sorted by what it holds; within each group the strategies' costs vary
-less than over all. What is reported: how many of the undecided comparisons a look is expected to settle (a
-comparison is as open as the chance that the other one wins), and by how much it narrows the costs. Drawn worlds
-decide the ranking, so it is an estimate; what a look really settles is for the bounds to say afterwards.
+For every open container, the sampled worlds are grouped by what it holds; within each group the strategies' costs
+vary less than over all. Reported are how many undecided comparisons a look is expected to settle (the doubt of a
+comparison is the probability that its likeliest result is wrong), and by how much it narrows the costs. The ranking
+rests on sampled worlds, so it is an estimate; the bounds show afterwards what a look really settled.
 """
 
 from __future__ import annotations
@@ -30,14 +30,15 @@ NEAR = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Look:
-    """What looking into one container is expected to tell.
+    """What a look into one container is expected to reveal.
 
     Attributes:
-        settles: how much of the doubt about who wins it takes away, summed over pairs of strategies; the doubt of a
+        settles: how much doubt about the better strategy it removes, summed over pairs of strategies; the doubt of a
             pair is 1 - max(P(a wins), P(b wins), P(equal)), at most 2/3.
         doubt: that doubt before the look.
-        narrows: expected fall of the standard deviation of a strategy's cost, mean over strategies, in cost units.
-        chance_found: chance that it holds something that the task cares about.
+        narrows: expected decrease of the standard deviation of a strategy's cost, mean over strategies, in cost
+            units.
+        chance_found: probability that it holds something relevant to the task.
     """
 
     container: str
@@ -48,11 +49,11 @@ class Look:
 
 
 def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collection[str]) -> tuple[Look, ...]:
-    """Open containers, the most telling first.
+    """Open containers, the most informative first.
 
     Args:
         costs: per strategy, its cost in each drawn world, shape (worlds,); the first ones where lengths differ.
-        asked: containers that some strategy looks into; the others can tell nothing about these strategies.
+        asked: containers that some strategy searches; the others carry no information about these strategies.
     """
     common = min((len(drawn) for drawn in costs.values()), default=0)
     if not common:
@@ -79,7 +80,7 @@ def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collecti
 
 
 def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
-    """The most telling look of each log that was replayed, from the costs kept with its replays."""
+    """The most informative look for each replayed log, from the costs stored with its replays."""
     from replayers.ground import ground_of
     from replayers.run import read
     from replayers.stored_replays import StoredReplay
@@ -115,7 +116,7 @@ def _words(look: Look) -> str:
 
 
 def _doubt(table: Floats) -> float:
-    """How open it is who wins, summed over pairs; table has shape (strategies, worlds)."""
+    """The doubt about which strategy is better, summed over pairs; table has shape (strategies, worlds)."""
     total = 0.0
     for a, b in combinations(range(len(table)), 2):
         apart = table[a] - table[b]
@@ -129,6 +130,6 @@ def _spread(table: Floats) -> float:
 
 
 def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
-    """Worlds that agree on what a container holds; inside has shape (worlds, types)."""
+    """Groups of worlds that agree on what a container holds; inside has shape (worlds, types)."""
     codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
     return [np.flatnonzero(codes == code) for code in np.unique(codes)]

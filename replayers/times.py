@@ -1,4 +1,4 @@
-"""Which moment does a person mean? Seconds from a log's start, an RFC 3339 time, or nanoseconds since the epoch."""
+"""Parses a moment: seconds from a log's start, an RFC 3339 time, or nanoseconds since the epoch."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ NEWEST = (1 << 64) - 1
 
 
 def moment(text: str, *, start_ns: int, option: str) -> int:
-    """Nanoseconds since the epoch.
+    """A moment in nanoseconds since the epoch.
 
     Args:
         text: "12.4" (seconds from the start), "2026-01-01T10:00:00Z", or "1767225600000000000".
-        start_ns: when the log begins.
-        option: named in the error.
+        start_ns: when the log begins, in nanoseconds since the epoch.
+        option: the name of the option, for the error.
 
     Raises:
         BadValue: none of these.

@@ -1,10 +1,9 @@
-"""What does a strategy do in every world that agrees with a log? Its runs, unfolded lazily, branch by branch.
+"""The tree of a strategy's runs over every world that is consistent with a log, expanded lazily.
 
 A node is what the robot knows; from it the ordinary closed loop runs on until the robot looks into a container that
-nobody opened. There the node branches: one child for every answer that the container can give. Two histories that
-leave the robot with the same knowledge of what still matters share a node (for strategies known to decide by that
-alone), so that the tree is a graph and stays small. A strategy must be deterministic: the same view, the same
-decision.
+nobody opened. There the tree branches: one child for every answer that the container can give. Histories that leave
+the robot with the same knowledge of what still matters share a node (for strategies known to decide by that alone),
+so that the tree is a graph and stays small. A strategy must be deterministic: the same view, the same decision.
 """
 
 from __future__ import annotations
@@ -32,12 +31,12 @@ MAX_STEPS = 500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Question:
-    """A moment when the log cannot tell: the strategy stands at an open container and looks into it.
+    """A look into an open container: the log does not hold what it reveals.
 
     Attributes:
-        container: the one looked into.
+        container: the container being searched.
         live: the item types that still matter.
-        options: the answers that it can give, nothing first.
+        options: the answers that it can give, the empty one first.
         others: whether it can give answers besides the options (relevance.MOST_ANSWERS).
         knowledge: what the robot knows before the look.
     """
@@ -54,14 +53,14 @@ class Question:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch:
-    """The run from one node to its question, or to the end of the run.
+    """One segment of a run, from a node to the next unobserved look or to the end of the run.
 
     Attributes:
-        cost: what it costs, the look of the question included.
+        cost: its cost, including the unobserved look.
         steps, picks: how many actions and picks it takes.
-        question: where it stops for an answer; None at the end.
-        ended: how the run ended; None at a question.
-        leans: some decision in it depended on beliefs.
+        question: the look at which it stops; None at the end of the run.
+        ended: how the run ended; None at an unobserved look.
+        leans: whether some decision in it depended on beliefs.
     """
 
     cost: float
@@ -78,10 +77,10 @@ class Stretch:
 
 @dataclass(slots=True, eq=False)
 class Node:
-    """What the robot knows, and what comes of it. Steps, picks and cost count from the start, by the first way here.
+    """A state of knowledge in the run tree. Steps, picks and cost count from the start, by the first path to it.
 
-    imputed: an open container was looked into on the way here; what a belief that follows all that is seen would be
-    from here on, nobody can tell.
+    imputed: an open container was searched on the way here, so that beliefs which depend on every observation are
+    unknown from here on.
     """
 
     knowledge: Knowledge
@@ -95,7 +94,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filled:
-    """What an open container answered, and of which types it was asked: the others no longer mattered."""
+    """What an open container answered, and for which types it was asked: the others no longer mattered."""
 
     container: ContainerId
     live: tuple[ItemType, ...]
@@ -104,7 +103,7 @@ class Filled:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leaf:
-    """The end of a run in all worlds that answer as `filled` says; cost is what is charged."""
+    """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
 
     filled: tuple[Filled, ...]
     cost: float
@@ -114,7 +113,7 @@ class Leaf:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Told:
-    """What a run is charged in all worlds that answer as `filled` says: from least to most; one number at an end."""
+    """Bounds of the charged cost in all worlds that answer as `filled` says; both equal at the end of a run."""
 
     filled: tuple[Filled, ...]
     least: float
@@ -126,7 +125,7 @@ Choose = Callable[[Question], Answer]
 
 @final
 class Unfolding:
-    """A strategy's runs over one log, remembered as far as they have been followed.
+    """A strategy's runs over one log, cached as far as they have been followed.
 
     Args:
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
@@ -136,14 +135,14 @@ class Unfolding:
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
         nearest_first: its looks go to the nearest unsearched container.
-        empty_handed: it looks only with its hand free.
-        durations: how long actions take where a run is told.
+        empty_handed: it looks only with an empty hand.
+        durations: how long actions take where the events of a run are returned.
 
     Attributes:
-        root: the start.
-        stretches: how many stretches were run.
-        largest_picks: the most picks of any way followed.
-        asked: open containers that the strategy was seen to look into, in some world.
+        root: the node at the start of the run.
+        stretches: how many segments were run.
+        largest_picks: the largest number of picks on any path followed.
+        asked: open containers that the strategy searched in some world.
     """
 
     def __init__(
@@ -192,20 +191,20 @@ class Unfolding:
         return self._reads_beliefs and not self._exact_beliefs
 
     def advance(self, node: Node) -> Stretch:
-        """Runs on from a node to its question or end; remembered."""
+        """Runs on from a node to its next unobserved look or its end; cached."""
         if node.stretch is None:
             node.stretch = self._run(node)
         return node.stretch
 
     def child(self, node: Node, answer: Answer) -> Node:
-        """The node after an answer to a node's question."""
+        """The node after an answer at a node."""
         found = node.children.get(answer)
         if found is None:
             found = node.children[answer] = self._after(node, answer)
         return found
 
     def follow(self, choose: Choose) -> Leaf:
-        """Runs to an end, choosing an answer at every question."""
+        """Runs to an end, choosing an answer at every unobserved look."""
         node, cost, filled = self.root, 0.0, list[Filled]()
         while True:
             stretch = self.advance(node)
@@ -223,10 +222,10 @@ class Unfolding:
         return not ((node.imputed or not self._exact_beliefs) and self.advance(node).leans)
 
     def events(self, leaf: Leaf, *, told_by: Strategy | None = None) -> tuple[Event, ...]:
-        """The events of the run that ends in a leaf, from the start and with the ways walked.
+        """The events of the run that ends in a leaf, from the start and with the paths walked.
 
         Args:
-            told_by: the same strategy with its reasons (briefly.py left them out).
+            told_by: the same strategy with its explanations, which the tree's own strategy leaves out.
         """
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(
@@ -311,12 +310,12 @@ class Unfolding:
 @final
 @dataclass(frozen=True, slots=True)
 class Telling:
-    """Tells states apart by what a decision can depend on: where things that still matter stand, and where one may
-    still look; where beliefs follow what is seen, by all that was found.
+    """The key by which states are the same to a strategy: where things that still matter stand, and where one may
+    still look; where beliefs depend on every observation, also all that was found.
 
     Attributes:
-        relevance: what still matters.
-        steady: beliefs go by names alone.
+        relevance: which types still matter.
+        steady: whether beliefs depend on names alone.
     """
 
     relevance: Relevance
@@ -339,7 +338,7 @@ class Telling:
 
 @final
 class Remembering:
-    """A strategy that is asked once for each state that it can tell apart."""
+    """A strategy that is asked once for each state that it can distinguish."""
 
     def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
         self._strategy = strategy
@@ -361,5 +360,5 @@ class Remembering:
 
 
 def no_time() -> float:
-    """Planning time is not charged in a replay: it would make the answer depend on the machine."""
+    """A clock that stands still: planning time is not charged in a replay, since it depends on the machine."""
     return 0.0

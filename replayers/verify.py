@@ -2,7 +2,7 @@
 
 For a simulated run every observation, belief, find cost, plan and action must come out the same. For a robot's log
 the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief.
-Stamps, ways and timings are not compared: they are the robot's, not the strategy's.
+Stamps, paths and timings are not compared: they belong to the robot, not to the strategy.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from workbench.runs.vocabulary import (
 )
 
 TOLERANCE = 2e-6
-"""Numbers closer than this are the same: the log rounds to six decimals."""
+"""Numbers closer than this are equal: the log rounds to six decimals."""
 
 NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note"})
-"""Fields that are the world's or the machine's, or words for people, not the strategy's."""
+"""Fields that depend on the world or the machine, or are words for people; not compared."""
 
 MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
-"""The same for a robot's log: what it walked is measured there, and read off the map in a replay."""
+"""The same for a robot's log: there the walked distance is measured, while a replay reads it off the map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +73,7 @@ class Divergence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """The answer.
+    """The result of a verification.
 
     Attributes:
         same: everything compared is the same.
@@ -124,7 +124,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
 
 
 def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
-    """The estimator of the run, if it is here with the same weights; else its beliefs as they were logged."""
+    """The estimator of the run, if it is available with the same weights; else its beliefs as logged."""
     recorded = run.info.estimator
     try:
         found = estimator_named(recorded.partition("@")[0], origin=NameOrigin.LOG)
@@ -183,7 +183,7 @@ _ORDER: dict[type[DomainEvent], int] = {
 
 
 def _in_order(run: Run) -> list[DomainEvent]:
-    """The log's events in the loop's order: by decision, then as the loop yields them."""
+    """The log's events in the order of the loop: by decision, then as the loop yields them."""
     start = sorted((o for o in run.observations if o.known_at_start), key=lambda o: o.container)
     rest: list[tuple[tuple[int, int, int, int], DomainEvent]] = []
     for group in (run.beliefs, run.find_costs, run.plans):
@@ -200,7 +200,7 @@ def _in_order(run: Run) -> list[DomainEvent]:
 
 
 def _recorded_by(run: Run) -> str:
-    """With which code the log was made, and that another one looks at it; empty where they are one."""
+    """The code version that made the log, if it differs from this one; empty otherwise."""
     here = revision()
     if (run.info.code_revision, run.info.code_version) == (here.commit, __version__) and not run.info.code_dirty:
         return ""
@@ -253,14 +253,14 @@ def _why(was: DomainEvent | None, now: DomainEvent | None, field: str, recorded_
     if isinstance(was, BeliefUpdate):
         return f"the beliefs differ: another estimator, or other weights{recorded_by}"
     if isinstance(was, PlanComputed) and isinstance(now, PlanComputed) and _same_step(was, now):
-        return f"the same next step by another reckoning ({field}): other code, weights or solver{recorded_by}"
+        return f"the same next step from different figures ({field}): other code, weights or solver{recorded_by}"
     if isinstance(was, FindCosts | PlanComputed):
-        return f"the strategy decides otherwise ({field}): other code, weights or solver{recorded_by}"
+        return f"the strategy decides differently ({field}): other code, weights or solver{recorded_by}"
     return f"the {field} differs"
 
 
 def _same_step(was: PlanComputed, now: PlanComputed) -> bool:
-    """Whether two plans begin alike: the first step, and where its find looks first."""
+    """Whether two plans begin alike: the same first step, and the same first look of its find."""
 
     def first(plan: PlanComputed) -> tuple[object, ...]:
         step = plan.steps[0] if plan.steps else None

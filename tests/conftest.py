@@ -1,4 +1,4 @@
-"""What many tests need: a small house worked out by hand, and the real houses where they are at hand."""
+"""Shared fixtures: a small house worked out by hand, and the real houses where they are available."""
 
 from __future__ import annotations
 

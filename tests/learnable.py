@@ -1,4 +1,4 @@
-"""Houses made to be learnable: where a thing is depends on its kind, its room, and the size of the container."""
+"""Houses with a learnable pattern: an item's place depends on its kind, its room, and the size of the container."""
 
 from __future__ import annotations
 

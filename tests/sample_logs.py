@@ -1,4 +1,4 @@
-"""A small run in the toy house, worked out by hand, and ways to break its log."""
+"""A small run in the toy house, worked out by hand, and ways to corrupt its log."""
 
 from __future__ import annotations
 

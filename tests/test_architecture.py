@@ -1,4 +1,5 @@
-"""The direction of imports, and the doors: one file writes MCAP, one reads it, one room imports torch."""
+"""The direction of imports, and single points of access: one module writes MCAP, one reads it, one package imports
+torch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Do errors say the same in another process?"""
+"""Errors keep their message when they cross into another process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A command loads what it needs: big libraries that it does not use would be most of the time that it takes."""
+"""Start-up: a command imports only the libraries that it uses, since imports would dominate its run time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while the command line is still being loaded is answered as Ctrl-C later is: one word, exit 1."""
+"""Ctrl-C while the command line is still loading is handled as later: one word, exit code 1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Are figures of speed held to their aims? Only when asked for: machines differ, and are shared with other work.
+"""Whether figures of speed are compared with their aims: only on request, since machines differ and are shared.
 
 LIOS_TIMINGS=1 pytest tests/benchmarks -s -n0
 """

@@ -1,4 +1,4 @@
-"""What every World must do, as checks that any test of a World can run."""
+"""The contract of every World, as checks that any test of a World can run."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The page of `lios capsule`: markup, sheet and scripts, put together into one file by dashboards.capsule."""
+"""Markup, style sheet and scripts of the `lios capsule` page, which dashboards.capsule puts into one file."""

@@ -1,1 +1,1 @@
-"""Commands of this room: each parses, makes one call, prints."""
+"""Commands of dashboards: each parses its options, makes one call and prints the result."""

@@ -1,4 +1,4 @@
-"""`lios demo`: the main job in one go, on a house that ships with the project."""
+"""`lios demo`: records, replays, compares and shows a search in a shipped house."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from replayers.batch import Outcome
 
 HOUSE, ITEM = 9, "mug"
-"""Which shipped house, and what is sought there."""
+"""The shipped house, and the item to find there."""
 
 
 def demo(
@@ -22,7 +22,7 @@ def demo(
 ) -> None:
     """Record a search, replay every strategy over it, compare, and open the dashboard.
 
-    The robot looks for a mug in a house that ships with the project. What an earlier demo left in the folder is
+    The robot looks for a mug in a house that ships with the project. Results of an earlier demo in the folder are
     replaced.
 
     Examples:

@@ -18,7 +18,7 @@ def figures(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Draw figures of runs: ways from above, belief maps, cost over time, the plan as a Gantt chart, a comparison.
+    """Draw figures of runs: paths from above, belief maps, cost over time, the plan as a Gantt chart, a comparison.
 
     Examples:
 

@@ -1,4 +1,4 @@
-"""`lios render`: a picture or a film of runs, without a browser window."""
+"""`lios render`: a picture or a video of runs, without a browser window."""
 
 from __future__ import annotations
 

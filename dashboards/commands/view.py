@@ -18,7 +18,7 @@ def view(
         bool, Option("--no-token", help="Let in every program of this machine; not for other addresses.")
     ] = False,
 ) -> None:
-    """Look at runs in 3D in a browser.
+    """Show runs in 3D in a browser.
 
     Several logs are laid over each other on one clock; a folder opens as a table of its runs. The address that is
     printed holds a token; who does not have it is not answered.

@@ -1,1 +1,1 @@
-"""Figures of runs for papers, one a file: `draw_x(ax, ...)`. Matplotlib, vector output, colours of the palette."""
+"""Figures of runs for papers, one in each module: `draw_x(ax, ...)`, by matplotlib, in the colours of the palette."""

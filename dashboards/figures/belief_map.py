@@ -1,4 +1,4 @@
-"""What did the robot believe at a moment? Containers by probability, from above, with the order of search."""
+"""Belief map: containers from above, coloured by probability, with the order of search."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from workbench.worlds.names import readable_name
 
 
 def draw_belief_map(ax: Axes, timeline: Timeline, scene: Scene, *, scale: bool = True) -> None:
-    """Draws one moment's belief.
+    """Draws the belief at one moment.
 
     Args:
-        scale: with a colour bar.
+        scale: whether to draw a colour bar.
     """
     draw_floor_plan(ax, timeline.plan, containers=container_colours(scene) / 255, room_names=False)
     index: dict[str, Container] = {c.id: c for c in timeline.plan.containers}
@@ -44,7 +44,7 @@ def draw_belief_map(ax: Axes, timeline: Timeline, scene: Scene, *, scale: bool =
 
 
 def draw_belief_scale(axes: Sequence[Axes], scene: Scene) -> None:
-    """Draws the colour bar of some maps of one belief beside the last; none where nothing was ever believed."""
+    """Draws one colour bar for several belief maps beside the last; none where nothing was ever believed."""
     if scene.top_belief <= 0:
         return
     table = ListedColormap(belief_colours([i / 255 for i in range(256)]) / 255)

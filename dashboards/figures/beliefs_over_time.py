@@ -1,4 +1,4 @@
-"""How did the belief in one item type change from decision to decision? A line for each container that mattered."""
+"""Belief in one item type over the decisions of a run: one line for each container that mattered."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from workbench.worlds.names import readable_name
 
 
 def draw_beliefs_over_time(ax: Axes, timeline: Timeline, focus: str) -> None:
-    """Probabilities of the containers that were ever most believed, held between decisions, until searched."""
+    """Draws probabilities of the containers that were ever most believed, constant between decisions, until
+    searched."""
     found = belief_series(timeline, focus)
     for i, (container, series) in enumerate(found.items()):
         last_ns, last = series[-1]

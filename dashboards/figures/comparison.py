@@ -1,4 +1,4 @@
-"""How do runs of one task compare? What each one's cost was made of."""
+"""Comparison of runs of one task: the cost of each, by kind of action."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from dashboards.phases import KINDS, kind_of
 from dashboards.timeline import Timeline
 
 SAME = 0.05
-"""A charge that differs by less from what was spent reads the same."""
+"""A charged cost that differs by less from the spent cost is shown as the same."""
 
 
 def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
-    """A bar a run: cost by kind of action; a line from bound to bound where the log does not decide the cost."""
+    """One bar for each run: cost by kind of action; a line from bound to bound where the log cannot settle the
+    cost."""
     names = [label_of(t) for t in timelines]
     left = np.zeros(len(timelines))
     for kind in KINDS:
@@ -43,7 +44,7 @@ def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
 
 
 def _in_words(timeline: Timeline, spent: float) -> str:
-    """What was spent; of a run that failed also how it ended and what it was charged instead."""
+    """The spent cost; for a failed run also how it ended and the charged cost."""
     outcome = timeline.run.outcome
     if timeline.status == "done":
         return number(spent)

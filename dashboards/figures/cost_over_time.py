@@ -1,4 +1,4 @@
-"""How did cost grow, and what did the plan expect? One line a run, dashed what the first expected in all."""
+"""Cost over time, one line for each run, with the total that its first plan expected as a dashed line."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from dashboards.palette import run_colour, unit
 from dashboards.timeline import Timeline
 
 MOST_INSIDE = 3
-"""Lines whose key has room among them; that of more stands below."""
+"""The most lines with the legend inside the axes; with more, it is below."""
 
 
 def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
-    """Cost so far against seconds; a dot at each search, a ring at the end, a cross where a run ended undone."""
+    """Draws cost so far over seconds; a dot at each search, a ring at the end, a cross where a run ended undone."""
     for i, timeline in enumerate(timelines):
         colour = unit(run_colour(i))
         ax.plot(timeline.cost_s, timeline.cost, color=colour, label=_in_key(timeline), zorder=3 - i / 10)
@@ -64,5 +64,5 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
 
 
 def _in_key(timeline: Timeline) -> str:
-    """Its strategy; of a run that did not do its task also how it ended: its line stops short of a cost."""
+    """The strategy; for a run that did not do its task also how it ended, since its line stops short of a cost."""
     return label_of(timeline) if timeline.status == "done" else f"{label_of(timeline)} ({timeline.status})"

@@ -23,9 +23,9 @@ from workbench.errors import BadValue, OutputExists
 
 FORMATS = ("pdf", "svg", "png")
 KEY_LINE_IN = 0.15
-"""A line of a key below a figure."""
+"""Height of one line of a legend below a figure."""
 MAPS = 3
-"""Moments of which a belief map is drawn, from the first decision to the last."""
+"""Number of moments with a belief map, from the first decision to the last."""
 
 
 def write_figures(
@@ -81,13 +81,14 @@ def _one(width_in: float, height_in: float, draw: Callable[[Axes], None]) -> Fig
 
 
 def _belief_maps(timeline: Timeline, focus: str) -> Figure:
-    """Maps of the belief in one item side by side, on one colour scale: while it was believed to be somewhere.
+    """Maps of the belief in one item side by side, on one colour scale, for the time in which it was believed to be
+    anywhere.
 
-    An order of search is shown where it is the order for that item.
+    The order of search is shown where it is the order for that item.
     """
     stamps = [d.stamp_ns for d in timeline.decisions if d.belief is not None and focus in d.belief.item_types]
     chosen = sorted({stamps[round(i * (len(stamps) - 1) / max(1, MAPS - 1))] for i in range(MAPS)})
-    # Compressed: maps keep their shape, and constrained alone would leave gaps of different widths between them.
+    # Compressed: maps keep their aspect ratio, and plain constrained layout would leave gaps of different widths.
     figure = Figure(figsize=(PAGE_IN, PAGE_IN / len(chosen) * 0.95), layout="compressed")
     axes = figure.subplots(1, len(chosen), squeeze=False)[0]
     scenes = [scene_at(timeline, stamp, focus=focus) for stamp in chosen]
@@ -99,6 +100,6 @@ def _belief_maps(timeline: Timeline, focus: str) -> Figure:
 
 
 def _metadata(ext: str) -> dict[str, str | None]:
-    """Without dates, so that the same runs give the same bytes."""
+    """File metadata without dates, so that the same runs give the same bytes."""
     dated: dict[str, str | None] = {{"pdf": "CreationDate", "svg": "Date"}.get(ext, "Software"): None}
     return dated

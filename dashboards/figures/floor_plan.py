@@ -1,4 +1,4 @@
-"""The floor plan from above: rooms, walls with their holes, furniture as outlines."""
+"""Floor plan from above: rooms, walls with their openings, outlines of furniture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was the plan, and what came of it? Actions as bars over time, one row a kind, decisions as lines."""
+"""Gantt chart of a run: actions as bars over time, one row for each kind, decisions as lines."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from workbench.runs.vocabulary import ActionFinished
 from workbench.worlds.names import readable_name
 
 MOST_NAMED = 40
-"""Bars that carry their target's name; of more actions none does."""
+"""The most bars for which each carries its target's name; with more, none does."""
 
 
 def draw_gantt(ax: Axes, timeline: Timeline) -> None:
-    """The run's actions as they happened."""
+    """Draws the run's actions as they happened."""
     actions = timeline.actions
     rows = list(dict.fromkeys(a.action for a in sorted(actions, key=lambda a: (a.start.ns, a.index))))
     for action in actions:

@@ -1,4 +1,4 @@
-"""One look for all figures: a serif-free face with room between lines, thin axes, no box, fonts that stay text."""
+"""Common style of all figures: sans-serif text, line spacing, thin axes, no frame, fonts that stay text."""
 
 from __future__ import annotations
 
@@ -44,24 +44,24 @@ SETTINGS: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "text.parse_math": False,
 }
-"""Names from logs are shown as they are: math in them is not parsed."""
+"""Names from logs are shown literally: math in them is not parsed."""
 
 
 @contextmanager
 def figure_style() -> Generator[None]:
-    """The look, for the time of a drawing."""
+    """The style, as a context manager."""
     with mpl.rc_context(SETTINGS):
         yield
 
 
 def as_map(ax: Axes) -> None:
-    """An axes that shows a floor: equal scales, nothing around it."""
+    """Prepares axes for a floor plan: equal scales, no frame or ticks."""
     ax.set_aspect("equal")
     ax.set_axis_off()
 
 
 def scale_bar(ax: Axes, *, metres: float = 2.0) -> None:
-    """A bar of some metres in the lower left corner of a map; its words below it, off the walls."""
+    """Draws a bar of some metres in the lower left corner of a map, its label below, clear of the walls."""
     x, y = ax.get_xlim()[0], ax.get_ylim()[0]
     ax.plot([x, x + metres], [y, y], color="#23262b", linewidth=1.6, solid_capstyle="butt", clip_on=False)
     ax.annotate(

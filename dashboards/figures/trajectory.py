@@ -1,4 +1,4 @@
-"""Where did the robot go, and in which order did it search? The house from above."""
+"""The path of the robot and its order of search, from above."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ FIRST_WIDTH, LEAST_WIDTH = 2.6, 0.8
 
 
 def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
-    """The ways of runs over their place; the first run's searches are numbered, its find is green."""
+    """Draws the paths of runs over their place; the first run's searches are numbered, its find is green."""
     first = timelines[0]
     draw_floor_plan(ax, first.plan)
     for i in range(len(timelines) - 1, -1, -1):
-        # Where ways run along each other the later ones, thinner, lie on those before them: all can be seen.
+        # Where paths coincide, later ones are thinner and on top of earlier ones, so that all can be seen.
         width = max(LEAST_WIDTH, FIRST_WIDTH - 0.7 * i)
         ax.plot(*timelines[i].way_xy.T, color=unit(run_colour(i)), linewidth=width, zorder=5 + i / 10)
     ax.plot(

@@ -1,1 +1,1 @@
-"""The house as shapes: floors, walls with their holes, furniture by kind, marks. Pure; knows no viewer."""
+"""Geometry of a house and of marks over it: floors, walls, furniture. Pure functions, independent of any viewer."""

@@ -1,4 +1,4 @@
-"""Floors: each room's polygon as a mesh in the colour of its kind."""
+"""Floors: each room's polygon as a mesh in the colour of its kind, with the place of its label."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Floor:
 
 
 CLEAR_M = 1.5
-"""A name this far from every container is clear of them."""
+"""A label this far from every container is clear of them, in metres."""
 TRIED = 9
-"""Places a side at which a room's name is tried."""
+"""Candidate positions of a room's label along each side."""
 
 
 def floors(plan: FloorPlan) -> tuple[Floor, ...]:
@@ -60,7 +60,8 @@ def _floor(room: Room, taken: npt.NDArray[np.float64]) -> Floor | None:
 
 
 def _label_at(polygon: BaseGeometry, taken: npt.NDArray[np.float64]) -> Point:
-    """Well inside the room and clear of containers, where belief and numbers stand; else near its middle."""
+    """A point well inside the room and clear of containers, where belief and numbers are shown; else near its
+    middle."""
     middle = polygon.centroid if polygon.contains(polygon.centroid) else polygon.representative_point()
     x0, y0, x1, y1 = polygon.bounds
     steps = (np.arange(TRIED) + 0.5) / TRIED

@@ -1,6 +1,6 @@
-"""How does a bed, a fridge or a sofa look when built from a few boxes? Recognisable, at its own size.
+"""Furniture of a floor plan as solids, built from a few boxes of the piece's own size.
 
-Each kind is a small function from a size to parts (shaped_*.py); the tables below say which type takes which.
+Each kind is a small function from a size to parts (modules shaped_*); the tables below map types to kinds.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def furniture_solids(plan: FloorPlan) -> tuple[Solid, ...]:
 
 
 def solids_of(body: Container | Furniture, *, owner: int) -> list[Solid]:
-    """One piece of furniture in the map frame. Without an owner even its body keeps a neutral colour."""
+    """The solids of one piece of furniture in the map frame. Without an owner even its body keeps a neutral
+    colour."""
     size = (max(body.size_m[0], SMALLEST_M), max(body.size_m[1], SMALLEST_M), max(body.size_m[2], SMALLEST_M))
     made: list[Solid] = []
     for part in kind_of(body.type)(size):
@@ -45,7 +46,7 @@ def solids_of(body: Container | Furniture, *, owner: int) -> list[Solid]:
 
 
 def _middle(span: Span, size_m: float) -> float:
-    """Where a part's middle is, from the piece's back, right or foot."""
+    """The middle of a part, from the piece's back, right or foot, in metres."""
     return (span[0] + span[1]) / 2 * size_m
 
 

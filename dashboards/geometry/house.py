@@ -1,4 +1,4 @@
-"""What does a house look like before anything happens in it? Floors, walls and furniture, ready to draw."""
+"""Geometry of a house that does not change during a run: floors, walls and furniture, ready to draw."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from dashboards.geometry.walls import CUT_AWAY_M, wall_solids
 from workbench.worlds.house import FloorPlan
 
 FLOATING_M = 0.3
-"""What hangs higher than this throws no shade on the floor."""
+"""Furniture that hangs higher than this casts no shade on the floor."""
 SHADE_GROWN_M = (0.14, 0.08, 0.03)
 SHADE_SHIFT_M = 0.04
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HouseShape:
-    """Everything of a house that does not change while a run goes on, but for containers' colours.
+    """Everything of a house that does not change during a run, except the colours of containers.
 
     Attributes:
-        furniture: containers, owned by their index in the plan, and the rest, owned by nobody.
-        hung: what hangs on walls above the cut, to be shown with whole walls only.
-        shadows: flat layers of shade under what stands on the floor, to be drawn with little opacity.
-        cut_walls, whole_walls: the same walls, cut for looking in, and whole.
-        tops_m: per container, where a mark above it stands: (x, y, z of its top).
-        centre: (x, y) of the middle of the house; reach_m: from there to its farthest corner.
+        furniture: containers, owned by their index in the plan, and the rest, without an owner.
+        hung: what hangs on walls above the cut, shown with whole walls only.
+        shadows: flat layers of shade under what stands on the floor, to be drawn with low opacity.
+        cut_walls, whole_walls: the same walls, cut to allow a view inside, and whole.
+        tops_m: for each container, the point above which its mark is drawn: (x, y, z of its top).
+        centre: (x, y) of the middle of the house; reach_m: its distance to the farthest corner.
     """
 
     floors: tuple[Floor, ...]

@@ -1,4 +1,4 @@
-"""Marks over the house: the robot, ticks and crosses over searched containers, bars of belief, dashed ways."""
+"""Meshes and line segments of marks: the robot, ticks and crosses over containers, question marks, dashed paths."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ ROBOT_DARK: Colour = (52, 54, 60)
 MOST_DASHES = 20_000
 LEAST_DASH_M = 1e-3
 LONGEST_M = 1e7
-"""A longer stretch is no way in a place, but a damaged number."""
+"""A longer segment is not a path within a place but a damaged number."""
 
 
 def robot_body() -> Mesh:
-    """A small four-legged robot's trunk, shoulders and arm; faces +x, stands on z = 0, a Spot's size."""
+    """Trunk, shoulders and arm of a small four-legged robot of Spot's size; faces +x, stands on z = 0."""
     return merged(
         box((0.0, 0.0, 0.42), (0.78, 0.24, 0.17)),
         box((0.40, 0.0, 0.43), (0.12, 0.20, 0.15)),
@@ -47,7 +47,7 @@ def cross() -> Mesh:
 
 
 def tick() -> Mesh:
-    """A tick lying flat, 0.4 m wide: searched, and there it was."""
+    """A tick lying flat, 0.4 m wide: searched, and the item was there."""
     return merged(
         box((-0.09, -0.02, 0), (0.20, 0.08, 0.04), yaw_rad=-np.pi / 4),
         box((0.09, 0.05, 0), (0.38, 0.08, 0.04), yaw_rad=np.pi / 4),
@@ -55,7 +55,7 @@ def tick() -> Mesh:
 
 
 def question() -> Mesh:
-    """A diamond standing on its tip: nobody looked, and here a replay would have had to."""
+    """A diamond standing on its tip: nobody looked here, and a replay would have had to."""
     vertices, faces = unit_mesh("ball")
     return (vertices * np.array([0.2, 0.2, 0.34], dtype=np.float32)).astype(np.float32), faces
 
@@ -79,7 +79,7 @@ def box(
     yaw_rad: float = 0.0,
     pitch_rad: float = 0.0,
 ) -> Mesh:
-    """A box, pitched about y and then turned about z, around its centre."""
+    """A box around its centre, pitched about y and then turned about z."""
     vertices, faces = unit_mesh("box")
     c, s = np.cos(pitch_rad), np.sin(pitch_rad)
     pitch = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
@@ -98,7 +98,7 @@ def merged(*meshes: Mesh) -> Mesh:
 
 
 def segments(way: npt.NDArray[np.float64], height_m: float) -> npt.NDArray[np.float32]:
-    """A way's corners (m, 2) as line segments at a height, float32 (m - 1, 2, 3)."""
+    """A path's corners (m, 2) as line segments at a height, float32 (m - 1, 2, 3)."""
     if len(way) < 2:
         return np.zeros((0, 2, 3), dtype=np.float32)
     points = np.column_stack([way, np.full(len(way), height_m)])
@@ -108,7 +108,7 @@ def segments(way: npt.NDArray[np.float64], height_m: float) -> npt.NDArray[np.fl
 
 
 def walked(way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_m: float) -> npt.NDArray[np.float32]:
-    """A way as line segments, dashed where it was only assumed; float32 (n, 2, 3)."""
+    """A path as line segments, dashed where it was only assumed; float32 (n, 2, 3)."""
     if not imputed.any():
         return segments(way, height_m)
     parts: list[npt.NDArray[np.float32]] = []
@@ -122,11 +122,11 @@ def walked(way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_
 def dashes(
     way: npt.NDArray[np.float64], height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16
 ) -> npt.NDArray[np.float32]:
-    """A way as dashes, float32 (n, 2, 3).
+    """A path as dashes, float32 (n, 2, 3).
 
-    A dash stands where it does by the line that it lies on, not by where the way began: there and back along one
-    line they fall together, where each row would otherwise close the other's gaps. Of a way that would take more
-    than MOST_DASHES they are longer.
+    The phase of the dashes depends on the line that they lie on, not on where the path began: there and back along
+    one line they coincide, where each row would otherwise fill the other's gaps. On a path that would take more than
+    MOST_DASHES they are longer.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.hypot(*(way[1:] - way[:-1]).T)

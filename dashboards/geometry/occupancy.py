@@ -1,4 +1,4 @@
-"""The occupancy grid as a layer on the floor: each row's occupied stretches as one rectangle, all in one mesh."""
+"""The occupancy grid as a layer on the floor: runs of occupied cells in each row as rectangles, all in one mesh."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def occupancy_mesh(grid: OccupancyGrid) -> Mesh | None:
 
 
 def _stretches(occupied: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-    """Rows of (row, first column, column after the last) of every stretch of occupied cells."""
+    """Rows of (row, first column, column after the last) for every run of occupied cells."""
     padded = np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8)
     change = np.diff(padded, axis=1)
     rows, first = np.nonzero(change == 1)

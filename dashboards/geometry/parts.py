@@ -1,6 +1,6 @@
-"""Of which parts is a piece of furniture made? A part is a box, cylinder or ball in shares of the piece's size.
+"""Parts of furniture: boxes, cylinders and balls, in fractions of the piece's size.
 
-Shares are of the body's own frame: x from back (0) to front (1), y from right (0) to left (1), z from floor (0) to
+Fractions are in the body's own frame: x from back (0) to front (1), y from right (0) to left (1), z from floor (0) to
 top (1). Parts of the body take the container's colour; trims keep their own.
 """
 
@@ -17,7 +17,7 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A shape between two shares of the size along each axis; trim "" is the body."""
+    """A shape between two fractions of the size along each axis; trim "" is the body."""
 
     x: Span
     y: Span

@@ -1,4 +1,4 @@
-"""How do appliances and fittings look? Fridges, stoves, washers, screens, basins and tubs."""
+"""Shapes of appliances and fittings: fridges, stoves, washers, screens, basins and tubs."""
 
 from __future__ import annotations
 

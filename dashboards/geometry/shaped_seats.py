@@ -1,4 +1,4 @@
-"""How does what people sit and lie on look? Beds, sofas, chairs, stools."""
+"""Shapes of furniture to sit and lie on: beds, sofas, chairs, stools."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dashboards.geometry.shaped_storage import legs
 
 
 def bed(size: Size) -> Parts:
-    """The head at the back; a mattress, a blanket over the lower part, two pillows."""
+    """Headboard at the back; a mattress, a blanket over the lower part, two pillows."""
     wide = size[1] > 1.2
     pillows = ((0.08, 0.46), (0.54, 0.92)) if wide else ((0.15, 0.85),)
     bed_top = min(0.75, 0.5 / size[2]) if size[2] > 0.65 else 0.75

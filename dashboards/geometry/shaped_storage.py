@@ -1,4 +1,4 @@
-"""How do tables and what stores things look? Desks, counters, drawers, cupboards, shelves, chests."""
+"""Shapes of tables and storage furniture: desks, counters, drawers, cupboards, shelves, chests."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dashboards.geometry.parts import ALL, Part, Parts, Size, Span
 
 
 def legs(size: Size, top: float, *, thick_m: float = 0.05, trim: str = "wood", inset_m: float = 0.02) -> Parts:
-    """Four legs from the floor to the share `top` of the height."""
+    """Four legs from the floor to the fraction `top` of the height."""
     tx, ty = min(0.25, thick_m / size[0]), min(0.25, thick_m / size[1])
     ix, iy = min(0.1, inset_m / size[0]), min(0.1, inset_m / size[1])
     return [Part((x, x + tx), (y, y + ty), (0.0, top), trim) for x in (ix, 1 - ix - tx) for y in (iy, 1 - iy - ty)]

@@ -1,4 +1,4 @@
-"""How do smaller things look? Bins, bags, plants, lamps, pictures."""
+"""Shapes of smaller things: bins, bags, plants, lamps, pictures."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Of what is a scene made? Boxes, cylinders and balls, each a scaled, turned copy of one unit shape.
+"""Solids, the elements of a scene: boxes, cylinders and balls, each a scaled and turned copy of one unit shape.
 
-All of a house's solids of one shape are one batch, so that a viewer draws a house with three instanced meshes
-instead of thousands of objects. A solid that belongs to a container carries its index, so that a change of
-belief changes one array of colours.
+All of a house's solids of one shape form one batch, so that a viewer draws a house with three instanced meshes
+instead of thousands of objects. A solid of a container carries the container's index, so that a change of belief
+changes one array of colours.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Batch:
     owner: npt.NDArray[np.int32]
 
     def wxyz(self) -> npt.NDArray[np.float32]:
-        """Turns as quaternions in Viser's order, shape (N, 4)."""
+        """Turns as quaternions in Viser's order (w, x, y, z), shape (N, 4)."""
         half = self.yaw_rad / 2
         zero = np.zeros_like(half)
         return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1).astype(np.float32)

@@ -1,7 +1,7 @@
-"""What is left of a wall once its doors and windows are cut out? Boxes, up to the height of the view's cut.
+"""Walls as boxes with their doors and windows cut out, up to the height of the view's cut.
 
-A wall may be listed twice, once from each room: it is drawn once. An opening belongs to every wall that it lies
-in, whichever room names it, so it is cut by place and not by name.
+A wall may be listed twice, once from each room: it is drawn once. An opening belongs to every wall that it lies in,
+whichever room names it, so that openings are matched by position and not by name.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from workbench.worlds.house import FloorPlan, Opening, Wall
 THICKNESS_M = 0.09
 CAP_M = 0.03
 CUT_AWAY_M = 0.75
-"""Height of walls in the cut-away view: low enough to look over, high enough to read as a wall."""
+"""Height of walls in the cut-away view: low enough to look over, high enough to recognise as a wall."""
 REACH_M = 0.25
 """An opening this close to a wall's line lies in it."""
 SHORTEST_M = 0.02
@@ -25,7 +25,7 @@ SHORTEST_M = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A hole in one wall, in metres along it and in height."""
+    """An opening in one wall, in metres along it and in height."""
 
     start_m: float
     end_m: float
@@ -112,7 +112,7 @@ def _span(line: _Line, opening: Opening) -> tuple[float, float] | None:
 
 
 def _pieces(line: _Line, gaps: tuple[Gap, ...], top_m: float, *, cap: bool) -> list[Solid]:
-    """The wall itself: whole stretches between gaps, and what is below and above each gap."""
+    """The wall itself: whole pieces between openings, and what is below and above each opening."""
     solids: list[Solid] = []
     at = -THICKNESS_M / 2
     for gap in gaps:
@@ -141,7 +141,7 @@ def _stretch(line: _Line, start_m: float, end_m: float, low_m: float, high_m: fl
 
 
 def _filling(line: _Line, gap: Gap, top_m: float) -> list[Solid]:
-    """What stands in a hole: a threshold and posts for a door, glass for a window, a leaf for a shut door."""
+    """What is in an opening: a threshold and posts for a door, glass for a window, a leaf for a closed door."""
     middle, width = (gap.start_m + gap.end_m) / 2, gap.end_m - gap.start_m
     high = min(gap.top_m, top_m)
     if not gap.is_door:

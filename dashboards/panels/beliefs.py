@@ -1,4 +1,4 @@
-"""Where does the robot believe the item to be? Containers by belief, with the order in which it means to look."""
+"""Panel of containers by belief, with the intended order of search."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
 
 
 def _link(index: int, container: Container) -> str:
-    """As the other panels name it; a click looks at it."""
+    """As the other panels name it; a click moves the camera to it."""
     return f'<span {command(f"look {index}")} title="{text(container.id)}">{_words(container)}</span>'
 
 
 def _words(container: Container) -> str:
-    """Its kind, and which: by its number, or by its own name in the survey of a site."""
+    """Its kind, and which one: by its number, or by its own name in the survey of a site."""
     kind, own = readable_name(container.type), readable_name(container.id)
     if "|" in container.id:
         return place(container.id)

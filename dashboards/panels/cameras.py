@@ -1,4 +1,4 @@
-"""What did the cameras show? The newest picture of each, with its age."""
+"""Panel of the newest picture of each camera, with its age."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STALE_S = 10.0
 
 
 def cameras(pictures: tuple[Picture, ...], stamp_ns: int) -> str:
-    """A figure per camera; pictures are shown as they came."""
+    """One figure for each camera; pictures are shown as received."""
     if not pictures:
         return '<div class="lp"><p class="muted">No picture yet at this moment.</p></div>'
     return '<div class="lp cameras">' + "".join(_figure(p, stamp_ns) for p in pictures) + "</div>"

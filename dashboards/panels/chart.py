@@ -1,4 +1,4 @@
-"""How is a line chart drawn in a panel? As SVG in shares of its width, so that it fits any, under one cursor."""
+"""Line charts of panels, as SVG in fractions of the panel's width, under one cursor."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ WIDE = 1000
 """Units across, whatever the panel's width."""
 LEAST_BAND = 30
 MOST_ABOVE = 2.0
-"""How far above all that is known, as a multiple of it, bands are shown."""
+"""How far above the highest line, as a multiple of it, bands are shown."""
 Point = tuple[float, float]
 """Reading of the clock, value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """One line; keyed ones stand in the key."""
+    """One line; keyed ones appear in the legend."""
 
     name: str
     colour: str
@@ -31,7 +31,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
-    """From a reading on, a value is only known to lie between two: the bounds of a counterfactual."""
+    """From a reading on, bounds between which a value lies: those of a counterfactual."""
 
     name: str
     colour: str
@@ -49,11 +49,11 @@ def chart(
     shown: Callable[[float, float], str],
     bands: Sequence[Band] = (),
 ) -> str:
-    """The chart with its key.
+    """The chart with its legend.
 
     Args:
-        end: the last reading of the clock; unit: of readings.
-        shown: how a value is written at an axis, given the axis's top.
+        end: the last reading of the clock; unit: the unit of readings.
+        shown: formats a value at an axis, given the axis's top.
     """
     top = _top(lines, bands)
     marks = "".join(f'<span style="top:{_y(s):.1f}px">{text(shown(s * top, top))}</span>' for s in (0.0, 0.5, 1.0))
@@ -84,7 +84,7 @@ def chart(
 
 
 def _top(lines: Sequence[Line], bands: Sequence[Band]) -> float:
-    """The highest value shown. A band may end above it (its key says where), so that lines are not flattened."""
+    """The highest value shown. A band may end above it (the legend says where), so that lines are not flattened."""
     known = max([y for line in lines for _, y in line.points] + [band.low for band in bands], default=0.0)
     reach = max((band.high for band in bands), default=0.0)
     return max(known, min(reach, MOST_ABOVE * known) if known > 0 else reach) or 1.0

@@ -1,4 +1,4 @@
-"""How do runs laid over each other differ? Their costs, and the moment at which each parts from the first."""
+"""Panel that compares overlaid runs: their costs, and the moment at which each diverges from the first."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONGEST_RUN = 28
 
 
 def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
-    """A row per run; below, where each other run parts from the first, with both beliefs."""
+    """One row for each run; below, where each other run diverges from the first, with both beliefs."""
     rows = [
         [
             f"{dot(run_colour(i))}{name(names[i], most=LONGEST_RUN)}<br><small>{name(timeline.status)}</small>",
@@ -33,7 +33,7 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     for i in range(1, len(clock.timelines)):
         parts.append(_parting(clock, i, names))
     if len(clock.timelines) == 1:
-        parts.append('<p class="muted">Lay more runs over this one in the Runs tab to compare them.</p>')
+        parts.append('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>')
     return "".join(parts) + "</div>"
 
 
@@ -48,7 +48,7 @@ def _warning(clock: Clock) -> str:
 
 
 def _final(timeline: Timeline) -> str:
-    """What was charged; for a replay that the log does not decide, its bounds and estimate."""
+    """The charged cost; for a replay whose cost the log cannot settle, its bounds and estimate."""
     if timeline.undecided is not None:
         lower, upper = timeline.undecided
         middle = timeline.counterfactual.estimate if timeline.counterfactual is not None else None
@@ -71,11 +71,11 @@ def _parting(clock: Clock, other: int, names: list[str]) -> str:
         f"<p>{dot(run_colour(run))}{name(did)}{_believed(timeline, found, side)}</p>"
         for side, (run, timeline, did) in enumerate(((0, first, found.did[0]), (other, second, found.did[1])))
     )
-    return f"{title}<p>They part {jump}.</p>{sides}"
+    return f"{title}<p>They diverge {jump}.</p>{sides}"
 
 
 def _believed(timeline: Timeline, found: Divergence, side: int) -> str:
-    """The most believed containers of the decision that parted the runs."""
+    """The most believed containers at the decision where the runs diverged."""
     frame = next((d for d in timeline.decisions if d.number == found.decisions[side]), None)
     belief = frame.belief if frame is not None else None
     if belief is None or not belief.item_types:

@@ -1,4 +1,4 @@
-"""What would each find cost from where the robot stood, and why is it, or is it not, what the robot does?"""
+"""Panel of the cost of each find from where the robot stood, and why it was or was not chosen."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from workbench.worlds.names import readable_name
 
 MOST_ROWS = 200
 SAME = 0.05
-"""Costs that differ by less read the same."""
+"""Costs that differ by less are shown as the same."""
 
 
 def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -> str:
-    """A row per item type and target, from where the robot stood at the decision, cheapest first; then first looks.
+    """One row for each item type and target, from where the robot stood at the decision, cheapest first; then first
+    looks.
 
     Args:
-        looks: what looking elsewhere first would have cost, from first_looks.
+        looks: expected costs of looking elsewhere first, from first_looks.
     """
     costs = scene.find_costs
     if costs is None:
@@ -48,7 +49,7 @@ def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -
 
 
 def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]], planned: Mapping[str, str]) -> str:
-    """In words: taken, or what the plan does instead."""
+    """In words: chosen, or what the plan does instead."""
     wanted = planned.get(item)
     if wanted == target:
         return "<b>yes</b>"
@@ -60,14 +61,15 @@ def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]
 
 
 def _than(more: float) -> str:
-    """By how much what is not done differs from what is, in words; its cost is beside it."""
+    """By how much an alternative differs from what is done, in words; its cost is shown beside."""
     if abs(more) < SAME:
         return "costs the same"
-    return f"{abs(more):.1f} {'cheaper' if more > 0 else 'dearer'}"
+    return f"{abs(more):.1f} {'cheaper' if more > 0 else 'more expensive'}"
 
 
 def _first_looks(looks: tuple[FirstLook, ...], focus: str) -> str:
-    """Where the search could begin, what the whole of it costs then, and why the others were not taken."""
+    """Where the search could begin, the expected cost of the whole search then, and why the others were not
+    chosen."""
     if not looks:
         return ""
     chosen = next((look.cost for look in looks if look.chosen), looks[0].cost)
@@ -90,5 +92,5 @@ def _verdict(look: FirstLook, chosen: float) -> str:
     if abs(more) < SAME:
         return '<span class="muted">no better</span>'
     if more > 0:
-        return f'<span class="muted">{more:.1f} dearer</span>'
+        return f'<span class="muted">{more:.1f} more expensive</span>'
     return f"{-more:.1f} cheaper, but not this policy's order"

@@ -1,4 +1,4 @@
-"""HTML by hand, safely: text is escaped, numbers are rounded for people, clicks carry a plain command.
+"""Safe HTML for panels: text is escaped, numbers are rounded for people, clicks carry a plain command.
 
 A clickable thing carries `data-lios="seek 12.5"`; the page that shows it decides what to do with the command.
 """
@@ -18,11 +18,11 @@ TURNING = dict.fromkeys([*range(0x202A, 0x202F), *range(0x2066, 0x206A)], "\ufff
 """Controls that change the direction of all text after them (Unicode's bidirectional embeddings and overrides)."""
 LARGE = 1e6
 LONGEST_NAME = 80
-"""Characters of a name that are shown; the whole stands in its tooltip."""
+"""Characters of a name that are shown; its tooltip has the whole."""
 
 
 def text(value: object) -> str:
-    """Any value as text that a browser shows and never runs, and that turns no other text around."""
+    """Any value as escaped text, which never runs as markup and cannot change the direction of other text."""
     return escape(str(value).translate(TURNING), quote=True)
 
 
@@ -40,7 +40,7 @@ def breakable(value: str) -> str:
 
 
 def place(location: str) -> str:
-    """As `place_words`, the number small; the id stands in the tooltip."""
+    """As `place_words`, with a small number; the id is in the tooltip."""
     kind, bar, rest = location.partition("|")
     if not bar:
         return name(readable_name(location))
@@ -49,7 +49,7 @@ def place(location: str) -> str:
 
 
 def number(value: float | None, digits: int = 1) -> str:
-    """A number for people; a dash for none. One of very many digits is told by its power of ten: 3.50e12."""
+    """A number for people; a dash for None. Very large ones are in scientific notation: 3.50e12."""
     if value is None or value != value:
         return "–"
     if isfinite(value) and abs(value) >= LARGE:
@@ -59,7 +59,7 @@ def number(value: float | None, digits: int = 1) -> str:
 
 
 def at_axis(value: float, top: float) -> str:
-    """A number at an axis that ends at top: with as many digits as tell its marks apart."""
+    """A number at an axis that ends at top, with enough digits to distinguish the ticks."""
     return number(value, 0 if top >= 10 else 1 if top >= 1 else 2)
 
 
@@ -84,7 +84,7 @@ def dot(colour: Colour) -> str:
 
 
 def bar(share: float, colour: str) -> str:
-    """A horizontal bar of a share of its cell."""
+    """A horizontal bar that fills a fraction of its cell."""
     width = 0.0 if share != share else 100 * min(max(share, 0.0), 1.0)
     return f'<div class="bar"><div style="width:{width:.1f}%;background:{text(colour)}"></div></div>'
 
@@ -93,7 +93,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", 
     """A table of cells that are already markup; a click on a heading sorts by it.
 
     Args:
-        key: names the table, so that a chosen order survives new content.
+        key: name of the table, so that a chosen sort order survives new content.
         classes: one per column ("n" for numbers).
     """
     kinds = [*classes, *[""] * len(head)]
@@ -108,10 +108,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", 
 
 
 def trouble(line: str) -> str:
-    """What went wrong, in a line; nothing for nothing."""
+    """An error in one line; nothing for an empty text."""
     return f'<div class="lp"><p class="trouble">{name(line, most=400)}</p></div>' if line else ""
 
 
 def style() -> str:
-    """The sheet that all panels share."""
+    """The style sheet that all panels share."""
     return f"<style>{resource('panels/panels.css')}</style>"

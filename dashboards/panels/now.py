@@ -1,4 +1,4 @@
-"""What is going on at this moment? The task, the decision in force, and four figures."""
+"""Panel of the current moment: the task, the decision in force, and four figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONGEST_TASK = 300
 
 
 def title(timeline: Timeline) -> str:
-    """Whose run this is: task, place, strategy."""
+    """Heading of a run: task, place, strategy."""
     info = timeline.run.info
     parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", info.source]
     notes = [] if timeline.run.complete else ["This log stops short of its end; it is shown as far as it goes."]
@@ -32,7 +32,7 @@ def title(timeline: Timeline) -> str:
 
 
 def now(scene: Scene) -> str:
-    """The moment: what the robot does and why, and what it has cost."""
+    """The moment: what the robot does and why, and the cost so far."""
     remaining = number(scene.expected_cost)
     figures = (
         (number(scene.cost), "cost so far", ' data-live="cost"'),
@@ -54,7 +54,7 @@ def now(scene: Scene) -> str:
 
 
 def _unhappy_end(scene: Scene) -> str:
-    """Why a run ended that did not do its task, and what it is charged if that is not what it spent."""
+    """Why a failed run ended, and the charged cost if it differs from the spent cost."""
     if scene.outcome in ("", "done"):
         return ""
     charged = scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > SAME else None
@@ -63,10 +63,11 @@ def _unhappy_end(scene: Scene) -> str:
 
 
 def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:
-    """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that it stays put.
+    """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that the layout is
+    stable.
 
     Args:
-        unopened: containers are marked that no run opened. ended: one is where a run's replay had to end.
+        unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
     """
     stops = ", ".join(css(belief_colours(i / 8)) for i in range(9))
     of = f"belief in {text(readable_name(scene.focus))}" if scene.focus else "no beliefs"

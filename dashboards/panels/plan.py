@@ -1,4 +1,4 @@
-"""What does the robot mean to do? The plan in force, the order of search, and the ways not taken."""
+"""Panel of the plan in force, the order of search, and the alternatives."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def _order(scene: Scene) -> str:
         [str(i + 1), place(s.container), percent(s.probability), percent(s.reached), number(s.leg_m)]
         for i, s in enumerate(scene.search_order)
     ]
-    head = ("#", "container", "there", "comes so far", "leg m")
+    head = ("#", "container", "P(there)", "P(reached)", "leg m")
     return "<h3>Intended order of search</h3>" + table(head, rows, key="order", classes=("n", "", "n", "n", "n"))
 
 
 def _alternatives(scene: Scene) -> str:
-    """Other ways to the goal, with what the planner says against them or how much dearer they are."""
+    """Other ways to the goal, with the planner's reason against them or how much more they cost."""
     if not scene.alternatives:
         return ""
     taken = scene.expected_cost if scene.expected_cost is not None else min(a.cost for a in scene.alternatives)
@@ -54,4 +54,6 @@ def _against(way: WayNotTaken, taken: float) -> str:
     more = way.cost - taken
     if abs(more) < SAME:
         return "<b>taken</b>"
-    return f'<span class="muted">{abs(more):.1f} {"dearer" if more > 0 else "cheaper, by a lower bound"}</span>'
+    return (
+        f'<span class="muted">{abs(more):.1f} {"more expensive" if more > 0 else "cheaper, by a lower bound"}</span>'
+    )

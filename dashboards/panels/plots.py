@@ -1,4 +1,4 @@
-"""How did cost, what was still expected, and belief go over time? Three charts on the common clock."""
+"""Charts of cost, remaining expected cost, and belief over time, on the common clock."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ MOST_POINTS = 600
 
 
 def plots(clock: Clock, names: list[str], focus: str) -> str:
-    """All three."""
+    """All three charts."""
     return cost_plot(clock, names) + remaining_plot(clock, names) + belief_plot(clock, focus)
 
 
 def cost_plot(clock: Clock, names: list[str]) -> str:
-    """Cost so far of every run, dashed where a replay assumed it; bounds where the log does not decide its end."""
+    """Cost so far of every run, dashed where a replay assumed it; bounds where the log cannot settle the final
+    cost."""
     lines: list[Line] = []
     bands: list[Band] = []
     for row, timeline in enumerate(clock.timelines):
@@ -40,7 +41,7 @@ def cost_plot(clock: Clock, names: list[str]) -> str:
 
 
 def remaining_plot(clock: Clock, names: list[str]) -> str:
-    """What the plan in force still expected to spend: it falls as the run spends, and jumps at decisions."""
+    """Expected remaining cost of the plan in force: it falls as the run spends, and jumps at decisions."""
     lines = [
         Line(name=names[row], colour=css(run_colour(row)), points=points)
         for row, timeline in enumerate(clock.timelines)
@@ -69,7 +70,7 @@ def belief_plot(clock: Clock, focus: str) -> str:
 
 
 def _cost_lines(timeline: Timeline, clock: Clock, row: int, name: str, colour: str) -> list[Line]:
-    """The line in pieces, each solid or dashed; only the first stands in the key."""
+    """The line in pieces, each solid or dashed; only the first appears in the legend."""
     kept = _thinned(len(timeline.cost_s))
     seconds, cost = timeline.cost_s[kept], timeline.cost[kept]
     points = [
@@ -92,7 +93,7 @@ def _cost_lines(timeline: Timeline, clock: Clock, row: int, name: str, colour: s
 
 
 def _remaining(timeline: Timeline, clock: Clock, row: int) -> list[Point]:
-    """At each decision its plan's expected cost, then less by what was spent, never below 0."""
+    """At each decision its plan's expected cost, then minus what was spent since, never below 0."""
     points: list[Point] = []
     frames = timeline.decisions
     for i, frame in enumerate(frames):
@@ -112,7 +113,7 @@ def _cost_at(timeline: Timeline, stamp_ns: int) -> float:
 
 
 def _held(points: list[Point], timeline: Timeline, clock: Clock) -> list[Point]:
-    """A belief holds until the next decision: steps, until the container was searched."""
+    """Step lines: a belief holds until the next decision, and ends when the container is searched."""
     made: list[Point] = []
     for i, (at, p) in enumerate(points):
         until = points[i + 1][0] if i + 1 < len(points) else _next_decision(at, timeline, clock)

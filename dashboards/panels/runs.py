@@ -1,4 +1,4 @@
-"""Which runs are there? A folder as a table, with filters; a click opens one, another lays it over what is shown."""
+"""Panel of the runs in a folder, as a table with filters; a click opens a run or overlays it."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
     more = (
         f'<p class="muted">and {len(rows) - MOST_ROWS} more; filter to see them</p>' if len(rows) > MOST_ROWS else ""
     )
-    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + lays it over.</p>'
+    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + overlays it.</p>'
     made = table(head, cells, key="runs", classes=("", "", "", "", "", "n", "n"))
     return f'<div class="lp">{count}{made}{more}</div>'
 
 
 def passes(row: RunRow, words: str) -> bool:
-    """Whether every word is somewhere in the row; "cost<50" and "cost>50" compare."""
+    """Whether every word occurs in the row; "cost<50" and "cost>50" compare."""
     haystack = f"{row.file} {row.place} {row.scenario} {row.strategy} {row.source} {row.outcome}".lower()
     for word in words.lower().split():
         if word.startswith(("cost<", "cost>")):
@@ -78,5 +78,5 @@ def _mark(index: int, shown: tuple[int, ...]) -> str:
     if index < 0:
         return ""
     if index in shown:
-        return f'<span {command(f"overlay {index}")} title="take it away">●</span>'
-    return f'<span {command(f"overlay {index}")} title="lay it over"><b>+</b></span>'
+        return f'<span {command(f"overlay {index}")} title="remove it">●</span>'
+    return f'<span {command(f"overlay {index}")} title="overlay it"><b>+</b></span>'

@@ -1,6 +1,6 @@
-"""How do two strategies compare over many runs? A point a pair of runs of the same task, by their costs.
+"""Scatter plot of two strategies over many runs: one point for each pair of runs of the same task, by their costs.
 
-A click on a point lays the two runs over each other in 3D. Points under the diagonal are cheaper for the second.
+A click on a point overlays the two runs in 3D. Below the diagonal, the second strategy is cheaper.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
 def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow, RunRow]]:
     """Runs of the same place, task and seed by the two strategies, in the order of the rows.
 
-    Where a strategy has several such runs (a robot's, in other configurations), files of the same name but for the
-    strategy's belong together; what is still of several runs is left out.
+    Where a strategy has several such runs (a robot's, in other configurations), they are paired by file names that
+    are equal except for the strategy; what remains ambiguous is left out.
     """
     wanted = [row for row in rows if row.cost is not None and row.strategy in (first, second)]
     several = {trial for (trial, _), count in Counter((_trial(r), r.strategy) for r in wanted).items() if count > 1}
@@ -59,14 +59,14 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
         f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">'
         f"cost of {text(second)}</text>"
         f"{points}</svg><p>{len(found)} {tasks}: {name(second)} costs {_difference(found)} than {name(first)} on"
-        f" average; it is cheaper in {below} and dearer in {above}.</p>"
+        f" average; it is cheaper in {below} and more expensive in {above}.</p>"
         '<p class="muted">Under the line the second is cheaper; orange: one of the two failed; pale: not recorded.'
         " A click on a point opens its two runs.</p></div>"
     )
 
 
 def default_pair(strategies: Sequence[str]) -> tuple[str, str]:
-    """Which two to show first: a baseline across, ours up; else the first two."""
+    """Which two to show first: a baseline across, one of ours up; else the first two."""
     across = next((name for name in BASELINES if name in strategies), strategies[0])
     up = next((name for name in OURS if name in strategies and name != across), None)
     return across, up or next((name for name in strategies if name != across), across)

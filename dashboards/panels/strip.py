@@ -1,4 +1,4 @@
-"""When did the robot move, search, handle and think? A strip of phases per run on the common clock."""
+"""Strip of phases of each run (moving, searching, manipulating, planning) on the common clock."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from dashboards.panels.markup import command, dot, name, text
 ROW_PX = 16
 TOP_PX = 14
 LAST_LABEL = 93
-"""Per cent of the width; a label from here on stands left of its line, to fit."""
+"""Per cent of the width; a label beyond this is drawn left of its line, to fit."""
 MOST_PHASES = 800
-"""Phases of a run that are drawn one by one; of a longer run neighbours are joined."""
+"""The most phases drawn one by one; in a longer run neighbouring phases are joined."""
 
 
 def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
@@ -56,7 +56,7 @@ def _whose(names: list[str], colours: list[Colour]) -> str:
 
 
 def cursor(clock: Clock, reading: float) -> str:
-    """A sheet that puts the strip's cursor at a reading."""
+    """A style sheet that puts the strip's cursor at a reading."""
     return f"<style>.lp .strip .cursor{{left:{_x(reading / clock.end):.3f}%}}</style>"
 
 
@@ -78,7 +78,8 @@ def _phase(a: float, b: float, y: int, phase: str, title: str, support: str) -> 
 
 
 def _axis(end: float, unit: str, height: int) -> str:
-    """Marks at round readings. The first names the unit, so that the others stand apart in a narrow window too."""
+    """Ticks at round readings. Only the first names the unit, so that the others do not overlap in a narrow
+    window."""
     step = _round_step(end / 8)
     marks: list[str] = []
     at = 0.0

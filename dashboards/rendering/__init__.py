@@ -1,1 +1,1 @@
-"""Pictures and films of runs, made by a headless Chromium from the offline page."""
+"""Pictures and videos of runs, made by a headless Chromium from the offline page."""

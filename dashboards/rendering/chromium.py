@@ -32,7 +32,7 @@ PATH_VARIABLE = "LIOS_CHROMIUM"
 
 
 class NoChromium(Unsupported):
-    """There is no browser to draw with."""
+    """No browser for drawing was found."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(
@@ -42,7 +42,7 @@ class NoChromium(Unsupported):
 
 
 class PageFailed(Failed):
-    """The page did not draw."""
+    """The page could not be drawn."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"the page did not draw: {reason}. Try lios capsule and open the file in a browser.")
@@ -50,10 +50,10 @@ class PageFailed(Failed):
 
 @contextmanager
 def page_of(timelines: Sequence[Timeline], *, width: int, height: int, scale: float = 1.0) -> Generator[Page]:
-    """The runs' page in a window of so many pixels, ready to be asked for moments.
+    """The runs' page in a browser window of that size in pixels, ready to draw any moment.
 
     Args:
-        scale: pixels to a point: words and lines are so many times as large. Width and height are multiples of it.
+        scale: device pixels per CSS pixel: text and lines grow by it. Width and height are multiples of it.
 
     Raises:
         MissingExtra: playwright is not installed.
@@ -86,7 +86,7 @@ def page_of(timelines: Sequence[Timeline], *, width: int, height: int, scale: fl
         except Error as error:
             raise PageFailed(_first_line(error)) from error
         except KeyboardInterrupt:
-            # Ctrl-C ends Chromium and its driver too, and what they leave unanswered would be told on the terminal.
+            # Ctrl-C ends Chromium and its driver too, and their pending calls would be reported on the terminal.
             logging.getLogger("asyncio").addHandler(logging.NullHandler())
             raise
         finally:
@@ -95,7 +95,7 @@ def page_of(timelines: Sequence[Timeline], *, width: int, height: int, scale: fl
 
 
 def _wait_until_drawn(page: Page) -> None:
-    """Asks again and again; the page's own policy forbids a script that waits inside it."""
+    """Polls the page; its own policy forbids a script that waits inside it."""
     until = time.monotonic() + PATIENCE_MS / 1000
     while not page.evaluate("window.lios !== undefined"):
         if time.monotonic() > until:
@@ -104,7 +104,7 @@ def _wait_until_drawn(page: Page) -> None:
 
 
 def _executable() -> str | None:
-    """A named or installed browser; None lets playwright take its own."""
+    """A named or installed browser; None lets playwright use its own."""
     named = os.environ.get(PATH_VARIABLE)
     if named:
         return named

@@ -1,4 +1,4 @@
-"""H.264 frames as an MP4 file: the few boxes of ISO/IEC 14496-12 and -15 that one constant-rate video track needs."""
+"""Writes H.264 frames as an MP4 file: the boxes of ISO/IEC 14496-12 and -15 for one video track of constant rate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MATRIX = struct.pack(">9I", 0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000)
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One encoded frame, NAL units with lengths before them; key: it can be decoded alone."""
+    """One encoded frame, NAL units with length prefixes; key: it can be decoded alone."""
 
     data: bytes
     key: bool
@@ -25,8 +25,8 @@ def mp4(samples: Sequence[Sample], description: bytes, *, width: int, height: in
         description: the decoder's configuration (the content of an avcC box).
     """
     head = _box(b"ftyp", b"isom", struct.pack(">I", 0x200), b"isomiso2avc1mp41")
-    # The movie box stands before the frames, so that a browser can start at once; its length does not depend on
-    # where the frames begin, so it is made twice.
+    # The movie box comes before the frames, so that a browser can start at once; its length does not depend on
+    # where the frames begin, so it is built twice.
     moov = _moov(samples, description, width, height, frames_a_second, data_at=0)
     data_at = len(head) + len(moov) + 8
     moov = _moov(samples, description, width, height, frames_a_second, data_at=data_at)

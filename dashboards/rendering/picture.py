@@ -1,4 +1,4 @@
-"""One moment of runs as a PNG."""
+"""Renders one moment of runs as a PNG."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from workbench.errors import BadValue, OutputExists
 
 LARGEST_PX = 4096
 USUAL_PX = (1280, 720)
-"""A picture for which the words' size is made."""
+"""The picture size for which text sizes are designed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Framing:
-    """How the picture is taken.
+    """Size and walls of the picture.
 
     Raises:
         BadValue: a size that is not between 64 and LARGEST_PX, or walls of another kind.
@@ -39,9 +39,9 @@ class Framing:
 
     @property
     def scale(self) -> float:
-        """How many pixels a point has: a larger picture has larger words, not more room around them.
+        """Device pixels per CSS pixel: a larger picture has larger text, not more space around it.
 
-        In quarters, and so that both sides have whole points.
+        In quarters, and so that both sides are whole CSS pixels.
         """
         room = min(self.width / USUAL_PX[0], self.height / USUAL_PX[1])
         quarters = [q / 4 for q in range(int(4 * room), 4, -1)]
@@ -49,7 +49,7 @@ class Framing:
 
     @property
     def options(self) -> dict[str, bool]:
-        """For the page's `lios.bare`."""
+        """Arguments of the page's `lios.bare`."""
         return {"caption": self.caption, "above": self.from_above}
 
 

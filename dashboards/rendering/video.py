@@ -1,6 +1,6 @@
-"""Runs as an MP4: the page draws each moment, Chromium's own encoder makes H.264 of it, and mp4.py wraps it.
+"""Renders runs as an MP4 video: the page draws each moment, and Chromium's own encoder makes H.264 of it.
 
-No other program is needed. Films always run by the common clock of time.
+No other program is needed. Videos always run on the clock of time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from workbench.errors import BadValue, OutputExists
 from workbench.terminal import progress
 
 CAPTION_LINE_PX = 19
-"""Height of a line of a film's caption: its title, its moment, and one a run."""
+"""Height of a line of a video's caption: its title, its moment, and one for each run."""
 AT_ONCE = 12
 """Frames that the page draws between two answers."""
 
@@ -35,11 +35,11 @@ def draw_video(
     frames_a_second: int = 24,
     force: bool = False,
 ) -> int:
-    """Writes the film; returns how many frames it has.
+    """Writes the video; returns its number of frames.
 
     Args:
-        from_s, until_s: which part of the runs, in seconds after the start; None is the end of the longest.
-        speed: how many of the runs' seconds pass in one of the film's.
+        from_s, until_s: the part of the runs, in seconds after the start; None is the end of the longest.
+        speed: seconds of the runs in one second of the video.
 
     Raises:
         OutputExists: the file is there and force is not given.

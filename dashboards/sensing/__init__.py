@@ -1,1 +1,1 @@
-"""What a robot's sensors saw at a moment: pictures, point clouds, local grids, placed on the map."""
+"""Sensor data at a moment: pictures, point clouds and local grids, placed on the map."""

@@ -1,6 +1,6 @@
-"""Which points does a message hold? foxglove.PointCloud, and depth pictures of a Spot through their lens.
+"""Points of foxglove.PointCloud messages and of Spot's depth pictures, on the map.
 
-Every length that a message claims is compared with its bytes first; what does not fit gives no points.
+Every length that a message claims is first compared with its bytes; what does not match gives no points.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Points = npt.NDArray[np.float32]
 """Points on the map, shape (n, 3), metres."""
 
 MOST_POINTS = 60_000
-"""Of one message; a larger one is thinned evenly."""
+"""The most points of one message; a larger one is subsampled evenly."""
 NUMBERS = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8: "<f8"}
 """foxglove.PackedElementField.NumericType as numpy types."""
 DEPTH_U16, RAW = 5, 2
@@ -56,7 +56,7 @@ def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:
 
 
 def placed(points: npt.NDArray[np.float64], pose: Matrix) -> Points:
-    """Points moved by a pose, without those that are not finite, thinned evenly to MOST_POINTS."""
+    """Points moved by a pose, without non-finite ones, subsampled evenly to MOST_POINTS."""
     points = points[:: max(1, -(-len(points) // MOST_POINTS))]
     points = points[np.isfinite(points).all(axis=1)]
     return (points @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Where is one frame in another at a moment? Transforms of a log, chained as a robot's tree of frames.
+"""Poses between frames at a moment, chained from a log's transforms as a tree of frames.
 
 A pose is a 4x4 matrix that takes points of the child to the parent. Quaternions are x, y, z, w.
 """
@@ -19,16 +19,16 @@ Matrix = npt.NDArray[np.float64]
 
 MAP = "map"
 LOOK_BACK = 40
-"""Messages before a moment in which a frame's newest transform is looked for."""
+"""How many messages before a moment are searched for a frame's newest transform."""
 STATIC = 20
-"""First messages of a topic, in which transforms that never change are looked for."""
+"""How many first messages of a topic are searched for transforms that never change."""
 MOST_KEPT = 4000
-"""Messages whose transforms are kept."""
+"""Messages whose transforms are cached."""
 DEEPEST = 32
 
 
 def matrix(position: Any, rotation: Any) -> Matrix | None:
-    """A pose from a protobuf's x, y, z and x, y, z, w; None for what is no rotation."""
+    """A pose from a protobuf's x, y, z and quaternion x, y, z, w; None for an invalid rotation."""
     length = rotation.x**2 + rotation.y**2 + rotation.z**2 + rotation.w**2
     if not 0.5 < length < 2.0 or not np.isfinite([position.x, position.y, position.z]).all():
         return None

@@ -1,4 +1,4 @@
-"""Where does a local grid say that the robot cannot stand? Its cells as flat squares on the map."""
+"""Cells of local grids where the robot cannot stand, as flat squares on the map."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NEAR_M = 0.3
 """Closer to an obstacle than this counts as near."""
 BLOCKED, NEAR = (178, 60, 40), (226, 170, 120)
 OCCUPIED_SHARE = 50
-"""Cells of an occupancy grid at least so likely (of 100) are blocked."""
+"""Cells of an occupancy grid with at least this value (of 100) are blocked."""
 MOST_CELLS = 250_000
 
 
@@ -26,7 +26,7 @@ class Cells:
 
     Attributes:
         vertices: float32 (4 n, 3), four to a cell; faces: uint32 (2 n, 3).
-        blocked: per cell, whether it is an obstacle or only near one, bool (n,).
+        blocked: for each cell, whether it is an obstacle (True) or only near one (False), bool (n,).
     """
 
     vertices: npt.NDArray[np.float32]
@@ -41,8 +41,8 @@ class Cells:
 def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> Cells | None:
     """The blocked and near cells of a foxglove.Grid; None when it cannot be read or placed, or all is free.
 
-    A field named like a distance holds metres to the nearest obstacle (a Spot's obstacle_distance: at most 0 inside
-    one); any other holds an occupancy from 0 to 100.
+    A field named like a distance holds metres to the nearest obstacle (Spot's obstacle_distance: at most 0 inside an
+    obstacle); any other holds an occupancy from 0 to 100.
     """
     values = _values(message)
     pose = matrix(message.pose.position, message.pose.orientation) if message.HasField("pose") else np.eye(4)

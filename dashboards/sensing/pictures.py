@@ -1,4 +1,4 @@
-"""What did a camera show, and from where? JPEG and PNG as they came, and the camera's pose and lens where known."""
+"""Camera pictures, JPEG and PNG as received, with the camera's pose and field of view where known."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from dashboards.sensing.frames import Frames, Matrix, spot_pose
 LARGEST_BYTES = 8 << 20
 LARGEST_PX = 4096
 SHOWN_PX = 480
-"""Width of a picture in the 3D view."""
+"""Width of a picture in the 3D view, in pixels."""
 USUAL_FIELD_RAD = 1.2
-"""Of a camera whose lens no log tells: vertical."""
+"""Vertical field of view of a camera without a calibration in the log."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,9 +24,9 @@ class Picture:
     """One picture.
 
     Attributes:
-        topic: of its camera; stamp_ns: when it was logged.
+        topic: topic of its camera; stamp_ns: when it was logged, in nanoseconds since the epoch.
         mime: image/jpeg or image/png; data: the file as it came.
-        on_map: map_from_camera (z where it looks, x right, y down), or None where no log tells.
+        on_map: map_from_camera (z forward, x right, y down), or None where unknown.
         field_rad: vertical angle of view; aspect: width over height.
     """
 
@@ -45,7 +45,7 @@ class Picture:
 
 
 def mime_of(data: bytes) -> str | None:
-    """By the first bytes, whatever the message says; None for what is neither JPEG nor PNG, or far too large."""
+    """The MIME type by the first bytes, whatever the message says; None if neither JPEG nor PNG, or far too large."""
     if len(data) > LARGEST_BYTES:
         return None
     if data[:3] == b"\xff\xd8\xff":
@@ -60,7 +60,7 @@ def picture_of(
 
     Args:
         lens: the camera's foxglove.CameraCalibration.
-        raw: the bosdyn.api.ImageResponse of the same camera, which tells where the camera sits.
+        raw: the bosdyn.api.ImageResponse of the same camera, which holds the camera's pose.
     """
     mime = mime_of(message.data)
     if mime is None:
@@ -80,7 +80,7 @@ def picture_of(
 
 
 def pixels(picture: Picture) -> npt.NDArray[np.uint8] | None:
-    """The picture small enough for the 3D view, shape (rows, columns, 3); None when it cannot be decoded."""
+    """The picture small enough for the 3D view, uint8 (rows, columns, 3); None when it cannot be decoded."""
     import io
 
     from PIL import Image

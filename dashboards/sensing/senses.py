@@ -1,7 +1,7 @@
-"""What did the robot's sensors see at a moment of its run? One door to a log's pictures, clouds and grids.
+"""The pictures, clouds and grids of one log at a moment of its run.
 
-Point clouds add up to a picture of the site: every 5 cm cube of space is kept once, with the moment at which it was
-first seen, sorted by it, so that the site as known at any moment is the beginning of one array.
+Point clouds accumulate to a map of the site: every 5 cm cube of space is kept once, with the moment at which it was
+first seen, sorted by it, so that the site as known at any moment is a prefix of one array.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ STALE_NS = 5_000_000_000
 """A grid older than this is not shown: the robot has walked on."""
 CUBE_M = 0.05
 FLOOR_M, CUT_M = 0.06, 1.5
-"""Points on the floor and near the ceiling are left out of the site: one looks into it from above."""
+"""Points on the floor and near the ceiling are left out of the site, which is viewed from above."""
 MOST_CLOUDS = 240
-"""Clouds that are read for the site; of more, evenly spread ones."""
+"""The most clouds read for the site; of more, evenly spaced ones are taken."""
 MOST_SITE_POINTS = 250_000
 KEPT_PICTURES, KEPT_GRIDS = 64, 16
 
 
 class Senses:
-    """The sensors of one log; everything is read when it is asked for."""
+    """The sensors of one log; everything is read on request."""
 
     def __init__(self, tracks: SensorTracks) -> None:
         self._tracks = tracks
@@ -55,7 +55,7 @@ class Senses:
 
     @property
     def has_clouds(self) -> bool:
-        """Whether there may be points: clouds, or pictures of a Spot's depth cameras."""
+        """Whether there may be points: clouds, or pictures of Spot's depth cameras."""
         return bool(self._tracks.of_kind(CLOUD)) or any("depth" in name for name in self._raw)
 
     @property
@@ -68,7 +68,7 @@ class Senses:
         return tuple(picture for picture in found if picture is not None)
 
     def grid(self, stamp_ns: int) -> Cells | None:
-        """The newest local grid, if it is not stale."""
+        """The newest local grid, if it is not too old."""
         for track in self._grids():
             index = track.last_at(stamp_ns)
             if index >= 0 and stamp_ns - int(track.stamps_ns[index]) <= STALE_NS:
@@ -81,7 +81,7 @@ class Senses:
             self._site = _gathered(list(self._clouds()))
 
     def site(self, stamp_ns: int) -> Points:
-        """What the clouds have shown of the site up to a moment; nothing before gather_site."""
+        """The points of the site that clouds have shown up to a moment; none before gather_site."""
         if self._site is None:
             return NOTHING
         stamps, points = self._site
@@ -135,7 +135,7 @@ def _may_hold_points(track: Track) -> bool:
 
 
 def _cubes(points: Points) -> Points:
-    """One point for each cube of space, the first, between floor and cut: so much less of a cloud is kept."""
+    """One point for each cube of space, the first, between floor and ceiling: this keeps far less of a cloud."""
     points = points[(points[:, 2] > FLOOR_M) & (points[:, 2] < CUT_M)]
     return points[_first_of_cubes(points)]
 
@@ -150,7 +150,7 @@ def _gathered(clouds: list[tuple[int, Points]]) -> tuple[npt.NDArray[np.int64], 
     """Each cube of space once, by the first moment in which a point lay in it.
 
     Args:
-        clouds: stamps with points, each cloud's cubes once.
+        clouds: stamps in nanoseconds with points, each cube of a cloud once.
     """
     clouds = sorted((c for c in clouds if len(c[1])), key=lambda cloud: cloud[0])
     if not clouds:

@@ -1,4 +1,4 @@
-"""Shows the runs in a house: each one's robot, the way behind it and the way ahead, in its colour."""
+"""Draws the runs in a house: each one's robot, the path behind it and the path ahead, in its colour."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 
 TRAIL_M = 0.02
-"""Height of trails above the floor; the run in focus lies on top."""
+"""Height of trails above the floor; the run in focus is on top."""
 TOGETHER_M = 0.5
-"""A ghost so close to the run in focus is not named: their names would lie over each other."""
+"""A ghost this close to the run in focus has no name tag: the names would overlap."""
 GHOSTS_TOGETHER_M, MOST_TOGETHER = 1.0, 3
-"""Ghosts so close to one another share one name tag, of so many names."""
+"""Ghosts this close to one another share one name tag, with this many names at most."""
 BESIDE_M, GHOST_BESIDE_M = 1.6, 0.8
-"""A robot so close to a numbered container is not named either: the number matters more. Ghosts' names are higher."""
+"""A robot this close to a numbered container has no name tag either: the number matters more. Ghosts' tags are
+higher."""
 
 
 @dataclass(slots=True)
 class _Actor:
-    """What moves for one run."""
+    """The moving parts of one run."""
 
     frame: viser.FrameHandle
     trail: viser.LineSegmentsHandle
@@ -67,10 +68,10 @@ class Actors:
         self._actors: list[_Actor] = []
 
     def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
-        """Makes as many actors as there are runs, in their colours.
+        """Creates as many actors as there are runs, in their colours.
 
         Args:
-            here: whether a run is of the place that is shown; others are not drawn into it.
+            here: for each run, whether it is of the place that is shown; others are not drawn.
         """
         for actor in self._actors:
             for part in actor.parts():
@@ -84,7 +85,7 @@ class Actors:
         """Shows one moment of every run.
 
         Args:
-            numbered: where numbers of the order of search stand.
+            numbered: positions of the numbers of the order of search.
         """
         tags: list[tuple[_Actor, RobotLook, list[str]]] = []
         for i, (actor, scene) in enumerate(zip(self._actors, scenes, strict=False)):

@@ -1,4 +1,4 @@
-"""Shows what a run believes of its containers: their colours, bars, marks, and the numbers of the order of search.
+"""Draws what a run believes of its containers: colours, bars, marks, and numbers of the order of search.
 
 Each kind is one instanced mesh, so that a change of belief is one array; only what changed is sent.
 """
@@ -24,12 +24,12 @@ from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
 
 CROWDED_M, CROWDED_UP_M = 1.3, 0.4
-"""Numbers so close to another are raised by so much, to be read beside it."""
+"""Numbers this close to another are raised by this much, to be legible beside it."""
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 MARK_UP_M = 0.04
 SPECK = 1e-4
-"""The scale of what is not to be seen; viewers do not take 0."""
+"""The scale of invisible instances; viewers do not accept 0."""
 
 
 @final
@@ -37,7 +37,7 @@ class BeliefMarks:
     """The marks of one house.
 
     Args:
-        tops_m: per container of the plan, where a mark above it stands: (x, y, z).
+        tops_m: for each container of the plan, the point above which its mark is drawn: (x, y, z).
         furniture: batches whose owned solids take their container's colour, with their handles.
     """
 
@@ -75,7 +75,7 @@ class BeliefMarks:
     def show(
         self, scenes: Sequence[Scene], unopened: npt.NDArray[np.bool_], *, bars: bool = True, orders: bool = True
     ) -> None:
-        """Shows a moment: the beliefs of the first scene; where a replay had to end, of every scene.
+        """Shows a moment: the beliefs of the first scene; of every scene, where a replay had to end.
 
         Args:
             unopened: containers that none of the runs opened, bool (n,).
@@ -99,7 +99,7 @@ class BeliefMarks:
         colour: tuple[int, int, int] | None = None,
         opacity: float | None = None,
     ) -> viser.BatchedMeshHandle | None:
-        """One instance a container, too small to be seen yet; None for a place without containers."""
+        """One instance for each container, too small to be seen yet; None for a place without containers."""
         if not len(at):
             return None
         return self._scene.add_batched_meshes_simple(
@@ -162,7 +162,7 @@ class BeliefMarks:
         self.numbered = tuple(taken)
 
     def _changed(self, name: str, value: object) -> bool:
-        """Whether a thing differs from what was sent last; remembers it."""
+        """Whether a value differs from what was sent last; stores it."""
         before = self._shown.get(name)
         if isinstance(value, np.ndarray):
             same = isinstance(before, np.ndarray) and np.array_equal(before, value)

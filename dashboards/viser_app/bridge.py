@@ -1,7 +1,7 @@
-"""How do clicks in panels and the page's address reach the server? Through one small script and one visible field.
+"""Connects clicks in panels and the page's address to the server, by a small script and one visible field.
 
-Viser shows HTML in panels but hears nothing of it. The script writes commands into the "Go to" field, which people
-can type into as well; the address is kept current with the History API. Without scripts everything else works.
+Viser shows HTML in panels but receives no events from it. The script writes commands into the "Go to" field, which
+people can type into as well; the address is kept current with the History API. Without scripts everything else works.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
 SCRIPTS = ("panels/panels.js", "viser_app/bridge.js")
 WALLS = ("cut", "whole", "none")
 MOST_FIELDS = 40
-"""Of an address; none of ours has as many."""
+"""The most fields of an address; none of ours has as many."""
 DIGITS = 6
 """Of a run's number, at most."""
 
@@ -55,12 +55,12 @@ def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
 
 
 def _exact(reading: float) -> str:
-    """To the nanosecond: a decision's own moment must not be rounded to before it."""
+    """To the nanosecond: a decision's own stamp must not be rounded to before it."""
     return f"{reading:.9f}".rstrip("0").rstrip(".")
 
 
 def changes_of(query: str, *, runs: int) -> dict[str, Any]:
-    """What a query asks of the state; words that make no sense are left out.
+    """The changes of state that a query asks for; invalid fields are ignored.
 
     Args:
         query: "?runs=0,1&at=12.5".
@@ -87,7 +87,7 @@ def changes_of(query: str, *, runs: int) -> dict[str, Any]:
 
 
 def obey(session: Session, words: str) -> None:
-    """Does what a command says: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5"."""
+    """Executes a command: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5"."""
     verb, _, rest = words.strip().partition(" ")
     value = _number(rest) if rest else _number(verb)
     if verb == "open":
@@ -111,7 +111,7 @@ def obey(session: Session, words: str) -> None:
 
 
 def _runs(words: str) -> list[int]:
-    """ "0,1" as numbers; what is none is left out."""
+    """ "0,1" as numbers; invalid ones are ignored."""
     parts = (part.strip() for part in words.split(","))
     return [int(part) for part in parts if part.isdecimal() and len(part) <= DIGITS]
 

@@ -1,4 +1,4 @@
-"""From where is the house seen? Poses that fit it: from an angle, from above, behind the robot."""
+"""Camera poses that fit the house: from an angle, from above, behind the robot."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ FIELD_OF_VIEW = radians(38)
 FILL = 0.92
 """Share of the picture that the house fills."""
 TALL_M = 1.2
-"""What stands in a house is about this high."""
+"""Assumed height of what stands in a house."""
 MARKS_M = 1.35
-"""So much of what stands over a container (its bar, its number) is to be seen as well."""
+"""Height above a container (its bar, its number) that must be visible as well."""
 Vector = tuple[float, float, float]
 
 
@@ -93,7 +93,7 @@ def close_to(x_m: float, y_m: float) -> CameraPose:
 
 
 def begin_at(server: viser.ViserServer, pose: CameraPose) -> None:
-    """From where browsers look when they arrive; an address with a camera of its own goes before it."""
+    """The pose of the camera for browsers that arrive; an address with a camera of its own takes precedence."""
     server.initial_camera.fov = FIELD_OF_VIEW
     server.initial_camera.up = (0.0, 0.0, 1.0)
     server.initial_camera.position = pose.position

@@ -1,4 +1,4 @@
-"""Controls and panels of one browser: time, playback, steps, options; and what the robot thinks, as tabs."""
+"""Controls and panels of one browser: time, playback, steps, options, and tabs for what the robot thinks."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
 CAMERA_PX, CAMERAS_PX = 220, 330
 """Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 NONE_YET: tuple[str, ...] = ("",)
-"""What a list offers before anything is known."""
+"""The only entry of a list before anything is known."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
 
 
@@ -49,8 +49,8 @@ def slider_scale(end: float) -> tuple[float, int]:
 class Controls:
     """The panel of one browser. Builds itself, and follows its session.
 
-    What the server itself sets calls back as well, without a client; only what a person did (`event.client`) changes
-    the session.
+    Changes by the server trigger callbacks too, without a client; only those by a person (`event.client`) change the
+    session.
     """
 
     def __init__(self, session: Session) -> None:
@@ -116,7 +116,7 @@ class Controls:
         self._camera_panel.float(x=strip_px + 32 if beside else 16, y=-16 if beside else 16, width=CAMERAS_PX)
 
     def _build_runs(self, tabs: viser.GuiTabGroupHandle) -> None:
-        """The table of runs; of a folder it is what one sees first."""
+        """The table of runs; for a folder it is the first tab."""
         with tabs.add_tab("Runs"):
             self._filter = self._gui.add_text(
                 "Filter", "", hint="Words that a run must have; also cost<50 or cost>50."
@@ -213,7 +213,7 @@ class Controls:
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
 
     def _show_cameras(self, stamp_ns: int) -> None:
-        """The window of pictures: there only when the run has cameras and they are wanted."""
+        """The window of pictures: shown only when the run has cameras and the option is on."""
         senses = self._session.senses
         wanted = senses is not None and bool(senses.cameras) and self._session.state.pictures
         if self._camera_panel.visible != wanted:
@@ -230,7 +230,7 @@ class Controls:
             self._session.change(at=min(event.target.value, self._session.clock.end), playing=False)
 
     def _obey(self, go: viser.GuiTextHandle) -> None:
-        """Does what the field says; a command of the page (not a number being typed) then leaves it empty."""
+        """Executes the field's command; a command of the page (not a number being typed) then clears it."""
         words = go.value
         obey(self._session, words)
         if words.startswith("address"):
@@ -242,7 +242,7 @@ class Controls:
             go.value = ""
 
     def _looked(self, camera: viser.CameraHandle) -> None:
-        """The camera has moved, or its picture has another shape: a house that was fitted is fitted anew."""
+        """The camera has moved, or its picture has another shape: a fitted house is fitted again."""
         size = (camera.image_width, camera.image_height)
         if size != self._size:
             self._size = size
@@ -254,7 +254,7 @@ class Controls:
         if len(library.paths) < 2:
             self._set("runs", '<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
             return
-        with self._listing:  # the filter and the view call at once; the newer words must win
+        with self._listing:  # the filter and the view call concurrently; the newer words must win
             rows = [row for row in library.rows() if passes(row, self._filter.value)]
             self._set("runs", runs(rows, self._session.state.runs, total=len(library.rows())))
 
@@ -272,7 +272,7 @@ class Controls:
             self._draw_scatter()
 
     def _settled(self, session: Session) -> None:
-        """The page's address follows a view that has come to rest, once the page has said what its address was."""
+        """Updates the page's address once the view is stable and the page has sent its own address."""
         if self._arrived:
             self._set("address", keep_address(address(session.state, session.client.camera)))
 

@@ -1,6 +1,6 @@
-"""How is a run shown while it is being recorded? Its log is read again whenever it has grown, and the views move on.
+"""Follows logs while they are recorded: a log is read again whenever it has grown, and the views move on.
 
-A log is read from its start each time, so the next look waits for several times as long as the last reading took.
+A log is read from its start each time, so that the wait before the next reading is a multiple of the last duration.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from workbench.errors import LiosError
 
 EVERY_S = 0.5
 REST = 4.0
-"""How many times longer to wait than the last reading took."""
+"""The wait before the next reading, as a multiple of the last duration."""
 
 
 class Follower:
-    """Watches the logs of a library for as long as it is not stopped."""
+    """Watches the logs of a library until it is stopped."""
 
     def __init__(self, library: Library, sessions: Callable[[], Sequence[Session]]) -> None:
         self._library = library
@@ -56,13 +56,13 @@ class Follower:
             try:
                 self._library.reread(index)
             except LiosError:
-                continue  # Half of a record is on disk; the next look will find the rest.
+                continue  # A record is only partly on disk; the next reading will find the rest.
             grew = True
         return grew
 
 
 def wait_for(path: Path, *, patience_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
-    """Waits until a log exists and can be read; False when patience ends first."""
+    """Waits until a log exists and can be read; False on timeout."""
     from replayers.run import read
 
     until = time.monotonic() + patience_s

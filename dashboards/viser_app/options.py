@@ -1,4 +1,4 @@
-"""Which item, clock, speed, walls and layers does one browser show? The controls of the View tab.
+"""Controls of the View tab: item, clock, speed, walls and layers of one browser.
 
 They change the session's state, and follow it when a link or another control has changed it.
 """
@@ -66,7 +66,7 @@ class Options:
             self._focus.options = options
 
     def follow(self) -> None:
-        """Shows the state as it is now."""
+        """Shows the current state."""
         state = self._session.state
         focus = _key(self._types, state.focus) or FOLLOW_PLAN
         for dropdown, value in (
@@ -83,12 +83,12 @@ class Options:
             self._loop.value = state.loop
 
     def _change(self, event: viser.GuiEvent[Any], **changes: object) -> None:
-        """What a person chose; what the server sets itself calls back without a client."""
+        """Applies a person's choice; changes by the server call back without a client."""
         if event.client is not None:
             self._session.change(at=None, **changes)
 
     def _realign(self, event: viser.GuiEvent[Any]) -> None:
-        """The same moment of the run in focus on the other clock."""
+        """Switches to another clock at the same moment of the run in focus."""
         chosen = ALIGNMENTS[ALIGNMENTS.index(self._align.value)]
         if event.client is not None and chosen != self._session.state.alignment:
             self._session.align(chosen)

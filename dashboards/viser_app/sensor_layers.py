@@ -1,4 +1,4 @@
-"""Shows what the robot of the run in focus sensed: pictures where its cameras looked, points, blocked cells.
+"""Draws sensor data of the run in focus: pictures in front of their cameras, points, blocked cells.
 
 Reading clouds of a long log takes seconds; a thread does it while the rest is already shown.
 """
@@ -49,7 +49,8 @@ class SensorLayers:
         self._grid_shown: Cells | None = None
 
     def open(self, senses: Senses | None) -> None:
-        """Other sensors, or none; of a log that has grown what is shown stays until there is something newer."""
+        """Switches to other sensors, or none; for a log that has grown, what is shown stays until there is something
+        newer."""
         if senses is self._senses:
             return
         if senses is None or self._senses is None or senses.path != self._senses.path:
@@ -62,7 +63,7 @@ class SensorLayers:
             Thread(target=self._gather, name="site points", daemon=True).start()
 
     def show(self, stamp_ns: int, robot: RobotLook, *, pictures: bool, points: bool, grid: bool) -> None:
-        """A moment."""
+        """Shows a moment."""
         if self._senses is None:
             return
         self._show_pictures(self._senses.pictures(stamp_ns) if pictures else (), robot)
@@ -70,7 +71,7 @@ class SensorLayers:
         self._show_grid(self._senses.grid(stamp_ns) if grid else None)
 
     def _site_at(self, stamp_ns: int) -> Points | None:
-        """From the newest gathering of this log."""
+        """The points of the site, from the newest gathering of this log."""
         gathered = self._gathered
         same = gathered is not None and self._senses is not None and gathered.path == self._senses.path
         return gathered.site(stamp_ns) if gathered is not None and same else None
@@ -89,7 +90,7 @@ class SensorLayers:
         return senses if senses is not None and senses.has_clouds and senses is not self._gathered else None
 
     def _gather(self) -> None:
-        """Gathers until nothing is left to gather: another log may have been opened meanwhile."""
+        """Gathers until nothing is left: another log may have been opened meanwhile."""
         while True:
             with self._lock:
                 senses = self._wanted()
@@ -169,13 +170,13 @@ class SensorLayers:
 
 
 def _by_height(points: Points) -> npt.NDArray[np.uint8]:
-    """Paler with height, uint8 (n, 3)."""
+    """Colours that are paler with height, uint8 (n, 3)."""
     share = np.clip(points[:, 2:] / TALLEST_M, 0.0, 1.0)
     return np.round(np.array(LOW) + share * (np.array(HIGH) - np.array(LOW))).astype(np.uint8)
 
 
 def _on_the_robot(robot: RobotLook) -> Matrix:
-    """Where a camera is drawn whose place no log tells: on the robot, looking ahead."""
+    """The pose for a camera without a known pose: on the robot, looking ahead."""
     c, s = cos(robot.yaw_rad), sin(robot.yaw_rad)
     pose = np.eye(4)
     pose[:3, :3] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ OPTICAL

@@ -1,4 +1,4 @@
-"""Serves the dashboard: a Viser server on this machine, one session for each browser."""
+"""Serves the dashboard: a Viser server on this machine, with one session for each browser."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ USUAL_HEIGHT_PX = 900
 
 
 class PortInUse(InputError):
-    """Another program listens there."""
+    """Another program listens on the port."""
 
     def __init__(self, host: str, port: int) -> None:
         super().__init__(f"port {port} on {host} is in use. Give another --port, or --port 0 for any free one.")
 
 
 class CannotListen(InputError):
-    """The address is not this machine's, or may not be used."""
+    """The address is not one of this machine, or may not be used."""
 
     def __init__(self, host: str, port: int, reason: str) -> None:
         super().__init__(f"cannot listen on {host}:{port}: {reason}. Give another --host or --port.")
@@ -94,7 +94,7 @@ def serve(
     """
     access = Access(host=host, token=token_for_a_run() if token else None)
     _check_port(host, port)
-    # A browser may leave at any moment; what was on its way to it then is nobody's loss.
+    # A browser may disconnect at any moment; messages queued for it can be dropped.
     warnings.filterwarnings("ignore", message="Queued .* on a closed connection", category=UserWarning)
     server = guarded_server(access, port=port, label="LIOS workbench")
     dashboard = Dashboard(server, token=access.token)
@@ -108,7 +108,7 @@ def serve(
         Controls(session)
         session.start()
         if client.client_id not in server.get_clients():
-            leave(client)  # It left while its view was being built; its own farewell came too early.
+            leave(client)  # It disconnected while its view was being built; its disconnect event came too early.
 
     def leave(client: viser.ClientHandle) -> None:
         session = dashboard.sessions.pop(client.client_id, None)
@@ -121,7 +121,7 @@ def serve(
 
 
 def _check_port(host: str, port: int) -> None:
-    """Viser takes the next free port silently; a person who named one wants that one."""
+    """Viser silently takes the next free port; a person who named a port wants that one."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind, protocol) as probe:

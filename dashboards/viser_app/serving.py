@@ -1,4 +1,4 @@
-"""Opens logs, serves the dashboard, says where it is, and waits until a person stops it."""
+"""Opens logs, serves the dashboard, prints its address, and waits until it is stopped."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
 
 PATIENCE_S = 600.0
-"""How long to wait for a log that is to be followed and does not exist yet."""
+"""How long to wait for a log to be followed that does not exist yet."""
 MOST_AT_ONCE = 8
-"""Runs laid over each other at first; more can be chosen in the table."""
+"""Runs overlaid at first; more can be chosen in the table."""
 
 
 def show_until_stopped(
@@ -35,7 +35,7 @@ def show_until_stopped(
         while True:
             time.sleep(3600)
     except KeyboardInterrupt:
-        say("Stopped.")  # as asked for: no failure
+        say("Stopped.")  # as requested: not a failure
     finally:
         dashboard.stop()
 
@@ -81,7 +81,7 @@ def open_dashboard(
 
 
 def _first_readable(library: Library, indices: Sequence[int]) -> int:
-    """The first run that can be shown; those before it that cannot are told of.
+    """The index of the first run that can be shown; errors of those before it are printed.
 
     Raises:
         LiosError: what is wrong with the first log, when none can be shown.
@@ -98,7 +98,7 @@ def _first_readable(library: Library, indices: Sequence[int]) -> int:
 
 
 def _wait_for_logs(logs: Sequence[Path]) -> None:
-    """A run that is about to be recorded has no log yet."""
+    """Waits for a log that is about to be recorded."""
     for path in logs:
         if not path.exists():
             say(f"Waiting for {path} ...")

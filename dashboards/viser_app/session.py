@@ -1,8 +1,8 @@
-"""What one browser is looking at: which runs, which moment, which options; and the one thread that shows it.
+"""The state of one browser (runs, moment, options) and the one thread that shows it.
 
-Callbacks only change the state and wake the thread; it always shows the newest state, so that a fast scrub skips
-moments instead of queueing them. What goes wrong while it shows is told in the tab, and it goes on. When the browser
-leaves, the thread ends.
+Callbacks only change the state and wake the thread; it always shows the newest state, so that fast scrubbing skips
+moments instead of queueing them. Errors while it draws are shown in the tab, and it goes on. When the browser
+disconnects, the thread ends.
 """
 
 from __future__ import annotations
@@ -69,12 +69,12 @@ class ViewState:
 
 
 def covered_px(runs: int) -> int:
-    """How much of the view's foot the strip covers."""
+    """The height of the view's lower part that the strip covers, in pixels."""
     return STRIP_PX + STRIP_ROW_PX * max(0, runs - 1) + (20 if runs > 1 else 0)
 
 
 class Session:
-    """One browser: its state, its stage, and who else shows its scenes."""
+    """One browser: its state, its stage, and the other views of its scenes."""
 
     def __init__(self, client: viser.ClientHandle, library: Library, state: ViewState) -> None:
         self.client = client
@@ -91,7 +91,7 @@ class Session:
         self.settlers: list[Callable[[Session], None]] = []
         self.trouble = Trouble(str(client.client_id))
         self.troubled: list[Callable[[str], None]] = []
-        """Told of what went wrong as a line; of an empty one when all is well again."""
+        """Called with an error as one line; with an empty one when it is resolved."""
         self._wake = Condition()
         self._dirty, self._stirred, self._alive = True, False, True
         self._opened: tuple[tuple[int, ...], int] | None = None
@@ -99,7 +99,7 @@ class Session:
         self._walls = ""
         self._fitted: tuple[bool, CameraPose] | None = None
         self._placed: list[tuple[float, ...]] = []
-        """Where the camera was put by us, as far as a browser may still tell of it."""
+        """Camera poses set by the server that a browser may still report."""
         self._late_fits = 0
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
@@ -110,13 +110,13 @@ class Session:
         self._thread.start()
 
     def stop(self) -> None:
-        """Ends the thread; called when the browser has left."""
+        """Ends the thread; called when the browser has disconnected."""
         with self._wake:
             self._alive = False
             self._wake.notify_all()
 
     def change(self, *, at: float | None = None, **changes: object) -> None:
-        """Changes the state and shows it soon; who goes to another moment than the end is no longer live."""
+        """Changes the state and shows it soon; going to another moment than the end stops following a live run."""
         with self._wake:
             if at is not None:
                 changes = {"at": at, "live": self.state.live and self._is_over(at), **changes}
@@ -131,7 +131,7 @@ class Session:
             self.change(at=0.0 if begins and self._is_over(self.state.at) else None, playing=begins)
 
     def stir(self) -> None:
-        """Something that the state does not hold has changed: the camera. The view will settle anew."""
+        """The camera, which is not part of the state, has moved: the view has to settle again."""
         with self._wake:
             self._stirred = True
             self._wake.notify_all()
@@ -152,7 +152,7 @@ class Session:
             self._wake.notify_all()
 
     def reread(self) -> None:
-        """Shows the runs as their logs now stand."""
+        """Shows the runs as their logs now are."""
         with self._wake:
             self._revision += 1
             self._dirty = True
@@ -162,7 +162,7 @@ class Session:
         self.change(at=min(max(reading, 0.0), self.clock.end))
 
     def step(self, stops: tuple[float, ...], direction: int) -> None:
-        """To the next stop after, or the last before, the moment shown; pauses."""
+        """Goes to the next stop after, or the last before, the moment shown; pauses."""
         with self._wake:
             at, near = self.state.at, 1e-6 * max(1.0, self.clock.end)
             ends = (*stops, 0.0, self.clock.end)
@@ -171,13 +171,14 @@ class Session:
                 self.change(at=min(ahead) if direction > 0 else max(ahead), playing=False)
 
     def open_runs(self, runs: tuple[int, ...]) -> None:
-        """Shows other runs, from their start; ones that cannot be read are told of and left out."""
+        """Shows other runs, from their start; errors of those that cannot be read are shown, and they are left
+        out."""
         good = tuple(i for i in runs if 0 <= i < len(self.library.paths) and self._can_read(i))
         if good:
             self.change(runs=good, at=0.0, playing=False)
 
     def toggle_run(self, run: int) -> None:
-        """Lays a run over what is shown, or takes it away; one always stays."""
+        """Overlays a run, or removes it; one always stays."""
         if not 0 <= run < len(self.library.paths) or not self._can_read(run):
             return
         with self._wake:
@@ -187,7 +188,7 @@ class Session:
                 self.change(runs=left)
                 return
         if left:
-            self._tell("No more runs fit", f"At most {MOST_RUNS} are shown at once. Take one away first.")
+            self._tell("No more runs fit", f"At most {MOST_RUNS} are shown at once. Remove one first.")
 
     def look_at_container(self, index: int) -> None:
         """Turns the camera to a container of the place."""
@@ -221,10 +222,10 @@ class Session:
     def fit_again(self, *, late: bool = False) -> None:
         """Fits the camera to a picture of another shape, if nobody has moved it since it was fitted.
 
-        What a browser tells of its camera may be older than what it was told: then it is where it was put before.
+        A browser's report of its camera may be older than the last pose sent to it: it then equals an earlier pose.
 
         Args:
-            late: the view has settled, and the camera should be where it was put by now.
+            late: the view has settled, so that the camera should be where it was put.
         """
         if self._fitted is None:
             return
@@ -306,7 +307,7 @@ class Session:
                 time.sleep(max(0.0, 1 / FRAMES_A_SECOND - (time.monotonic() - now)))
 
     def _survive(self, act: Callable[[], None]) -> None:
-        """Does a thing; when it fails, the tab says so, and whatever comes next is shown all the same."""
+        """Does a thing; when it fails, the tab says so, and drawing goes on."""
         lines: list[str] = []
         with self.trouble.survived("this moment", lines.append):
             act()
@@ -325,7 +326,7 @@ class Session:
 
     def _advance(self, seconds: float) -> None:
         """Moves a playing run on; at its end it stops or begins again."""
-        with self._wake:  # a seek that falls between reading the state and changing it would be lost
+        with self._wake:  # a seek between reading the state and changing it would be lost
             state = self.state
             if not state.playing or not self.clock.timelines:
                 return

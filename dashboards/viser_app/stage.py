@@ -1,6 +1,6 @@
-"""Shows a house once and then one scene after another to one browser, sending only what changed.
+"""The scene of one browser: shows a house once and then one moment after another, sending only what changed.
 
-Everything lives in the client's own scene, so that two tabs never disturb one another. A house is three instanced
+Everything is in the client's own scene, so that tabs are independent of each other. A house is three instanced
 meshes, a handful of floors and two versions of its walls; a change of belief is one array of colours.
 """
 
@@ -26,7 +26,7 @@ from workbench.worlds.names import readable_name
 from workbench.worlds.occupancy import OccupancyGrid
 
 SHADE = 0.07
-"""Opacity of one layer of the shade under furniture; three lie over each other."""
+"""Opacity of one layer of the shade under furniture; three are stacked."""
 
 
 @final
@@ -44,7 +44,7 @@ class Stage:
         self._actors = Actors(client.scene)
 
     def light(self) -> None:
-        """Daylight without a lamp in sight: a bright sky, a warm sun from the south-west, a weak one against it."""
+        """Daylight without a visible lamp: a bright sky, a warm sun from the south-west, a weak light against it."""
         scene = self._scene
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
@@ -86,17 +86,17 @@ class Stage:
             label.visible = visible
 
     def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
-        """Makes as many actors as there are runs, in their colours; the first is in focus.
+        """Creates as many actors as there are runs, in their colours; the first is in focus.
 
         Args:
-            here: whether a run is of the place that is shown; others are not drawn into it.
+            here: for each run, whether it is of the place that is shown; others are not drawn.
         """
         self._actors.cast(colours, names, here)
 
     def show(
         self, scenes: Sequence[Scene], unopened: npt.NDArray[np.bool_], *, bars: bool = True, orders: bool = True
     ) -> None:
-        """Shows one moment: beliefs and marks of the first scene, robots and ways of all.
+        """Shows one moment: beliefs and marks of the first scene, robots and paths of all.
 
         Args:
             unopened: containers that none of the runs opened, bool (n,).

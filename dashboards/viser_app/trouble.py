@@ -1,7 +1,7 @@
-"""What becomes of an exception while a view is drawn? A line in the tab, a line in the server's log, and it goes on.
+"""Turns exceptions while a view is drawn into a line in the tab and a line in the server's log.
 
-The thread of a view and the panels of a tab are edges like that of the command line: what escaped here would end the
-thread, and the tab would stand still without a word. The traceback follows in the log with --debug.
+The thread of a view and the panels of a tab are edges like that of the command line: an exception that escaped would
+end the thread and freeze the tab silently. With --debug the traceback follows in the log.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ log = logging.getLogger("lios.dashboard")
 
 @final
 class Trouble:
-    """What goes wrong in one view. The log is told of it once, for as long as it stays the same."""
+    """Errors of one view. The log reports an error once, for as long as it stays the same."""
 
     def __init__(self, view: str) -> None:
         self._view = view
@@ -29,10 +29,10 @@ class Trouble:
 
     @contextmanager
     def survived(self, what: str, tell: Callable[[str], None]) -> Generator[None]:
-        """Survives what is raised within.
+        """Catches what is raised inside the block.
 
         Args:
-            what: is drawn ("the plan").
+            what: what is being drawn ("the plan").
             tell: shows a line in the tab.
         """
         try:
@@ -50,7 +50,7 @@ class Trouble:
 
 
 def one_line(error: Exception) -> str:
-    """An exception as a line: its words, and for a mistake of ours its kind and where it came from."""
+    """An exception as a line: its message, and for a fault of ours its kind and where it came from."""
     words = " ".join(str(error).split())
     words = words if len(words) <= LONGEST_LINE else words[: LONGEST_LINE - 1] + "…"
     if isinstance(error, LiosError):

@@ -1,4 +1,4 @@
-"""`lios compare`: which strategy is better on the logs that were replayed, and how far that is certain."""
+"""`lios compare`: compares strategies over replayed logs, with what is certain and what is sampled."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def compare(
     seed: Annotated[int, Option("--seed", help="Seed of the intervals.")] = 0,
     json: Json = False,
 ) -> None:
-    """Which strategy is better on these logs?
+    """Compare strategies in pairs over replayed logs.
 
     wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals draw houses;
     where there is one house only they draw its logs, are widened, and say nothing of another house.

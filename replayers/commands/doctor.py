@@ -1,4 +1,4 @@
-"""`lios doctor`: can this log be trusted?"""
+"""`lios doctor`: checks a log and the run in it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def doctor(
 
 
 def worst(codes: list[int]) -> int:
-    """Of several exit codes: faulty before lossy before fine."""
+    """The worst of several exit codes: faulty before lossy before fine."""
     return 1 if 1 in codes else max(codes, default=0)
 
 
@@ -71,8 +71,8 @@ def _tell(one: Examination) -> None:
 
 def _loss_window(one: Examination) -> str:
     if one.loss_window_measured:
-        return f"A crash at the worst moment would have cost {one.loss_window_s:.3f} s of this recording."
+        return f"At most {one.loss_window_s:.3f} s of this recording would have been lost in a crash."
     return (
-        f"A crash at the worst moment would have cost {one.loss_window_s:.3f} s of the computer's time at most: "
+        f"At most {one.loss_window_s:.3f} s of the computer's time would have been lost in a crash: "
         "by the recorder's setting, because the stamps are those of a simulated world."
     )

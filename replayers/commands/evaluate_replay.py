@@ -1,4 +1,4 @@
-"""`lios evaluate replay`: how often the replayer is right, measured against a hidden truth."""
+"""`lios evaluate replay`: measures bounds and estimates of replay against a hidden truth."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def replay(
     dry_run: DryRun = False,
     json: Json = False,
 ) -> None:
-    """Measure replay: bounds and estimates against a truth that the replayer does not see.
+    """Measure bounds and estimates of replay against a truth that the replayer does not see.
 
     For each estimator, every strategy records a log of every task; every other strategy is replayed over it and also
     run in the simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in
@@ -99,7 +99,7 @@ def replay(
 
 
 def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names of strategies and scenarios; what is none is refused."""
+    """The names of strategies and scenarios; unknown ones are refused."""
     from replayers.batch import strategies_named
     from replayers.sandbox import is_foreign
     from workbench.errors import BadValue
@@ -111,7 +111,7 @@ def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str,
     for name in names:
         is_foreign(name, origin=NameOrigin.USER)  # refuses what is no strategy
     for scenario in wanted:
-        family_of(scenario)  # refuses what is no scenario
+        family_of(scenario)  # refuses unknown scenarios
     if len(names) < 2:
         raise BadValue("--strategies", strategies, "two or more: each is replayed over the others' logs")
     return names, wanted

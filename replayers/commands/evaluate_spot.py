@@ -40,7 +40,8 @@ def spot(
 ) -> None:
     """Run the paper's real-world experiment on a simulated Spot: seconds, containers opened, cost.
 
-    Times are the robot's: walking, looking, handling; planning takes none of it. The paper's figures stand beside.
+    Times are the robot's: walking, looking, manipulating; planning takes no robot time. The paper's figures are shown
+    beside ours.
 
     Examples:
 
@@ -100,7 +101,7 @@ def _asked(place: Site, configurations: str, strategies: str) -> tuple[tuple[str
 
 
 def _emit(rows: list[SpotRow], crossed: list[CrossRow], *, seed: int, kept: bool) -> None:
-    """The answer for machines; a log has a place only where logs are kept."""
+    """The result for machines; a log has a path only where logs are kept."""
     from dataclasses import asdict
 
     from workbench.terminal import emit_json

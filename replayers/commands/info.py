@@ -85,10 +85,10 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         lines.append(("outcome", end))
     elif found.runs:
         lines.append(("runs", f"{found.runs}; lios log split --by run takes them apart"))
-    state = "closed" if found.indexed else "not closed; lios recover makes its index anew"
+    state = "closed" if found.indexed else "not closed; lios recover rebuilds its index"
     if found.loss.count and found.indexed:
         state += f"; {found.loss.count} damages, see lios doctor"
-    ratio = "" if found.compression_ratio is None else f", packed {found.compression_ratio:.1f} times"
+    ratio = "" if found.compression_ratio is None else f", compressed {found.compression_ratio:.1f} times"
     lines += [
         ("file", f"{found.size_bytes:,} bytes, {state}"),
         ("library", index.header.library if index.header else "unknown"),

@@ -26,7 +26,7 @@ def list_logs(
     fresh: Annotated[bool, Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,
 ) -> None:
-    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and remembered.
+    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and cached.
 
     Examples:
 

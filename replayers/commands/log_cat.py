@@ -1,4 +1,4 @@
-"""`lios log cat`: messages as text or JSON, one a line."""
+"""`lios log cat`: prints messages as text or JSON, one on each line."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def cat(
             break
     sys.stdout.flush()
     if not count:
-        say(f"{log}: no message there{' in that time' if start or end else ''}; lios info {log} tells what is in it.")
+        say(f"{log}: no message there{' in that time' if start or end else ''}; lios info {log} shows what is in it.")
 
 
 def _readable(message: Message, value: Any) -> str:

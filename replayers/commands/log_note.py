@@ -1,4 +1,4 @@
-"""`lios log note`: what a person wants to remember of a run, added to its log."""
+"""`lios log note`: adds a note to a log, or shows its notes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which options do the log tools share, and what do they mean? As the mcap CLI has them."""
+"""Options that the log tools share, named as in the mcap CLI."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ ChunkSize = Annotated[int, Option("--chunk-size", help="Bytes of a chunk before 
 
 
 class NoSuchTopic(NotFound):
-    """Topics that a log does not have; lists those that it has."""
+    """Topics that a log does not have; the message lists those that it has."""
 
     def __init__(self, log: Path, wanted: str, there: Sequence[str]) -> None:
         listed = ", ".join(there[:MANY_TOPICS]) + (", ..." if len(there) > MANY_TOPICS else "")
@@ -52,14 +52,14 @@ def wanted_of(
     *,
     topics: str = "",
 ) -> Wanted:
-    """What the options ask for.
+    """The messages that the options ask for.
 
     Args:
         topics: names, separated by commas, beside the expressions to include.
 
     Raises:
         NoSuchTopic: a named topic that the log does not have, or expressions that leave none of its topics.
-        BadValue: a time or an expression that is none.
+        BadValue: an invalid time or expression.
     """
     from replayers.describe import describe
     from replayers.rewriting import Wanted, patterns
@@ -98,7 +98,7 @@ def style_of(compression: str, chunk_size: int, force: bool) -> Style:
 
 
 def bar(title: str) -> Any:
-    """Wraps messages on their way in a progress bar, on a terminal."""
+    """Wraps messages in a progress bar, on a terminal."""
 
     def told(messages: Iterator[Message]) -> Iterable[Message]:
         return progress(messages, title=title)
@@ -107,5 +107,5 @@ def bar(title: str) -> Any:
 
 
 def warn(damage: Damage) -> None:
-    """A line about a damage."""
+    """Prints a line about a damage."""
     say(f"byte {damage.offset}: {damage.what}")

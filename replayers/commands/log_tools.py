@@ -1,4 +1,4 @@
-"""`lios log filter | merge | split | compact | convert`: one log from others, as the mcap CLI makes it."""
+"""`lios log filter | merge | split | compact | convert`: makes logs from logs, with options as in the mcap CLI."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def filter_log(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Copy the wanted topics and times to another log; topics that nobody here knows pass untouched.
+    """Copy the wanted topics and times to another log; unknown topics pass through untouched.
 
     Examples:
 
@@ -128,7 +128,7 @@ def compact(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Pack a log into few large chunks: smaller and faster to read than one that was synced at every decision.
+    """Rewrite a log in few large chunks: smaller and faster to read than one that was synced at every decision.
 
     Examples:
 
@@ -167,7 +167,7 @@ def convert(
 
 
 class UnknownFormat(Unsupported):
-    """An output whose ending says nothing."""
+    """An output file whose suffix is not a known format."""
 
     def __init__(self, output: Path) -> None:
         super().__init__(

@@ -1,4 +1,4 @@
-"""`lios recover`: everything that is intact in a damaged log, in a clean one."""
+"""`lios recover`: saves everything that is intact in a damaged log to a clean one."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def recover(
     if done.damage_count > 20:
         say(f"  and {done.damage_count - 20} more places")
     if done.expected_messages is not None and done.expected_messages > done.messages:
-        say(f"The index spoke of {done.expected_messages:,} messages: {_lost(done):,} are lost.")
+        say(f"The index counts {done.expected_messages:,} messages: {_lost(done):,} are lost.")
     elif not done.was_closed and not done.lossy:
         say("The recording was cut off; nothing that had been flushed is lost.")
     raise click.exceptions.Exit(3 if done.lossy else 0)

@@ -1,4 +1,4 @@
-"""`lios replay`: other planners over recorded logs; what each would have cost, and how far the log can tell."""
+"""`lios replay`: replays planners over recorded logs, with bounds and estimates of their costs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def replay(
         bool,
         Option(
             "--verify",
-            help="Run the recorded strategy again and compare every decision; --strategies says where yours is.",
+            help="Run the recorded strategy again and compare every decision; --strategies names your own.",
         ),
     ] = False,
     with_truth: Annotated[bool, Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
@@ -63,16 +63,16 @@ def replay(
         str,
         Option(
             "--write",
-            help="With -o, also record the run in worlds that agree with the log: best, worst, drawn (by comma).",
+            help="With -o, also record the run in consistent worlds: best, worst, drawn (separated by commas).",
         ),
     ] = "",
     workers: Annotated[int | None, Option("--workers", "-j", min=1, help="Processes; default: one a core.")] = None,
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
-    """What would other planners have cost on these logs?
+    """Replay other planners over these logs, to know what they would have cost.
 
-    lower and upper hold in every world that agrees with the log; estimate is a mean over drawn worlds.
+    lower and upper hold in every world that is consistent with the log; estimate is a mean over sampled worlds.
 
     Examples:
 
@@ -147,7 +147,7 @@ def replay(
 
 
 def _not_there(names: tuple[str, ...]) -> dict[str, str]:
-    """Planners from outside that cannot be loaded, with the reasons; refuses where there is no other."""
+    """Plug-in planners that cannot be loaded, with the reasons; raises where there is no other strategy."""
     from replayers.sandbox import is_foreign, require_planner, why_not_loaded
     from workbench.planning.strategies import StrategyNotLoaded
     from workbench.plugins import NameOrigin
@@ -300,7 +300,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
 
 
 def _interval(row: dict[str, Any]) -> str | None:
-    """The shortest range that holds at least nine of ten drawn worlds, and how many it holds."""
+    """The shortest interval that contains at least 90 % of the sampled worlds, and the share that it contains."""
     if row.get("interval90") is None:
         return None
     low, high = row["interval90"]
@@ -316,7 +316,7 @@ def _between(bounds: dict[str, float | None] | None) -> str | None:
 
 
 def _seconds(row: dict[str, Any]) -> str | None:
-    """Predicted by a robot's own speeds, with the error that their residuals leave."""
+    """The duration predicted by a robot's own speeds, with the error that their residuals leave."""
     if row.get("durations") is None:
         return None
     until = " until it stops" if row["status"] == "undetermined" else ""
@@ -344,7 +344,7 @@ def _unlike(rows: list[dict[str, Any]]) -> list[str]:
 
 
 def _broken(rows: list[dict[str, Any]]) -> list[str]:
-    """Strategies that broke: on how many of their logs, and why on the first; the rows tell each."""
+    """Strategies that broke: on how many of their logs, and why on the first; the rows give each reason."""
     why: dict[str, list[str]] = {}
     for row in rows:
         if row["status"] == BROKE:
@@ -372,7 +372,7 @@ def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> l
 
 
 def _recorded_as(strategies: str) -> str:
-    """With --verify, under which name the recorded strategy is found here; empty for that in the log."""
+    """With --verify, the name by which the recorded strategy can be loaded; empty for that in the log."""
     from workbench.errors import BadValue
 
     if strategies == "all":

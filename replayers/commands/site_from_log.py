@@ -1,4 +1,4 @@
-"""`lios site from-log`: a draft of a survey from a recording."""
+"""`lios site from-log`: drafts a survey from a recording."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Bags of other stacks as logs of ours: ROS 1 and ROS 2, by rosbags, no ROS needed."""
+"""Import of ROS 1 and ROS 2 bags of other robot stacks as logs, by rosbags; no ROS is needed."""

@@ -1,7 +1,7 @@
-"""What would a planner have believed and planned while this happened? Computed after the fact, and marked so.
+"""Beliefs and plans computed after the fact for a bag, which records what the robot did but not why; marked as such.
 
-A bag tells what the robot did, not what it thought. After everything learnt, an estimator and a strategy of ours say
-what they would have; their events carry AFTER_THE_FACT as the reason, and the log's settings list them.
+After each observation, an estimator and a strategy state what they would have believed and planned; their events
+carry AFTER_THE_FACT as the reason, and the log's settings list them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ AFTER_THE_FACT = "computed after the fact"
 
 @dataclass(slots=True, kw_only=True)
 class AfterTheFact:
-    """Stands between a derivation and a recorder; adds beliefs, find costs and plans, and numbers decisions."""
+    """Sits between the derivation of events and a recorder; adds beliefs, find costs and plans, and numbers
+    decisions."""
 
     strategy: Strategy | None
     estimator: Estimator | None
@@ -31,11 +32,11 @@ class AfterTheFact:
     decision: int = 0
 
     def begin(self, derived: Derivation, stamp_ns: int) -> None:
-        """The decision before anything is done."""
+        """Adds the decision before anything is done."""
         self._think(derived, stamp_ns)
 
     def hear(self, derived: Derivation, event: Event) -> None:
-        """Hands an event on; after an observation, what would have been planned then."""
+        """Passes an event on; after an observation, adds what would have been planned then."""
         if isinstance(event, Acted | Observed | Ended):
             event = replace(event, decision=self.decision)
         self.tell(event)

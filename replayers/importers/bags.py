@@ -1,4 +1,4 @@
-"""How is a bag read? ROS 1 (.bag) and ROS 2 (a folder, or one .mcap or .db3 file) by rosbags, message by message."""
+"""Reads ROS 1 bags (.bag) and ROS 2 bags (a folder, or one .mcap or .db3 file) by rosbags, message by message."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ EXTRA_DEFINITIONS = {
         "std_msgs/Header header\napriltag_msgs/AprilTagDetection[] detections\n"
     ),
 }
-"""Of types that SQLite bags do not carry themselves and that are no part of ROS 2."""
+"""Definitions of types that SQLite bags do not carry and that are not part of ROS 2."""
 
 
 class NotABag(Malformed):
-    """A file or folder that is no bag of ROS 1 or ROS 2."""
+    """A file or folder that is not a bag of ROS 1 or ROS 2."""
 
     def __init__(self, path: Path, reason: str) -> None:
         short = " ".join(reason.split())[:160].rstrip(".")
@@ -44,7 +44,7 @@ class EmptyBag(Malformed):
 
 
 class UnknownMessageType(Malformed):
-    """A mapped topic whose message type nobody defines."""
+    """A mapped topic whose message type has no known definition."""
 
     def __init__(self, path: Path, topic: str, kind: str) -> None:
         super().__init__(
@@ -83,10 +83,10 @@ class Bag:
         return {name: info.msgcount for name, info in sorted(self.reader.topics.items())}
 
     def messages(self, topics: tuple[str, ...]) -> Iterator[BagMessage]:
-        """The messages of some topics in the order of their time.
+        """The messages of some topics in the order of their record times.
 
         Raises:
-            UnknownMessageType: one of them has a type that nobody defines.
+            UnknownMessageType: one of them has a type without a known definition.
             NotABag: the file is damaged.
         """
         from rosbags.highlevel import AnyReaderError

@@ -1,6 +1,6 @@
-"""What does a ROS message say? Markers, goals, results, poses, whatever the stack calls them.
+"""Extracts markers, goals, results and poses from ROS messages of various stacks.
 
-Types are told apart by the fields that they have, not by their package: stacks fork message packages often.
+Message types are recognised by their fields, not by their package: stacks often fork message packages.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Marker:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How an action ended; key tells actions apart where the message does."""
+    """How an action ended; key identifies the action where the message does."""
 
     key: str
     success: bool
@@ -39,7 +39,7 @@ class Result:
 
 
 def stamp_of(message: Any, otherwise_ns: int) -> int:
-    """The message's own stamp; when it has none, the time when it was recorded."""
+    """The message's own stamp in nanoseconds; without one, the time when it was recorded."""
     header = getattr(message, "header", None)
     stamp = getattr(header, "stamp", None)
     if stamp is None:

@@ -1,4 +1,4 @@
-"""Where is one frame seen from another? The last transforms of tf, chained; static ones do not age."""
+"""Transforms between the frames of a bag, chained from the newest tf messages; static ones do not age."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class FrameBuffer:
 
     @property
     def names(self) -> frozenset[str]:
-        """All frames that are known."""
+        """All known frames."""
         return frozenset(self._links) | {parent for parent, _ in self._links.values()}
 
     def named(self, name: str) -> str:
         """A frame by its name, or the only one that has a robot's name before it: spot/body for body.
 
-        Drivers put the name of their robot before every frame when they are given one. The name again when there is
-        none such, or several.
+        Drivers put the name of their robot before every frame when they are given one. Unchanged when there is
+        no such frame, or several.
         """
         own = plain(name)
         if own in self.names:
@@ -41,7 +41,7 @@ class FrameBuffer:
         return longer[0] if len(longer) == 1 else own
 
     def lookup(self, target: str, source: str) -> Matrix | None:
-        """target_tform_source, shape (4, 4); None when no chain joins the two."""
+        """target_tform_source, shape (4, 4), metres; None when no chain connects the two."""
         to_target, to_source = self._chain(plain(target)), self._chain(plain(source))
         for frame, from_source in to_source.items():
             if frame in to_target:

@@ -1,4 +1,4 @@
-"""How does a bag become a run? In order: what viewers draw passes on, what the robot did becomes events."""
+"""Turns a bag into a log: sensor data pass through for viewers, what the robot did becomes events."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class NowhereInTheBag(Malformed):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportPlan:
-    """What to make of a bag.
+    """How to import a bag.
 
     Attributes:
-        task: what the robot was to do; None when that is not known.
+        task: what the robot was to do; None when unknown.
         strategy, estimator: whose beliefs and plans are computed after the fact; "" for none.
     """
 
@@ -62,7 +62,7 @@ class ImportPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportReport:
-    """What came of it: messages by role, events, and what nobody mapped."""
+    """The result of an import: messages by role, events, and unmapped topics."""
 
     ended: Ended
     seconds: float
@@ -76,7 +76,8 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     """Reads a bag and writes a log.
 
     Raises:
-        NowhereInTheBag: it does not say where the robot was. UnknownMessageType, NotABag.
+        NowhereInTheBag: it does not say where the robot was.
+        UnknownMessageType, NotABag: it cannot be read.
         OutputExists: the log is there and force is not set.
     """
     task = plan.task or session_task()
@@ -120,7 +121,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
 def _with_the_bags_frames(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> Mapping:
     """The mapping with the frames as the bag calls them.
 
-    Looks through tf and poses once, so that no log is begun for a bag that says nothing of the robot's place.
+    Reads tf and poses once, so that no log is begun for a bag that does not say where the robot was.
     """
     frames, names = FrameBuffer(), plan.mapping.frames
     topics = tuple(topic for topic, role in sorted(roles.items()) if role in ("tf", "tf_static", "pose"))

@@ -1,6 +1,6 @@
-"""Which topic is what? A mapping file says it; presets know the stacks in use.
+"""Mapping files, which assign topics of a bag to roles, and presets for common stacks.
 
-Topics are patterns (`*` stands for anything); the first role whose pattern fits takes the topic. `frames` names the
+Topics are patterns (`*` matches anything); a topic gets the first role whose pattern matches. `frames` names the
 bag's map, odometry and body frames; `tag_frames` are patterns of frames in tf that stand for tags, their number as
 the first group.
 """
@@ -34,7 +34,7 @@ ROLES = (
     "calibrations",
     "images",
 )
-"""In this order topics are asked; docs/bags.md says what each means."""
+"""Roles in the order in which they are tried; docs/bags.md says what each means."""
 
 
 class BagFrames(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -53,14 +53,14 @@ class Mapping(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     tag_frames: tuple[str, ...] = ()
 
     def role_of(self, topic: str) -> str | None:
-        """What a topic is, or None for one that nobody mapped."""
+        """The role of a topic, or None for an unmapped one."""
         for role in ROLES:
             if any(fnmatchcase(topic, pattern) for pattern in self.topics.get(role, ())):
                 return role
         return None
 
     def tag_of(self, frame: str) -> int | None:
-        """The number of the tag that a frame stands for, or None."""
+        """The number of the tag that a frame represents, or None."""
         for pattern in self.tag_frames:
             match = re.fullmatch(pattern, frame)
             if match is not None:
@@ -74,7 +74,7 @@ def presets() -> dict[str, Path]:
 
 
 def load_mapping(name: str, topics: tuple[str, ...]) -> Mapping:
-    """A mapping file, a preset by its name, or the preset that knows most of a bag's topics ("auto").
+    """A mapping file, a preset by its name, or the preset that matches most of a bag's topics ("auto").
 
     Raises:
         UnknownName, FileMissing, MalformedFile.

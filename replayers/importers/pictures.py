@@ -1,4 +1,4 @@
-"""How do ROS pictures and maps become Foxglove's? JPEG and PNG pass as they are; raw pictures are packed as JPEG."""
+"""Turns ROS images and maps into Foxglove's: JPEG and PNG pass unchanged, raw images are encoded as JPEG."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from recorders.viewer import timestamp
 from workbench.worlds.occupancy import OccupancyGrid
 
 MODES = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
-"""Encodings of raw pictures that can be packed, with their bytes a pixel."""
+"""Encodings of raw images that can be compressed, with their bytes per pixel."""
 QUALITY = 80
 MAX_PIXELS = 40_000_000
 
 
 def compressed(message: Any, stamp_ns: int) -> CompressedImage | None:
-    """A sensor_msgs/CompressedImage as it is; None for what is no JPEG or PNG (a compressed depth image)."""
+    """A sensor_msgs/CompressedImage unchanged; None if it is not JPEG or PNG (a compressed depth image)."""
     data = bytes(np.asarray(message.data, dtype=np.uint8))
     kind = "jpeg" if data[:2] == b"\xff\xd8" else "png" if data[:4] == b"\x89PNG" else None
     if kind is None:
@@ -30,7 +30,7 @@ def compressed(message: Any, stamp_ns: int) -> CompressedImage | None:
 
 
 def packed(message: Any, stamp_ns: int) -> CompressedImage | None:
-    """A sensor_msgs/Image as JPEG; None for encodings that are no picture (depth) or sizes that do not fit."""
+    """A sensor_msgs/Image as JPEG; None for encodings that are not pictures (depth) or sizes that do not match."""
     from PIL import Image
 
     depth = MODES.get(message.encoding)
@@ -73,7 +73,7 @@ def calibration(message: Any, stamp_ns: int) -> CameraCalibration:
 
 
 def occupancy(message: Any) -> OccupancyGrid | None:
-    """A nav_msgs/OccupancyGrid; unknown cells count as occupied. None when its sizes do not fit."""
+    """A nav_msgs/OccupancyGrid; unknown cells count as occupied. None when its sizes do not match."""
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)
     if info.width * info.height != cells.size or cells.size == 0 or not info.resolution > 0:

@@ -1,4 +1,4 @@
-"""What does each message of a bag add? Taken one by one, in the order of their time."""
+"""Derives events of a run from the messages of a bag, one by one, in the order of their time."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from workbench.worlds.house import LocationId
 from workbench.worlds.site import Site
 
 GOAL_WITHIN_M = 1.5
-"""A goal this near to a standing pose means that location."""
+"""A goal this close to a standing pose means that location."""
 
 
 @dataclass(slots=True)
@@ -44,7 +44,7 @@ class _Goal:
 @final
 @dataclass(slots=True)
 class ReadingAlong:
-    """Takes messages one by one."""
+    """Takes the messages of a bag one by one."""
 
     site: Site
     mapping: Mapping
@@ -131,8 +131,8 @@ class ReadingAlong:
             self.derived.moved(goal.start_ns, at, goal.target, success=result.success, reason=reason)
 
     def _handled(self, message: BagMessage, at: int, kind: str) -> None:
-        """The arm's results: a pick or a place. One that may be either counts once a visit: an arm that picks makes
-        several motions."""
+        """Records the arm's results: a pick or a place. One that may be either counts once for each visit, because an
+        arm that picks makes several motions."""
         holds = decoding.held(message.message)
         if holds is not None:
             self.derived.holding(at, holds)
@@ -151,7 +151,8 @@ class ReadingAlong:
                 self.derived.holding(at, False)
 
     def _told_before(self, result: decoding.Result) -> bool:
-        """Whether an action's end was told already: status messages repeat it. What has no key is always new."""
+        """Whether the end of an action was recorded already: status messages repeat it. Without a key it is always
+        new."""
         if result.key in self._done:
             return True
         if result.key:
@@ -203,7 +204,7 @@ class ReadingAlong:
             self._put("/camera" + _camera(message.topic), picture, at)
 
     def _calibrations(self, message: BagMessage, at: int) -> None:
-        """Once a camera: it does not change."""
+        """Records each camera's calibration once: it does not change."""
         topic = "/camera" + _camera(message.topic) + "/calibration"
         if topic not in self._calibrated:
             self._calibrated.add(topic)

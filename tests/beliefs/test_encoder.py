@@ -1,4 +1,5 @@
-"""The text encoder: shipped vectors are the live ones, generic names are readable, unknown names say what to do."""
+"""The text encoder: shipped vectors equal live ones, generic names are readable, unknown names give a helpful
+error."""
 
 from __future__ import annotations
 

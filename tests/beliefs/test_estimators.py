@@ -1,4 +1,4 @@
-"""Laws of every estimator: finite, within [0, 1], the same in any order, the same again, sane when strange."""
+"""Properties of every estimator: finite, within [0, 1], independent of order, repeatable, sane for strange input."""
 
 from __future__ import annotations
 

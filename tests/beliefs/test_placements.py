@@ -1,4 +1,5 @@
-"""Where things are, by kinds of them: hand-solved rivals, kinds that are found again, names that were never met."""
+"""Placement model of `best`: hand-solved exclusion among containers, recovered kinds, and names never seen in
+training."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strange input: houses whose names nobody knows, names without end, one container. Sane beliefs or a clear error."""
+"""Estimators on strange houses (unknown names, endless names, one container): sane beliefs or a clear error."""
 
 from __future__ import annotations
 

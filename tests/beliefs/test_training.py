@@ -1,4 +1,4 @@
-"""Training: tiny models learn in seconds what is made to be learnable, the same seed gives the same weights."""
+"""Training: tiny models learn a learnable pattern in seconds, and the same seed gives the same weights."""
 
 from __future__ import annotations
 

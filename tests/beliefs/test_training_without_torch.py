@@ -1,4 +1,4 @@
-"""The default install has no torch: whoever trains a network is told what to install, before anything is computed."""
+"""Training without torch, as in the default install: the error names what to install, before anything is computed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weights files: what goes in comes out, the same bytes for the same training, a clear error for anything else."""
+"""Weights files: round trip, the same bytes for the same training, and a clear error for anything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ten minutes with a simulated Spot that is driven round its home, with pictures at 10 Hz: is any message lost?
+"""Benchmark: ten minutes with a simulated Spot driven around its home, with pictures at 10 Hz; counts lost messages.
 
 `python tests/benchmarks/spot_session.py [SECONDS] [-o LOG]`: the robot, who drives it, and `lios spot record` run as
 three processes, in real time. Prints what `lios spot record --json` answers, then `lios doctor`'s verdict.

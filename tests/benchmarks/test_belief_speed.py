@@ -1,4 +1,4 @@
-"""How long does the belief about a whole house take, once its names are encoded? The aim: under 5 ms.
+"""Benchmark: time of the belief about a whole house, once its names are encoded. The aim is under 5 ms.
 
     .venv/bin/pytest tests/benchmarks/test_belief_speed.py --benchmark-enable
 

@@ -1,4 +1,4 @@
-"""How long from a house to its travel costs? The study needed 0.05 s for a mean house."""
+"""Benchmark: time from a house to its travel costs. The study needed 0.05 s for a mean house."""
 
 from __future__ import annotations
 

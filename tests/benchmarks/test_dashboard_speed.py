@@ -1,4 +1,5 @@
-"""How fast is a moment shown? An hour-long run in a house of ten rooms and a hundred containers, with four ghosts.
+"""Benchmark: time to show a moment of an hour-long run in a house of ten rooms and a hundred containers, with four
+ghosts.
 
 The timings are processor seconds of this process: what the server does for one browser. They are printed by
 `pytest tests/benchmarks/test_dashboard_speed.py -s`, and held to their aims only with LIOS_TIMINGS=1.

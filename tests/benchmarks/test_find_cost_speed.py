@@ -1,4 +1,4 @@
-"""How fast are find costs? A house of 20 item types and 40 places, beside branch and bound in the same run.
+"""Benchmark: time of find costs in a house of 20 item types and 40 places, beside branch and bound in the same run.
 
     .venv/bin/pytest tests/benchmarks/test_find_cost_speed.py -s
 

@@ -1,4 +1,5 @@
-"""How far are eight candidates from an order over all containers, and how far is that order from the best?
+"""Benchmark: expected costs of eight candidates against an order over all containers, and of that against the
+optimum.
 
     .venv/bin/pytest tests/benchmarks/test_full_tour_quality.py -s
 

@@ -1,4 +1,4 @@
-"""How fast is a log written with sync, and read to data frames? Compared, in the same run, with mcap's own reader.
+"""Benchmark: writing a log with sync, and reading it to data frames, compared in the same run with mcap's own reader.
 
 make bench, or: pytest tests/benchmarks/test_log_speed.py --benchmark-only
 """

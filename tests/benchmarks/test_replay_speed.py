@@ -1,4 +1,5 @@
-"""How long do seven strategies over one Deliver-3 log take? The aim: under 2 s on two cores, on each of eight logs.
+"""Benchmark: replay of seven strategies over one Deliver-3 log. The aim is under 2 s on two cores, for each of eight
+logs.
 
 Measured are the processor time in one process; the wall time of the replays with two workers, in a fresh process as
 the command does it, imports left out; and the wall time of the whole command, imports and all.

@@ -1,4 +1,4 @@
-"""A headless Chromium for tests, and words for what they look at."""
+"""A headless Chromium for tests, with helpers for what they check."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A Firefox for tests, through its own Marionette protocol: Playwright drives only a Firefox of its own making.
+"""A Firefox for tests, driven by its own Marionette protocol, since Playwright drives only its own Firefox build.
 
 Firefox gives no WebGL without a screen, so Xvfb is one where there is none (Debian: firefox-esr, xvfb).
 A message is LENGTH:JSON over TCP; a command is [0, id, name, parameters], its answer [1, id, error, result].

@@ -1,4 +1,4 @@
-"""Which robots are named in the view? Those that stand alone, where there are several runs of the place."""
+"""Name tags of robots in the view: shown for those that stand alone, where several runs are of the place."""
 
 from __future__ import annotations
 

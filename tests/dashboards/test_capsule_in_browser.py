@@ -1,4 +1,4 @@
-"""The offline page, pictures and films, in a real browser without a network."""
+"""The offline page, pictures and videos, in a real browser without a network."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_costs_run_between_frames(page: Page) -> None:
         ("Plan", "Ways to begin"),
         ("Find costs", "model (exists) costs from"),
         ("Plots", "Cost so far"),
-        ("Compare", "They part"),
+        ("Compare", "They diverge"),
     ],
 )
 def test_every_tab(page: Page, tab: str, words: str) -> None:

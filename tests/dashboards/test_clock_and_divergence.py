@@ -1,4 +1,4 @@
-"""Several runs on one clock, and where they part."""
+"""Several runs on one clock, and where they diverge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`lios demo --no-view`: the main job in one go, twice into the same folder."""
+"""`lios demo --no-view`: the whole demonstration, twice into the same folder."""
 
 from __future__ import annotations
 

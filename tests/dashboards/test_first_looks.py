@@ -1,4 +1,4 @@
-"""What looking elsewhere first would have cost, and what the panels say of finds and ways that were not taken."""
+"""Expected costs of looking elsewhere first, and what the panels say about finds and alternatives."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_the_panel_says_why_a_first_look_was_not_taken() -> None:
     scene = scene_at(OURS, ns(4.5))
     words = find_costs(scene, FRIDGE, first_looks(OURS, OURS.decisions[1]))
     assert "<b>taken</b>" in words
-    assert "8.6 dearer" in words
+    assert "8.6 more expensive" in words
 
 
 def test_the_panel_says_why_a_find_is_not_in_the_plan() -> None:

@@ -1,4 +1,4 @@
-"""The toy house as shapes: wall lengths that add up, holes where doors are, furniture of the right size."""
+"""Geometry of the toy house: wall lengths that add up, openings at doors, furniture of the right size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs that are large, bare or strange: a thousand item types, no map, no beliefs, no rooms with walls."""
+"""Large, sparse and strange logs: a thousand item types, no map, no beliefs, rooms without walls."""
 
 from __future__ import annotations
 

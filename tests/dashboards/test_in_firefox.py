@@ -1,4 +1,4 @@
-"""The dashboard and the offline page in Firefox: drawn, clicked, sought, restored."""
+"""The dashboard and the offline page in Firefox: drawing, clicks, seeking, restoring."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_the_dashboard_draws_seeks_and_restores(tab: Firefox) -> None:
         tab.until("new URLSearchParams(location.search).get('at') > 0")
         for label, words in (
             ("Plots", "Expected remaining cost"),
-            ("Compare", "They part"),
+            ("Compare", "They diverge"),
             ("Find costs", "costs from"),
         ):
             tab.click(f"//*[@role='tab'][normalize-space()='{label}']")

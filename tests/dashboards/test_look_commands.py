@@ -1,4 +1,4 @@
-"""`lios capsule`, `figures`, `view`, `render`, typed: what is left out is said, mistakes told in a line."""
+"""`lios capsule`, `figures`, `view`, `render`: runs that are left out are reported, mistakes give one line."""
 
 from __future__ import annotations
 

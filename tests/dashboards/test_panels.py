@@ -1,4 +1,4 @@
-"""Panels of the toy run: what they say, and that markup in names is shown and never run."""
+"""Panels of the toy run: their content, and that markup in names is shown and never run."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A plan that was not found expects no cost: not in the log, not in tables, not on screen.
+"""Plans that were not found have no expected cost, in the log, in tables and on screen.
 
-Nor in a log of schema version 1, where it says 0.0.
+Also for logs of schema version 1, which hold 0.0.
 """
 
 from __future__ import annotations

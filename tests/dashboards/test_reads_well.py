@@ -1,4 +1,4 @@
-"""What a person must be able to tell at a glance: whose row it is, which container, what is done, what it costs."""
+"""What a person must recognise at a glance in the panels: whose row it is, which container, the action, its cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""A robot's own poses as its way: where it stood it stands, trembling is no walking, simulated runs keep theirs."""
+"""A robot's path from its own poses: it stands where it stood, jitter is not walking, simulated runs keep their
+paths."""
 
 from __future__ import annotations
 

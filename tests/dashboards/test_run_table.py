@@ -1,4 +1,4 @@
-"""Folders and evaluations as tables: rows from indexes and tables, points that open trials, what is not there."""
+"""Folders and evaluations as tables: rows from indexes and tables, points that open trials, missing logs."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_point_opens_its_trial_and_one_without_logs_opens_nothing(evaluation: 
     assert made.count("data-lios") == 1
     assert 'data-lios="open 0,1"' in made
     assert "2.50 less" in made
-    assert "cheaper in 1 and dearer in 1" in made
+    assert "cheaper in 1 and more expensive in 1" in made
     table = runs(rows, (0,), total=4)
     assert table.count('data-lios="open') == 2
     assert "open -1" not in table

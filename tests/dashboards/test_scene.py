@@ -1,4 +1,4 @@
-"""Scenes of a run worked out by hand: where the robot is, what it believes, what is done; in any order of seeks."""
+"""Scenes of a run worked out by hand: robot, belief, action; for seeks in any order."""
 
 from __future__ import annotations
 

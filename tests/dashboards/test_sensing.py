@@ -1,4 +1,5 @@
-"""Pictures, clouds and grids of a robot's log: read by index or by walking, placed on the map, refused when they lie.
+"""Pictures, clouds and grids of a robot's log: read by index or by a walk, placed on the map, rejected when
+inconsistent.
 
 The hand-made log: the robot's odom stands at (10, 0) on the map and is turned by 90 degrees left; its body is 1 m
 ahead in odom, so at (10, 1) on the map.

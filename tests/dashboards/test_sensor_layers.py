@@ -1,4 +1,4 @@
-"""The layers of a robot's sensors in one browser, against a scene that only remembers what it was told to show."""
+"""Sensor layers of one browser, against a scene that only records what it was asked to show."""
 
 from __future__ import annotations
 

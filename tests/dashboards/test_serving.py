@@ -1,4 +1,4 @@
-"""Serving: what is refused, what an address restores, what a log that grows does. Without a browser."""
+"""Serving without a browser: refusals, restored addresses, growing logs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Callbacks of a browser come from several threads: a seek is never lost, a state never half changed."""
+"""Concurrent callbacks of one browser: a seek is never lost, a state never half changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person reads and sees must be so: pairs of runs, ways there and back, axes, names, figures of one item."""
+"""Correctness of what is shown: pairs of runs, paths there and back, axes, names, figures of one item."""
 
 from __future__ import annotations
 

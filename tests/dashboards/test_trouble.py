@@ -1,4 +1,4 @@
-"""What goes wrong while a view is drawn is said in a line, in the tab and in the log, and the view goes on."""
+"""Errors while a view is drawn are reported in one line, in the tab and in the log, and the view goes on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours in the 3D view are those of the legend: Viser takes a batch's as shares of light, not as sRGB."""
+"""Colours in the 3D view equal those of the legend: Viser takes a batch's colours as linear RGB, not as sRGB."""
 
 from __future__ import annotations
 

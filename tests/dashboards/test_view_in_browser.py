@@ -85,7 +85,7 @@ def test_the_house_is_drawn_and_the_slider_moves_the_run(page: Page, tmp_path: P
         ("Plan", "Intended order of search"),
         ("Find costs", "costs from"),
         ("Plots", "Cost so far"),
-        ("Compare", "They part"),
+        ("Compare", "They diverge"),
         ("Runs", "of 2 runs"),
         ("View", "Walls"),
     ],

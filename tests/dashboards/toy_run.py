@@ -1,4 +1,4 @@
-"""Two hand-made runs in the toy house: seconds, costs and beliefs that can be worked out in the head.
+"""Two hand-made runs in the toy house, with seconds, costs and beliefs that can be checked mentally.
 
 Ours: at 0 s decides to search the fridge (1 m north, 2 s), looks (2 s); at 4 s decides for the counter (1.5 m east,
 1 s), looks (2 s) and sees a mug at 7 s; picks it (5 s) until 12 s; walks back until 15 s.

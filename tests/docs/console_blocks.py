@@ -1,4 +1,4 @@
-"""Do the commands of a page do what the page shows? Finds a page's console and Python blocks, and runs them.
+"""Runs the console and Python blocks of a documentation page and compares what they print with what the page shows.
 
 A block is ```console with lines "$ command" and, below each, what it prints; or ```python, a program of its own,
 where `<!-- run: python -->` stands before it.

@@ -1,4 +1,4 @@
-"""The container file names what is there: no engine is needed to see a path or an option that went away."""
+"""The container file names existing paths and options, checked without a container engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Help as a person meets it: completion can be had, and every example can be copied as one line."""
+"""Help texts: completion is available, and every example can be copied as one line."""
 
 from __future__ import annotations
 

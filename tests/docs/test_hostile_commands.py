@@ -1,4 +1,4 @@
-"""Whatever is typed, a person gets one line that says what is wrong, and the exit code of bad input."""
+"""Mistyped commands give one line that says what is wrong, and the exit code of bad input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every link of README.md and the documentation leads to something: local ones are followed, anchors too."""
+"""Links of README.md and the documentation: every local target and anchor exists."""
 
 from __future__ import annotations
 

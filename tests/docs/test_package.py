@@ -1,4 +1,4 @@
-"""Wheel and sdist build, hold all that is needed at run time, and work from outside the checkout."""
+"""Wheel and sdist build, contain all that is needed at run time, and work from outside the checkout."""
 
 from __future__ import annotations
 

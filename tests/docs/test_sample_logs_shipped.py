@@ -1,4 +1,4 @@
-"""The logs that ship are small, whole (but for the one that is not), and come out the same when made again."""
+"""The shipped logs are small, complete (except the one that is meant not to be), and reproduced when made again."""
 
 from __future__ import annotations
 

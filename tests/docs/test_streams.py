@@ -1,4 +1,4 @@
-"""A command whose output nobody reads, or that was started without streams, ends quietly and with the right code."""
+"""A command whose output nobody reads, or that was started without streams, ends quietly with the right exit code."""
 
 from __future__ import annotations
 

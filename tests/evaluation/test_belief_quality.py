@@ -1,4 +1,4 @@
-"""The figures of beliefs, on cases worked out by hand, and the commands that print them."""
+"""Quality figures of beliefs, on cases worked out by hand, and the commands that print them."""
 
 from __future__ import annotations
 

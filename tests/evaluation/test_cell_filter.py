@@ -1,4 +1,4 @@
-"""The cells that an expression means, as pytest's -k would have it."""
+"""Selection of cells by an expression, as pytest's -k does it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cross-validation: every house is judged once, by an estimator that did not learn from it."""
+"""Cross-validation: every house is evaluated once, by an estimator that was trained without it."""
 
 from __future__ import annotations
 

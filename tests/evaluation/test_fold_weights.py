@@ -1,4 +1,4 @@
-"""Searches and tasks by folds: every house is met by weights that were trained without it."""
+"""Searches and tasks by folds: every house is evaluated with weights that were trained without it."""
 
 from __future__ import annotations
 

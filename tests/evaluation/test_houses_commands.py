@@ -1,4 +1,4 @@
-"""`lios houses`: answers, files, refusals."""
+"""`lios houses`: results, files, refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Labels of a time axis do not touch, whether decisions take a millisecond or a minute."""
+"""Labels of a time axis do not overlap, whether decisions take a millisecond or a minute."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is stopped, stops: workers end with the process that made them, however that ends."""
+"""Worker processes end with the process that started them, however that ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the object search: what they show is what was computed."""
+"""Figures of the object search show what was computed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The object-search experiment: trials worked out by hand, and held to the ordinary closed loop."""
+"""The object-search experiment: trials worked out by hand, and compared with the ordinary closed loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bootstrap intervals: values solvable by hand, coverage, and what clusters change."""
+"""Bootstrap intervals: values solvable by hand, coverage, and the effect of clusters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Task trials are paired, the same at any number of workers, and go on where they were stopped."""
+"""Task trials are paired, the same for any number of workers, and resume where they were stopped."""
 
 from __future__ import annotations
 

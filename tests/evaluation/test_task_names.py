@@ -1,4 +1,4 @@
-"""Names of scenarios and strategies in tables, figures and files: readable, as they are, and no two alike."""
+"""Names of scenarios and strategies in tables, figures and files: readable, faithful, and unique."""
 
 from __future__ import annotations
 

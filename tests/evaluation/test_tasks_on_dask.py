@@ -1,4 +1,4 @@
-"""Task trials on a Dask cluster: a scheduler and two workers in processes of their own, one of them killed midway."""
+"""Task trials on a Dask cluster: a scheduler and two worker processes, one of which is killed midway."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A world that answers from the toy house, and that can be told to break the assumptions."""
+"""A world that answers from the toy house, and that can be made to violate the assumptions."""
 
 from __future__ import annotations
 

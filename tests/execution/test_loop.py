@@ -1,4 +1,4 @@
-"""The closed loop over the toy house (tests/toy.py): every way a run can go and end, worked out by hand."""
+"""The closed loop over the toy house (tests/toy.py): every course and end of a run, worked out by hand."""
 
 from __future__ import annotations
 

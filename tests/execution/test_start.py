@@ -1,4 +1,4 @@
-"""What is known at the start: seeded, and never more than the share that is asked for."""
+"""What is known at the start: seeded, and never more than the requested share."""
 
 from __future__ import annotations
 

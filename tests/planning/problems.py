@@ -1,4 +1,4 @@
-"""Random small problems with whole-number costs, for holding solvers to one another."""
+"""Random small problems with integer costs, for comparing solvers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where what a scenario adds may stand: even chances over the containers left, by hand on the toy house."""
+"""Where a scenario's added items may be: equal probability over the containers left, by hand on the toy house."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A planner of somebody else's may do anything: the run ends with a status that says what it did."""
+"""Strategies that break: the run ends with a status that says what the strategy did."""
 
 from __future__ import annotations
 

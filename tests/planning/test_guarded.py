@@ -1,4 +1,4 @@
-"""A stranger's strategy may do anything: its run ends with a status, and the command's answer stays clean."""
+"""Third-party strategies: a failure ends the run with a status, and the command's output stays clean."""
 
 from __future__ import annotations
 

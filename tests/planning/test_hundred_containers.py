@@ -1,4 +1,4 @@
-"""A house of 108 containers plans too: the paper left out every house of more than 40."""
+"""Planning in a house of 108 containers; the paper left out every house of more than 40."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Deliveries of ever so many things: there is always a plan, one errand after the other, and it is a good one."""
+"""Many deliveries: there is always a plan, one errand after the other, and it is a good one."""
 
 from __future__ import annotations
 

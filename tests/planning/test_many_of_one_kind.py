@@ -1,4 +1,4 @@
-"""Goals that ask for many things of one type: as good a plan as before, and never for ever."""
+"""Goals that ask for many items of one type: plans of the same quality, in bounded time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The oracle is the lower bound of every table: also where things that nobody has seen meet a part of the goal."""
+"""The oracle is the lower bound of every table, also where items that nobody has seen meet a part of the goal."""
 
 from __future__ import annotations
 

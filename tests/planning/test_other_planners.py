@@ -1,4 +1,4 @@
-"""PDDL names, the PDDL route, planners by command line, and processes that misbehave."""
+"""PDDL names, the PDDL route, planners by command line, and misbehaving processes."""
 
 from __future__ import annotations
 

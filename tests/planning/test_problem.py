@@ -1,4 +1,4 @@
-"""The typed problem: steps advance the state, illegal ones are named, goals hold by different things."""
+"""The typed problem: steps advance the state, illegal ones are named, parts of a goal hold by different items."""
 
 from __future__ import annotations
 

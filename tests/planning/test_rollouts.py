@@ -1,4 +1,4 @@
-"""First steps tried in believed worlds: costs by hand on the toy house, and the cases that rollouts leave alone."""
+"""Rollouts of first steps in sampled worlds: costs by hand on the toy house, and the goals without rollouts."""
 
 from __future__ import annotations
 

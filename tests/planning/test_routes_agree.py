@@ -1,4 +1,4 @@
-"""The built-in solver, SAS+ and PDDL are held to the same optimal cost."""
+"""The built-in solver, SAS+ and PDDL reach the same optimal cost."""
 
 from __future__ import annotations
 

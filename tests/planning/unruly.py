@@ -1,4 +1,4 @@
-"""Strategies that do what no strategy should."""
+"""Strategies that violate the contract of strategies, for tests."""
 
 from __future__ import annotations
 

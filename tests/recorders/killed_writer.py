@@ -1,4 +1,4 @@
-"""Writes logs until it is killed; after every flush says in a file beside the log how many messages are safe.
+"""Writes logs until it is killed; after every flush, writes to a file beside the log how many messages are safe.
 
     python killed_writer.py
 

@@ -1,4 +1,4 @@
-"""Five cameras and a robot's state at full rate: nothing is dropped, and the robot's loop does not notice.
+"""Five cameras and a robot's state at full rate: nothing is dropped, and the robot's loop is not delayed.
 
 The default test runs two seconds and holds what does not depend on the machine; the slow one runs a minute and holds
 the figures of docs/log-format.md.

@@ -1,4 +1,4 @@
-"""A recorder is killed at a random moment: nothing that was flushed is lost, and recovery makes a clean log of it.
+"""Recorders killed at random moments: nothing that was flushed is lost, and recovery makes a clean log of it.
 
 LIOS_KILLS sets how many kills the slow test makes; 1,000 by default.
 """

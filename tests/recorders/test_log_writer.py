@@ -1,4 +1,5 @@
-"""What was flushed is on disk; what is closed is read by mcap's own reader; a full disk leaves a log that reads."""
+"""The log writer: flushed data are on disk, closed logs are read by mcap's own reader, a full disk leaves a readable
+log."""
 
 from __future__ import annotations
 

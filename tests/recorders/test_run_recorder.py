@@ -1,4 +1,4 @@
-"""A recorded run explains itself, repeats byte for byte, and reaches the disk at every decision."""
+"""A recorded run is self-describing, repeats byte for byte, and reaches the disk at every decision."""
 
 from __future__ import annotations
 

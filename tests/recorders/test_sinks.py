@@ -1,4 +1,4 @@
-"""Nothing is lost between parts, a moment is saved after it happened, and the robot never waits for the disk."""
+"""Sinks: nothing is lost between parts, a moment can be saved afterwards, and the robot never waits for the disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two recordings to one file would be none: the second is refused, and the first goes on unharmed."""
+"""Two recordings to one file: the second is refused, and the first goes on unharmed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Planners that break, stall, cheat or answer nonsense; and one that behaves."""
+"""Planners that break, stall, cheat or give invalid answers; and one that behaves."""
 
 from __future__ import annotations
 

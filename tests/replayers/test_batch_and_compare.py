@@ -1,4 +1,4 @@
-"""Many logs and strategies: kept, resumed, recorded with their origin, and compared world by world."""
+"""Many logs and strategies: stored, resumed, recorded with their origin, and compared world by world."""
 
 from __future__ import annotations
 

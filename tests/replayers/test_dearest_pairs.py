@@ -1,4 +1,4 @@
-"""The compiled assignment and clusters are those of scipy, ties and all."""
+"""The compiled assignment and clustering equal scipy's, ties included."""
 
 from __future__ import annotations
 

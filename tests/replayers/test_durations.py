@@ -1,4 +1,4 @@
-"""Seconds fitted from a log: by hand, with residuals, and never a negative time."""
+"""Durations fitted to a log: by hand, with residuals, and never a negative time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a log makes certain: each odd case of docs/replay.md has its one meaning."""
+"""What a log makes certain: each odd case has the meaning that docs/replay.md gives it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_two_instances_of_a_type_are_two_items_and_one_listed_twice_is_one() -> 
 def test_of_two_looks_the_first_counts() -> None:
     contents, notes = contents_at_start([seen(BED, "Book|1", s=1), seen(BED, "Book|1", "Pen|1", s=2)], [], PLACES)
     assert ids(contents, BED) == ["Book|1"]
-    assert "looked into twice" in notes[0]
+    assert "searched twice" in notes[0]
 
 
 def test_a_container_that_the_place_does_not_have_is_left_out_with_a_note() -> None:

@@ -1,4 +1,4 @@
-"""Tables have the rows and types that they promise, one log or many, and a bad log breaks nothing."""
+"""Tables have the declared rows and types, for one log or many, and a bad log does not break the others."""
 
 from __future__ import annotations
 

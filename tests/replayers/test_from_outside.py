@@ -1,4 +1,4 @@
-"""What is bounded once a state is what would be bounded anew, and strategies of one kind share it."""
+"""Cached bounds of states equal freshly computed ones, and strategies of one kind share them."""
 
 from __future__ import annotations
 

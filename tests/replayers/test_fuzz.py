@@ -1,6 +1,6 @@
-"""Whatever bytes are thrown at reader, doctor and recovery: an answer or one line, in bounded time and memory.
+"""Fuzzing of reader, doctor and recovery: any bytes give a result or one line, in bounded time and memory.
 
-The slow test goes on for LIOS_FUZZ_S seconds, ten minutes by default.
+The slow test runs for LIOS_FUZZ_S seconds, ten minutes by default.
 """
 
 from __future__ import annotations

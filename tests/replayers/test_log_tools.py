@@ -1,4 +1,4 @@
-"""Filter, merge, split, compact, convert, note, cat: nothing changes but what was asked for."""
+"""Filter, merge, split, compact, convert, note, cat: nothing changes but what was requested."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Whose beliefs a replay uses: the log's own where they suffice, its estimator where beliefs follow what is seen."""
+"""Source of beliefs in a replay: the log's own where they suffice, its estimator where beliefs depend on what is
+seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A log as a world: what it answers, what it cannot answer, and what each answer rests on."""
+"""A log as a world: what it answers, what it cannot answer, and the support of each answer."""
 
 from __future__ import annotations
 

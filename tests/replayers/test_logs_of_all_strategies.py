@@ -1,4 +1,4 @@
-"""Whatever strategy drove it, a recorded run is one that the doctor finds nothing wrong with."""
+"""Runs recorded by any strategy pass the doctor without findings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bounds from above hold in whatever order things turn out: against every order, by brute force."""
+"""Upper bounds hold in every consistent world: compared with every order of finds by brute force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Our logs are read by libraries that we did not write, and ROS 2 bags that passed our tools still are bags."""
+"""Third-party libraries read our logs, and ROS 2 bags that passed our tools are still valid bags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The example package of docs/replay.md: a planner of one's own does what the page says."""
+"""The example package of docs/replay.md: a plug-in planner does what the page says."""
 
 from __future__ import annotations
 

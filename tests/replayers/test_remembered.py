@@ -1,4 +1,4 @@
-"""What is remembered of searches is what the policy would answer again."""
+"""Cached searches equal what the policy would answer again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounds over every world that agrees with a log: by hand, and against trying every filling one by one."""
+"""Bounds over every consistent world: by hand, and against enumerating every assignment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Every kind of bad or odd input through the command line: its meaning of docs/replay.md, "Odd logs"."""
+"""Every kind of bad or odd input through the command line has the meaning that docs/replay.md, "Odd logs", gives
+it."""
 
 from __future__ import annotations
 
@@ -264,7 +265,7 @@ def test_the_worlds_at_the_ends_of_the_bounds_are_written_and_read_as_runs(
     assert len({r.info.run_id for r in (best, worst, drawn, run)}) == 4
     assert all(r.info.origin_sha256 == run.sha256 and r.info.source == "replay" for r in (best, worst, drawn))
     assert "imputed" in {a.support for a in worst.actions}
-    assert "dearest world" in worst.info.title
+    assert "most expensive world" in worst.info.title
     for told in (best, worst, drawn):
         timeline = timeline_of(told)
         assert scene_at(timeline, timeline.end_ns) is not None

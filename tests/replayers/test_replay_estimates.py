@@ -1,4 +1,4 @@
-"""Estimates: drawn worlds agree with the log and with the belief; means and chances are what the draws say."""
+"""Estimates: sampled worlds are consistent with log and belief; means and probabilities follow from the samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `lios evaluate replay` counts, by hand; and which tasks it sets."""
+"""The figures of `lios evaluate replay`, by hand; and its choice of tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cut anywhere, flipped anywhere: never a traceback, everything intact is saved, and the doctor notices."""
+"""Logs cut anywhere and flipped anywhere: never a traceback, everything intact is saved, and the doctor notices."""
 
 from __future__ import annotations
 

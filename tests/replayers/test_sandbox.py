@@ -1,4 +1,4 @@
-"""Planners from outside: whatever they do is a status with a reason, and the truth is out of their reach."""
+"""Plug-in planners: failures are statuses with a reason, and the truth is out of their reach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several runs in one log and each in a file again, nothing changed; by the command line, with the sample logs."""
+"""Several runs in one log, and each in a file again, unchanged; by the command line, with the sample logs."""
 
 from __future__ import annotations
 

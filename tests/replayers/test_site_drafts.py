@@ -1,4 +1,4 @@
-"""A survey drafted from a recording is a survey that can be loaded, and agrees with the place that was driven."""
+"""A survey drafted from a recording can be loaded, and agrees with the place that was driven."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns become the frames that Arrow itself would make of them: of one log or many, with what is missing."""
+"""Columns become the frames that Arrow itself would make of them: of one log or many, with missing values."""
 
 from __future__ import annotations
 

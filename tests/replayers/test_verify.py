@@ -116,11 +116,11 @@ def test_another_reckoning_of_the_same_step_is_told_from_another_step(tmp_path: 
     divergence = verify(replace(run, plans=(turned, *run.plans[1:]))).divergence
     assert divergence is not None
     assert divergence.field == "search_order"
-    assert "the same next step by another reckoning" in divergence.why
+    assert "the same next step from different figures" in divergence.why
     elsewhere = msgspec.structs.replace(first, search_order=first.search_order[::-1])
     divergence = verify(replace(run, plans=(elsewhere, *run.plans[1:]))).divergence
     assert divergence is not None
-    assert "the strategy decides otherwise" in divergence.why
+    assert "the strategy decides differently" in divergence.why
     assert "recorded by" in divergence.why
 
 

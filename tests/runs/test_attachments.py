@@ -1,4 +1,4 @@
-"""Place, task, settings and identity come back from their attachments as they were, and refuse what they are not."""
+"""Place, task, settings and identity survive the round trip through attachments; invalid ones are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every event survives the wire; the same event gives the same bytes; what is not of the vocabulary is refused."""
+"""The codec of events: round trip, the same bytes for the same event, and refusal of unknown messages."""
 
 from __future__ import annotations
 

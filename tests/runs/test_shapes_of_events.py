@@ -1,4 +1,4 @@
-"""A belief or a table of costs whose numbers do not fit its labels is refused where it is read, not where used."""
+"""Beliefs and cost tables whose shapes do not match their labels are refused when they are read, not when used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is missing after every subset: the compiled loops are held to the numpy that explains them."""
+"""Probabilities of a missing object after every subset: the compiled loops equal the numpy reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Eq. 1: held to all orderings, to cases solved by hand, and to the laws that a find cost obeys."""
+"""Eq. 1: compared with all orders and with cases solved by hand, and the properties that a find cost has."""
 
 from __future__ import annotations
 

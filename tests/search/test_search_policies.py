@@ -1,4 +1,4 @@
-"""The contract that every search policy keeps, and what each one does on the toy house."""
+"""The contract of every search policy, and what each one does on the toy house."""
 
 from __future__ import annotations
 

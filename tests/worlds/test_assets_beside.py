@@ -1,4 +1,4 @@
-"""Exact sizes lie beside the houses: they are used unless others are given."""
+"""Exact sizes beside the houses are used unless others are given."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that are no houses, and how they are refused: one line, in bounded memory."""
+"""Files that are not houses are refused with one line, in bounded memory."""
 
 from __future__ import annotations
 

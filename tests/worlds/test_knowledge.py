@@ -1,4 +1,4 @@
-"""What the robot knows, advanced by what it sees and does; worked out on the toy house."""
+"""The robot's knowledge, advanced by observations and actions; worked out on the toy house."""
 
 from __future__ import annotations
 

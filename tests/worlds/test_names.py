@@ -1,4 +1,4 @@
-"""The vocabulary: readable names, sizes, what holds and what can be carried."""
+"""The vocabulary: readable names, sizes, which types are containers and which can be carried."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Grids, shortest ways, standing poses, the cache. The toy house is worked out by hand; ways are held to scipy's."""
+"""Grids, shortest paths, standing poses, the cache. The toy house is worked out by hand; paths are compared with
+scipy's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever is wrong with a house, it is refused in one line or it works; nothing else ever happens."""
+"""Fuzzing of houses: a faulty house is refused with one line or works; nothing else happens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Survey files: the shipped home, maps of ROS, measured travel costs, and mistakes that are named."""
+"""Survey files: the shipped home, ROS maps, measured travel costs, and mistakes that are reported."""
 
 from __future__ import annotations
 

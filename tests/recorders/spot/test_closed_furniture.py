@@ -1,4 +1,4 @@
-"""Who opens what is closed? What nobody opened was not seen into, and must not be told as empty."""
+"""Closed furniture: what nobody opened was not seen into, and is never recorded as empty."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The official client talks to the simulated robot as to a robot: every service that the project uses."""
+"""The official client talks to the simulated robot as to a real one: every service that the project uses."""
 
 from __future__ import annotations
 

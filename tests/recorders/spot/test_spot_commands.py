@@ -1,4 +1,4 @@
-"""The commands around Spot: what they print, how they fail, what they leave behind."""
+"""The Spot commands: what they print, how they fail, what they leave behind."""
 
 from __future__ import annotations
 

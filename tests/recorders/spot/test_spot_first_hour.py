@@ -1,4 +1,4 @@
-"""What goes wrong in the first hour with a real robot: each is one line, the lease is free, nothing is made up."""
+"""Failures of the first hour with a real robot: each gives one line, frees the lease, and invents no data."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Runs on the robot: the closed loop through the official client, with every failure on the way.
 
-Whatever happens: the log is whole, the run ends with a status, the lease is free.
+In every case the log is complete, the run ends with a status, and the lease is free.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Credentials are in no log: every byte of recorded runs and sessions is searched, packed and unpacked."""
+"""Credentials are in no log: every byte of recorded runs and sessions is searched, compressed and decompressed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sessions recorded from a robot in real time: nothing lost, both clocks kept, gaps marked, nothing secret."""
+"""Sessions recorded from a robot in real time: nothing lost, both clocks kept, gaps marked, no secrets."""
 
 from __future__ import annotations
 

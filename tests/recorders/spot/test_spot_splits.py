@@ -1,4 +1,4 @@
-"""Long sessions in several files, and the last seconds kept until somebody wants them."""
+"""Long sessions in several files, and the last seconds kept in memory until they are requested."""
 
 from __future__ import annotations
 

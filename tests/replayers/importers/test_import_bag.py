@@ -1,4 +1,4 @@
-"""Bags of ROS 1 and ROS 2 become runs; what is no bag, empty, or without tf gives one clear line."""
+"""Bags of ROS 1 and ROS 2 become runs; files that are not bags, are empty, or lack tf give one clear line."""
 
 from __future__ import annotations
 
