@@ -1,4 +1,4 @@
-"""The offline page: runs as one HTML file that plays in a browser without a network.
+"""How can a run be handed to someone who has nothing installed? As one HTML file that plays offline.
 
 The page carries the house as batches, each run as arrays, and the panels as they were at every moment at which
 they changed, each text once; gzip makes that small. It loads nothing and sends nothing (its security policy says so).

@@ -29,14 +29,14 @@ class Proof(StrEnum):
     OUTER = "outer"
     """No consistent world exceeds it; whether one attains it is not known."""
     STRAIGHT = "outer-if-straight"
-    """As outer, for strategies that go straight (most_to_walk.py)."""
+    """As outer, but only for strategies that go straight (docs/replay.md, Bounds)."""
     NONE = "none"
     """No upper bound is known: the strategy does not go straight, or things are to be prepared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """The least and the greatest cost over all worlds that are consistent with the log.
+    """The least and the largest cost over all worlds that agree with the log.
 
     Attributes:
         lower, upper: charged costs; upper is infinite where no upper bound is known.
@@ -44,10 +44,10 @@ class Bounds:
         least_found, largest_found: costs that some world certainly has, the least and the largest that is known;
             drawn worlds count (with_ends).
         complete: every world was followed to its end.
-        stretches: how many segments of the closed loop were run.
+        stretches: how many stretches of the loop it took.
         can_fail: some world makes the strategy fail, as far as it was followed.
-        cheapest, dearest: run ends that cost least_found and largest_found, each with the world it happened in.
-        told: bounds of the cost in each group of worlds; the groups cover all worlds. Empty when there are too many.
+        cheapest, dearest: ends that cost least_found and largest_found: worlds that one can look at.
+        told: what is known of the cost in each group of worlds, all of them together; empty when there are too many.
     """
 
     lower: float

@@ -1,7 +1,7 @@
-"""Cluster diameters under complete linkage, by nearest-neighbour chains.
+"""How wide are clusters when they are merged, the least widest first? Complete linkage by nearest-neighbour chains.
 
 A chain goes from each cluster to its nearest until two are nearest to each other; those merge. With complete linkage
-that gives the same merges as repeatedly taking the closest pair (Murtagh, "Complexities of hierarchic clustering
+that gives the same merges as always taking the closest pair (Murtagh, "Complexities of hierarchic clustering
 algorithms", 1984; Muellner, "Modern hierarchical, agglomerative clustering algorithms", arXiv:1109.2378). Compiled
 with numba. The same algorithm with the same ties as scipy.cluster.hierarchy.linkage, to which a test holds it.
 

@@ -1,4 +1,4 @@
-"""Worlds sampled from the belief, given all that the log shows; for estimates, never for bounds.
+"""Which worlds are likely, given all that the log saw? Draws from the belief, for estimates; never for bounds.
 
 Open containers hold each relevant type independently with the belief's probability. A type of which the log shows
 no instance, but which is known to exist, is in at least one of them: drawn exactly, container by container, by the

@@ -45,7 +45,7 @@ class Evidence:
     """What one log makes certain.
 
     Attributes:
-        path, sha256, info, complete: which log; whether it was closed properly.
+        path, sha256, info, complete: which log; whether it was closed in order.
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
         shut: containers that could not be searched, with the reason; they refuse again.

@@ -50,8 +50,8 @@ class Settings:
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
-        timeout_s: the longest that a plug-in planner may take for one decision, in seconds.
-        seed: of the sampled worlds. The strategies' own seed is that of the run.
+        timeout_s: the longest that a planner from outside may take for one decision.
+        seed: of the drawn worlds. The strategies' own seed is the run's.
     """
 
     estimator: str = "log"
@@ -70,8 +70,8 @@ class Ground:
 
     Attributes:
         evidence: what the log makes certain.
-        estimator, steady: the source of beliefs, and whether it depends on names alone.
-        worlds: sampled once for all strategies, so that comparisons are paired.
+        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
+        worlds: drawn once for all strategies, so that comparisons are paired.
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
         exact_beliefs: the estimator answers what the robot believed, not what a log made of it by rounding.

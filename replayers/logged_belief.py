@@ -119,7 +119,7 @@ def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Believer:
-    """The source of beliefs in a replay.
+    """Who believes in a replay.
 
     Attributes:
         estimator: what is asked.

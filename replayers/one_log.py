@@ -33,14 +33,14 @@ NEW_OBJECTS = 500_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What to replay and where to store the results.
+    """What to replay and where to keep it.
 
     Attributes:
         strategies: by name; "all" has been spelt out.
         origin: who gives these names.
         output: the folder that keeps replays; None keeps nothing.
         write_logs: also record each replay as MCAP in the folder.
-        worlds: those of replay.WORLDS in which the run is recorded as well.
+        worlds: of replay.WORLDS, those in which the run is recorded besides.
     """
 
     strategies: tuple[str, ...]
@@ -120,7 +120,7 @@ class OneLog:
         return self._run
 
     def load(self, name: str) -> None:
-        """Runs a strategy over the log alone, for what that loads: processes that are copies have it then."""
+        """Runs a strategy over the log alone to load its code, so that forked processes have it."""
         with suppress(LiosError):  # it will be told where the strategy is replayed
             if isinstance(self.ground, Ground) and not self._wanted.is_foreign(name):
                 over_log_alone(self.ground, strategy(name, origin=self._wanted.origin))

@@ -91,7 +91,7 @@ def plan_again(
     """Plans at a moment of a log.
 
     Args:
-        at: seconds after the start; decision: its number; neither means the first decision.
+        at: seconds after the start; decision: by number; neither means the first.
         strategy: the run's own if not given.
         solver: the strategy's own if not given.
         origin: who gives strategy and solver. The name in the log is the log's in any case.

@@ -44,7 +44,7 @@ class Memory:
         nearest_first: bool,
         empty_handed: bool,
     ) -> FromOutside:
-        """The bounds from outside, one for every kind of strategy over the log."""
+        """The outer bounds over the log, cached for every kind of strategy."""
         key = (relevance.types, nearest_first, empty_handed)
         if key not in self.outsides:
             self.outsides[key] = FromOutside(

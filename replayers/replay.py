@@ -103,7 +103,7 @@ class Replay:
 
     @property
     def cost(self) -> float | None:
-        """What it costs, where that is certain: exact, or run in the recorded truth alone."""
+        """The cost where it is certain: exact, or run in the recorded truth alone."""
         if self.status in (RunStatus.PLANNER_FAILED, RunStatus.NOT_REPRODUCED):
             return None
         if self.bounds is None:
@@ -280,7 +280,7 @@ def _ended(events: tuple[Event, ...]) -> Ended:
 
 
 def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Replay:
-    """A strategy that must see the truth: only where the log holds it and it may be used."""
+    """A replay of a strategy that must see the truth: only where the log holds it and it may be used."""
     if ground.truth is None:
         raise Unsupported(
             f"{strategy_name} knows the whole house, so a replay needs the recorded truth. Give --with-truth."

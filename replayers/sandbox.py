@@ -1,7 +1,7 @@
 """A planner from outside in a process of its own, where it cannot break or stall a replay, or see the truth.
 
-The planner receives views over a pipe and answers with decisions. What it raises, a decision that takes too long, an
-answer that is not a decision, and asking for the truth become a decision without a plan, which ends the run as
+It receives views over a pipe and answers decisions. What it raises, a decision that takes too long, an answer that
+is no decision, and asking for the truth are turned into a decision without a plan, which ends the run as
 "planner-failed" with the reason. The process holds neither the log nor its path, so there is no truth to find.
 Views and decisions cross the pipe in memory by multiprocessing's own encoding; nothing of it is ever stored.
 """
@@ -93,7 +93,7 @@ def require_planner(name: str) -> None:
 def why_not_loaded(name: str) -> str:
     """Why no planner loads under a user's name: a misspelt class, a module that raises; empty where one does.
 
-    A planner that asks for the truth does load; that is reported as the status of its replay.
+    One that asks for the truth is there; what becomes of it is a replay's status.
     """
     with Sandboxed(name, origin=NameOrigin.USER) as planner:
         return "" if planner.asked_for_truth else planner.why_broken
@@ -109,7 +109,7 @@ class Sandboxed:
         timeout_s: the longest that one decision may take.
 
     Attributes:
-        asked_for_truth: it could not be created without the house.
+        asked_for_truth: it could not be made without the house.
     """
 
     def __init__(self, name: str, *, origin: NameOrigin, timeout_s: float = 10.0) -> None:
@@ -210,7 +210,7 @@ class Sandboxed:
 
 
 def _serve(pipe: Connection, spec: str, origin: NameOrigin, folder: str) -> None:
-    """The far side: loads the planner, then answers one request after the other.
+    """The child process: loads the planner, then answers one request after the other.
 
     What the planner prints goes to standard error: standard output is the command's answer, which a machine may read.
     """
@@ -268,8 +268,8 @@ def load_foreign(found: Plugin) -> Strategy:
     """The planner of a plug-in: a class, a factory of a house, or a ready strategy.
 
     Raises:
-        AskedForTruth: it cannot be created without the house.
-        TypeError: it is not a strategy.
+        AskedForTruth: it cannot be made without the house.
+        TypeError: it is no strategy.
     """
     made: Any = found.load()
     if isinstance(made, type) or not is_strategy(made):

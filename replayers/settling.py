@@ -1,9 +1,10 @@
-"""Branch and bound for the least and the greatest cost over every world that is consistent with the log.
+"""Which branches settle the least and the largest cost over every world that agrees with the log?
 
-Every node of the run tree carries an interval for the cost from there on: exact at the end of a run, an outer bound
-where the node has not been expanded, and combined from its children otherwise. The search expands where the root's
-interval can still shrink: the branch that could be cheapest, then the branch that could be most expensive. When the
-budget is spent, the remaining intervals are still valid bounds, and the result says which side is exact.
+Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
+outside where nobody has been yet (still_to_walk.py, most_to_walk.py), and from its children otherwise. The search
+goes where the interval of the whole can still shrink: down the branch that could be cheapest, then down the branch
+that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
+says which side is exact.
 
 Where beliefs follow all that is seen (unfolding.Unfolding.certain), a run that goes by them is not followed beyond
 its first open container: what else lay there would have moved them, and nobody can list that. Its interval from

@@ -113,10 +113,10 @@ class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
-    """One replay as it is stored.
+    """One replay as it is kept.
 
     Attributes:
-        key: hash of everything that the result depends on.
+        key: everything that the answer depends on, hashed.
         log, run_id, sha256, complete_log: which log.
         place, place_sha256: which house, and its plan and travel costs hashed: two houses of one name that differ
             are two houses.
@@ -127,8 +127,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             run's were asked for.
         seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
             own speeds, with the root mean square error that their residuals leave.
-        steady_beliefs: other contents of open containers cannot change the beliefs (docs/replay.md, Whose beliefs).
-        told: bounds of the cost in each group of worlds; the groups together cover every consistent world.
+        steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
+        told: what is known of the cost in each group of worlds; all groups together are every consistent world.
         if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
             bounds hold without that.
         imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.

@@ -125,7 +125,7 @@ Choose = Callable[[Question], Answer]
 
 @final
 class Unfolding:
-    """A strategy's runs over one log, cached as far as they have been followed.
+    """A strategy's runs over one log, remembered as far as they have been followed.
 
     Args:
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
@@ -135,14 +135,14 @@ class Unfolding:
             nothing that was decided by them is certain, from the start on.
         reads_beliefs: the strategy's decisions depend on beliefs.
         nearest_first: its looks go to the nearest unsearched container.
-        empty_handed: it looks only with an empty hand.
-        durations: how long actions take where the events of a run are returned.
+        empty_handed: it looks only with its hand free.
+        durations: how long actions take where a run is told.
 
     Attributes:
-        root: the node at the start of the run.
-        stretches: how many segments were run.
-        largest_picks: the largest number of picks on any path followed.
-        asked: open containers that the strategy searched in some world.
+        root: the start.
+        stretches: how many stretches were run.
+        largest_picks: the most picks of any way followed.
+        asked: open containers that the strategy was seen to look into, in some world.
     """
 
     def __init__(

@@ -2,7 +2,7 @@
 
 For a simulated run every observation, belief, find cost, plan and action must come out the same. For a robot's log
 the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief.
-Stamps, paths and timings are not compared: they belong to the robot, not to the strategy.
+Stamps, ways and timings are not compared: they are the robot's, not the strategy's.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ def figures(
     logs: Annotated[list[Path], Argument(help="Logs of one task; the first is in focus.")],
     output: Annotated[Path, Option("-o", "--output", help="The folder to write to.")] = Path("figures"),
     format_: Annotated[
-        list[str] | None, Option("--format", help="pdf, svg or png; again for more; default: pdf and png.")
+        list[str] | None, Option("--format", help="pdf, svg or png; may be repeated; default: pdf and png.")
     ] = None,
     force: Force = False,
     as_json: Json = False,

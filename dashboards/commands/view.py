@@ -9,16 +9,18 @@ from workbench.parameters import Argument, Option
 
 
 def view(
-    logs: Annotated[list[Path], Argument(help="Logs of one task to lay over each other, or a folder of logs.")],
+    logs: Annotated[list[Path], Argument(help="Logs of one task to show together, or a folder of logs.")],
     port: Annotated[int, Option(help="Port to listen on; 0 takes any free one.")] = 8080,
-    host: Annotated[str, Option(help="Address to listen on; only this machine by default.")] = "127.0.0.1",
-    at: Annotated[float, Option(help="Seconds after the start to show first.")] = 0.0,
+    host: Annotated[
+        str, Option(help="Address to listen on; by default, only this machine can connect.")
+    ] = "127.0.0.1",
+    at: Annotated[float, Option(help="Seconds after the start at which to begin.")] = 0.0,
     follow: Annotated[bool, Option("--follow", help="Show a run while it is being recorded.")] = False,
     no_token: Annotated[
         bool, Option("--no-token", help="Let in every program of this machine; not for other addresses.")
     ] = False,
 ) -> None:
-    """Show runs in 3D in a browser.
+    """Look at runs in 3D in a browser.
 
     Several logs are laid over each other on one clock; a folder opens as a table of its runs. The address that is
     printed holds a token; who does not have it is not answered.

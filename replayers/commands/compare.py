@@ -27,7 +27,7 @@ def compare(
     seed: Annotated[int, Option("--seed", help="Seed of the intervals.")] = 0,
     json: Json = False,
 ) -> None:
-    """Compare strategies in pairs over replayed logs.
+    """Which strategy is better on these logs?
 
     wins, loses and equal hold in every world that agrees with the log; the rest is undecided. Intervals draw houses;
     where there is one house only they draw its logs, are widened, and say nothing of another house.

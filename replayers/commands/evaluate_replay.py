@@ -17,7 +17,7 @@ def replay(
     houses: Houses = None,
     part: Split = "test",
     scenarios: Annotated[
-        str, Option("--scenarios", help="Scenarios by comma, taken in turn.")
+        str, Option("--scenarios", help="Scenarios, separated by commas, taken in turn.")
     ] = "find,deliver-3,any-of-three",
     strategies: Annotated[
         str, Option("--strategies", "-s", help="Each records a log and is replayed over the others' logs.")
@@ -32,7 +32,7 @@ def replay(
         str,
         Option("--estimator", "--estimators", help="What the runs believe, by comma; each measures the same tasks."),
     ] = "fcnn,counts,best",
-    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds drawn for each estimate.")] = 200,
+    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 200,
     budget: Annotated[
         int,
         Option(
@@ -42,13 +42,13 @@ def replay(
         ),
     ] = 400,
     workers: Workers = 1,
-    seed: Annotated[int, Option("--seed", help="Of the tasks and of the drawn worlds.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the tasks and of the sampled worlds.")] = 0,
     output: Annotated[Path | None, Option("--output", "-o", help="A CSV file with every counterfactual.")] = None,
     force: Force = False,
     dry_run: DryRun = False,
     json: Json = False,
 ) -> None:
-    """Measure bounds and estimates of replay against a truth that the replayer does not see.
+    """Measure replay: bounds and estimates against a truth that the replayer does not see.
 
     For each estimator, every strategy records a log of every task; every other strategy is replayed over it and also
     run in the simulator. inside_bounds should be 1. Calibration is over the replays that are not exact. Costs come in

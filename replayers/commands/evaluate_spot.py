@@ -23,17 +23,17 @@ def spot(
         "pes-greedy,pes-lios,model-lios,conditioned-lios"
     ),
     estimator: Annotated[
-        str, Option("--estimator", help="What our strategies believe: counts, fcnn, best.")
+        str, Option("--estimator", help="Estimator of our strategies: counts, fcnn, best.")
     ] = "best",
     paper_estimator: Annotated[
-        str, Option("--paper-estimator", help="What the paper's strategies believe.")
+        str, Option("--paper-estimator", help="Estimator of the paper's strategies.")
     ] = "fcnn",
     output: Annotated[Path | None, Option("--output", "-o", help="Folder for the logs; kept.")] = None,
     cross: Annotated[bool, Option("--cross/--no-cross", help="Replay each log for the other strategies.")] = True,
     images_hz: Annotated[
         float, Option("--images-hz", min=0, max=60, help="Pictures per second in the logs; 0 for none.")
     ] = 0.03,
-    raw: Annotated[bool, Option("--raw/--no-raw", help="In the logs also bosdyn's messages as they came.")] = True,
+    raw: Annotated[bool, Option("--raw/--no-raw", help="Also log bosdyn's messages as received.")] = True,
     seed: Annotated[int, Option("--seed", help="Seed of the sensors' noise and the strategies.")] = 0,
     force: Annotated[bool, Option("--force", help="Replace logs.")] = False,
     json: Json = False,

@@ -23,7 +23,7 @@ def import_bag(
     strategy: Annotated[
         str, Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
     ] = "model-lios",
-    estimator: Annotated[str, Option("--estimator", help="What believes: counts, fcnn, best.")] = "best",
+    estimator: Annotated[str, Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best.")] = "best",
     force: Force = False,
     json: Json = False,
 ) -> None:

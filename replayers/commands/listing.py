@@ -21,7 +21,7 @@ def list_logs(
     scenario: Annotated[str, Option(help="Only runs of this scenario.")] = "",
     strategy: Annotated[str, Option(help="Only runs of this strategy.")] = "",
     place: Annotated[str, Option(help="Only runs whose house or site contains this text.")] = "",
-    status: Annotated[str, Option(help="Only runs that ended so: done, no-plan, ...")] = "",
+    status: Annotated[str, Option(help="Only runs with this outcome: done, no-plan, ...")] = "",
     sort: Annotated[str, Option(help=f"By one of: {', '.join(SORTS)}.")] = "file",
     fresh: Annotated[bool, Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,

@@ -14,7 +14,7 @@ def note(
     log: Log,
     text: Annotated[str, Argument(help="What to remember. Without it, the notes of the log are shown.")] = "",
     at: Annotated[str, Option("--at", help="Seconds from the start, RFC 3339, or nanoseconds.")] = "",
-    until: Annotated[str, Option("--until", help="For a note about a stretch of time.")] = "",
+    until: Annotated[str, Option("--until", help="The end, for a note about a time span.")] = "",
     author: Annotated[str, Option("--author", help="Who says so.")] = "",
     as_json: Json = False,
 ) -> None:

@@ -30,9 +30,9 @@ Exclude = Annotated[
     list[str] | None, Option("-n", "--exclude-topic-regex", help="No topics that match; may be repeated.")
 ]
 Start = Annotated[str, Option("-S", "--start", help="Seconds from the start, RFC 3339, or nanoseconds.")]
-End = Annotated[str, Option("-E", "--end", help="The same; the end itself is not included.")]
+End = Annotated[str, Option("-E", "--end", help="As --start; the end itself is excluded.")]
 Packing = Annotated[str, Option("--compression", help="zstd, lz4 or none.")]
-ChunkSize = Annotated[int, Option("--chunk-size", help="Bytes of a chunk before it is packed.", min=1)]
+ChunkSize = Annotated[int, Option("--chunk-size", help="Size of a chunk in bytes before compression.", min=1)]
 
 
 class NoSuchTopic(NotFound):

@@ -70,7 +70,7 @@ def merge(
         bool, Option("--runs", help="Each log is a run of its own; split --by run takes them apart again.")
     ] = False,
     allow_duplicates: Annotated[
-        bool, Option("--allow-duplicates", help="Keep metadata and attachments of one name that differ.")
+        bool, Option("--allow-duplicates", help="Keep differing metadata and attachments of the same name.")
     ] = False,
     compression: Packing = "zstd",
     chunk_size: ChunkSize = 1 << 20,
@@ -191,5 +191,5 @@ def _tell(done: Rewritten, as_json: bool) -> None:
     for damage in done.loss.damages[:5]:
         warn(damage)
     if any(damage.costs_content for damage in done.loss.damages) or done.loss.messages:
-        say("Something was lost; lios doctor tells more.")
+        say("Something was lost; lios doctor shows what.")
         raise click.exceptions.Exit(3)

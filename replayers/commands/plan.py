@@ -16,19 +16,19 @@ def plan(
     log: Annotated[Path, Argument(help="A log of a run.")],
     at: Annotated[float | None, Option("--at", help="Seconds after the start; default: the start.")] = None,
     decision: Annotated[int | None, Option("--decision", help="A decision by its number, from 1.")] = None,
-    strategy: Annotated[str, Option("--strategy", "-s", help="Who plans; default: who planned then.")] = "",
+    strategy: Annotated[str, Option("--strategy", "-s", help="Strategy; default: that of the run.")] = "",
     solver: Annotated[
         str, Option("--solver", help="built-in, sas-lmcut, pddl-ff-astar2, up-ENGINE, 'command:LINE', ...")
     ] = "",
     pddl: Annotated[bool, Option("--pddl", help="Print domain and problem in PDDL.")] = False,
     sas: Annotated[bool, Option("--sas", help="Print the SAS+ task.")] = False,
     everywhere: Annotated[
-        bool, Option("--everywhere", help="Plan over all places instead of those that can matter.")
+        bool, Option("--everywhere", help="Plan over all places, not only those that can matter.")
     ] = False,
-    budget: Annotated[float, Option("--budget", min=0.0, help="Seconds that the solver may take.")] = 120.0,
+    budget: Annotated[float, Option("--budget", min=0.0, help="Time limit of the solver in seconds.")] = 120.0,
     output: Annotated[
         Path | None,
-        Option("--output", "-o", help="A folder for PDDL, SAS+ and plan.json."),
+        Option("--output", "-o", help="Folder for PDDL, SAS+ and plan.json."),
     ] = None,
     force: Annotated[bool, Option("--force", help="Replace files in the output folder.")] = False,
     json: Json = False,

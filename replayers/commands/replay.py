@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
 TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
-"""Statuses whose reason is a column, or is said with the log or at the end; any other is said below the table."""
+"""Statuses whose reason is shown in a column, with the log or at the end; other reasons are shown below the table."""
 
 
 def replay(
     logs: Annotated[list[Path], Argument(help="Logs, or folders of logs.")],
     strategies: Annotated[
         str,
-        Option("--strategies", "--strategy", "-s", help='Names by comma, "module:Class", or "all".'),
+        Option("--strategies", "--strategy", "-s", help='Names separated by commas, "module:Class", or "all".'),
     ] = "all",
     verify: Annotated[
         bool,
@@ -34,15 +34,16 @@ def replay(
     ] = False,
     with_truth: Annotated[bool, Option("--with-truth", help="Also run in the recorded ground truth.")] = False,
     output: Annotated[
-        Path | None, Option("--output", "-o", help="Folder that keeps replays (JSON and MCAP); resumes there.")
+        Path | None, Option("--output", "-o", help="Folder for the replays (JSON and MCAP); resumes there.")
     ] = None,
     estimator: Annotated[
         str,
         Option(
-            "--estimator", help='"log": as in the log; "first": the log\'s first belief, held; or counts, fcnn, best.'
+            "--estimator",
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or counts, fcnn, best.',
         ),
     ] = "log",
-    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds drawn for the estimate; 0 for none.")] = 200,
+    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
     budget: Annotated[
         int,
         Option(
@@ -53,12 +54,18 @@ def replay(
     ] = 400,
     unique: Annotated[bool, Option("--unique", help="Assume no instances beyond those that the log shows.")] = False,
     no_inventory: Annotated[
-        bool, Option("--no-inventory", help="Do not assume that the task's available item types are all.")
+        bool, Option("--no-inventory", help="Do not treat the task's item list as complete.")
     ] = False,
     timeout: Annotated[
-        float, Option("--timeout", min=0.1, help="Seconds that your own planner may take for a decision.")
+        float, Option("--timeout", min=0.1, help="Time limit of your own planner for a decision, in seconds.")
     ] = 10.0,
-    look_next: Annotated[bool, Option("--look-next", help="Which unopened container would settle most?")] = False,
+    look_next: Annotated[
+        bool,
+        Option(
+            "--look-next",
+            help="Show which unopened container to open next: the one that would settle most comparisons.",
+        ),
+    ] = False,
     write: Annotated[
         str,
         Option(
@@ -66,7 +73,9 @@ def replay(
             help="With -o, also record the run in consistent worlds: best, worst, drawn (separated by commas).",
         ),
     ] = "",
-    workers: Annotated[int | None, Option("--workers", "-j", min=1, help="Processes; default: one a core.")] = None,
+    workers: Annotated[
+        int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
+    ] = None,
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
