@@ -13,15 +13,15 @@ import numpy as np
 
 from dashboards.figures.style import PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
-from dashboards.timeline import timeline_of
-from replayers.run import Run, read
+from dashboards.model.timeline import timeline_of
+from replayers.runs.run import Run, read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
 from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-from workbench.evaluation.task_names import file_name_of, scenario_title, strategy_title
-from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
-from workbench.evaluation.task_table import pairs, table
-from workbench.evaluation.trial_store import read_request
+from workbench.evaluation.tasks.names import file_name_of, scenario_title, strategy_title
+from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
+from workbench.evaluation.tasks.store import read_request
+from workbench.evaluation.tasks.table import pairs, table
 
 EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
@@ -102,7 +102,7 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
 
 def _logs_of(rows: Sequence[TaskRow], scenario: str, folder: Path) -> dict[tuple[str, int], Run]:
     """The recorded runs of the rows, by strategy and trial; logs of other evaluations are ignored."""
-    from recorders.task_recording import log_path
+    from recorders.task_trials import log_path
 
     found: dict[tuple[str, int], Run] = {}
     for row in rows:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from recorders.trial import Wish, record_trial, trial_for
+
 from workbench.worlds.procthor import load_house
 from workbench.worlds.shipped import shipped_houses
 

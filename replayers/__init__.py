@@ -11,15 +11,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from replayers.frames import read_many
-    from replayers.reader import messages
-    from replayers.run import Run, read
+    from replayers.mcap_io.reader import messages
+    from replayers.runs.run import Run, read
+    from replayers.tables.frames import read_many
 
 _WHERE = {
-    "read": "replayers.run",
-    "Run": "replayers.run",
-    "read_many": "replayers.frames",
-    "messages": "replayers.reader",
+    "read": "replayers.runs.run",
+    "Run": "replayers.runs.run",
+    "read_many": "replayers.tables.frames",
+    "messages": "replayers.mcap_io.reader",
 }
 
 __all__ = ["Run", "messages", "read", "read_many"]

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 from toy import COUNTER, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
-from recorders.recorder import RunRecorder, record_run
+from recorders.run_recorder import RunRecorder, record_run
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned, RunStatus
+from workbench.log_schema.events import NANO, SCHEMA_VERSION, RunInfo, Stamp
+from workbench.log_schema.place import Place
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Alternative, Decision
 from workbench.planning.tasks import Task, find_task
-from workbench.runs.place import Place
-from workbench.runs.vocabulary import NANO, SCHEMA_VERSION, RunInfo, Stamp
 from workbench.search.costs import SIMULATION
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
-from workbench.worlds.occupancy import occupancy_of
+from workbench.worlds.maps.occupancy import occupancy_of
 
 T0 = 1_767_225_600 * NANO
 """2026-01-01T00:00:00Z."""

@@ -18,25 +18,25 @@ import pytest
 from sample_logs import toy_events, toy_info, toy_options
 
 from dashboards.viser_app.serving import open_dashboard
-from recorders.recorder import record_run
-from replayers.evidence import evidence_of
-from replayers.frames import read_many
-from replayers.logged_belief import NoBelief, estimator_for
-from replayers.planning_again import plan_again
-from replayers.recorded_strategy import RecordedBySomebodyElse
-from replayers.replay import Settings, ground_of, replay, replay_on
-from replayers.run import Run, read
-from replayers.verify import verify
+from recorders.run_recorder import record_run
+from replayers.batch.recorded_strategy import RecordedBySomebodyElse
+from replayers.batch.replan import plan_again
+from replayers.batch.verify import verify
+from replayers.counterfactual.evidence import evidence_of
+from replayers.counterfactual.logged_belief import NoBelief, estimator_for
+from replayers.counterfactual.replay import Settings, ground_of, replay, replay_on
+from replayers.runs.run import Run, read
+from replayers.tables.frames import read_many
 from workbench import cli, plugins
 from workbench.beliefs.estimators import estimator
 from workbench.errors import LiosError, UnknownName
-from workbench.evaluation.task_experiment import TaskRequest
-from workbench.evaluation.task_rows import SETTINGS_FILE, TRIALS_FILE, TaskRow
-from workbench.evaluation.trial_store import TrialStore
-from workbench.planning.solvers import installed_solver, solver
+from workbench.evaluation.tasks.experiment import TaskRequest
+from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow
+from workbench.evaluation.tasks.store import TrialStore
+from workbench.planning.solvers.registry import installed_solver, solver
 from workbench.planning.strategies import needs_truth, strategy, strategy_names
 from workbench.plugins import NameOrigin, NotFromLog, PluginNotLoaded, installed_module, plugin
-from workbench.search.policies import policy
+from workbench.search.policies.registry import policy
 from workbench.worlds.house import ItemType
 
 MUG = ItemType("Mug")

@@ -44,7 +44,7 @@ def test_the_dashboard_loads_no_planners() -> None:
 
 
 def test_a_planner_from_outside_does_not_wait_for_what_ours_need() -> None:
-    loaded = _loaded(f"import sys, replayers.sandbox; {TELL}")
+    loaded = _loaded(f"import sys, replayers.counterfactual.sandbox; {TELL}")
     assert not loaded & (NUMBERS - {"numpy"} | PICTURES | TORCH)
 
 

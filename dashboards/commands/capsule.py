@@ -23,8 +23,8 @@ def capsule(
 
         lios capsule lios.mcap greedy.mcap -o both.html
     """
-    from dashboards.capsule import write_capsule
-    from dashboards.one_place import left_out, read_together
+    from dashboards.capsule.write import write_capsule
+    from dashboards.library.same_place import left_out, read_together
     from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from replayers.batch import Outcome
+    from replayers.batch.replay_all import Outcome
 
 HOUSE, ITEM = 9, "mug"
 """The shipped house, and the item to find there."""
@@ -31,13 +31,13 @@ def demo(
 
         lios demo --no-view -o somewhere
     """
-    from recorders.trial import Wish, record_trial, trial_for
-    from replayers.batch import Wanted, log_path, replay_log, strategies_named
-    from replayers.replay import Settings
-    from replayers.run import read
-    from replayers.stored_replays import path_of
+    from recorders.simulated_run import Wish, record_trial, trial_for
+    from replayers.batch.replay_all import Wanted, log_path, replay_log, strategies_named
+    from replayers.batch.store import path_of
+    from replayers.counterfactual.replay import Settings
+    from replayers.runs.run import read
     from workbench.terminal import counted, emit_json, emit_table, patience, progress, say
-    from workbench.worlds.procthor import load_house
+    from workbench.worlds.procthor.load import load_house
     from workbench.worlds.shipped import shipped_houses
 
     log = output / "run.mcap"
@@ -76,7 +76,7 @@ def demo(
 
 
 def _row(outcome: Outcome) -> dict[str, Any]:
-    from replayers.batch import LogFailed
+    from replayers.batch.replay_all import LogFailed
     from workbench.errors import Failed
 
     if isinstance(outcome, LogFailed):

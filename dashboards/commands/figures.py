@@ -27,7 +27,7 @@ def figures(
         lios figures lios.mcap greedy.mcap --format svg -o figures/
     """
     from dashboards.figures.files import write_figures
-    from dashboards.one_place import here, read_together
+    from dashboards.library.same_place import here, read_together
     from workbench.terminal import emit_json, say
 
     written = write_figures(here(read_together(logs)), output, formats=tuple(format_ or ("pdf", "png")), force=force)

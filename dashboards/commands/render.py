@@ -34,7 +34,7 @@ def render(
 
         lios render run.mcap greedy.mcap --video --speed 8 -o both.mp4
     """
-    from dashboards.one_place import read_together
+    from dashboards.library.same_place import read_together
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
     from workbench.errors import BadValue

@@ -11,10 +11,10 @@ from matplotlib.colors import ListedColormap, Normalize
 
 from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.geometry.marks import dashes
-from dashboards.looks import container_colours
+from dashboards.model.container_style import container_colours
+from dashboards.model.scene import Scene
+from dashboards.model.timeline import Timeline
 from dashboards.palette import belief_colours, run_colour, unit
-from dashboards.scene import Scene
-from dashboards.timeline import Timeline
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 

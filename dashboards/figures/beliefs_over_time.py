@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 
-from dashboards.belief_series import belief_series
+from dashboards.model.belief_series import belief_series
+from dashboards.model.labels import place_words
+from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour, unit
-from dashboards.timeline import Timeline
-from dashboards.words import place_words
 from workbench.worlds.names import readable_name
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from dashboards.figures.style import label_of
+from dashboards.model.phases import KINDS, kind_of
+from dashboards.model.timeline import Timeline
 from dashboards.palette import PHASES
 from dashboards.panels.markup import number
-from dashboards.phases import KINDS, kind_of
-from dashboards.timeline import Timeline
 
 SAME = 0.05
 """A charged cost that differs by less from the spent cost is shown as the same."""

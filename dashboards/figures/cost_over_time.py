@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from dashboards.figures.style import label_of
+from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour, unit
-from dashboards.timeline import Timeline
 
 MOST_INSIDE = 3
 """The most lines with the legend inside the axes; with more, it is below."""

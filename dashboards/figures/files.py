@@ -17,8 +17,8 @@ from dashboards.figures.cost_over_time import MOST_INSIDE, draw_cost_over_time
 from dashboards.figures.gantt import draw_gantt
 from dashboards.figures.style import COLUMN_IN, PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
-from dashboards.scene import scene_at
-from dashboards.timeline import Timeline
+from dashboards.model.scene import scene_at
+from dashboards.model.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 
 FORMATS = ("pdf", "svg", "png")

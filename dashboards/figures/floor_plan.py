@@ -11,8 +11,8 @@ from matplotlib.patheffects import withStroke
 from dashboards.figures.style import as_map
 from dashboards.geometry.floors import floors
 from dashboards.geometry.walls import gaps_of
+from dashboards.model.labels import label
 from dashboards.palette import floor_colour, unit
-from dashboards.words import label
 from workbench.worlds.geometry import footprint
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name

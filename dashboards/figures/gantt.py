@@ -5,10 +5,10 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from dashboards.model.phases import KINDS, kind_of
+from dashboards.model.timeline import Timeline
 from dashboards.palette import PHASES
-from dashboards.phases import KINDS, kind_of
-from dashboards.timeline import Timeline
-from workbench.runs.vocabulary import ActionFinished
+from workbench.log_schema.events import ActionFinished
 from workbench.worlds.names import readable_name
 
 MOST_NAMED = 40

@@ -9,8 +9,8 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 
-from dashboards.timeline import Timeline
-from dashboards.words import label
+from dashboards.model.labels import label
+from dashboards.model.timeline import Timeline
 from workbench.planning.strategies import PAPER_NAMES
 
 COLUMN_IN = 3.5

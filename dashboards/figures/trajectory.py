@@ -10,9 +10,9 @@ from matplotlib.lines import Line2D
 
 from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.figures.style import label_of, scale_bar
+from dashboards.model.scene import scene_at
+from dashboards.model.timeline import NEVER, Timeline
 from dashboards.palette import FOUND, run_colour, unit
-from dashboards.scene import scene_at
-from dashboards.timeline import NEVER, Timeline
 
 FIRST_WIDTH, LEAST_WIDTH = 2.6, 0.8
 

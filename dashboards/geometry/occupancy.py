@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dashboards.geometry.marks import Mesh
-from workbench.worlds.occupancy import OccupancyGrid
+from workbench.worlds.maps.occupancy import OccupancyGrid
 
 HEIGHT_M = 0.014
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from dashboards.model.scene import STATUSES, Scene
+from dashboards.model.timeline import Timeline
 from dashboards.palette import belief_colours, css
 from dashboards.panels.markup import bar, command, name, number, percent, place, table, text
-from dashboards.scene import STATUSES, Scene
-from dashboards.timeline import Timeline
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 

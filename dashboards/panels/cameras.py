@@ -6,7 +6,7 @@ import base64
 
 from dashboards.panels.markup import name, text
 from dashboards.sensing.pictures import Picture
-from workbench.runs.vocabulary import NANO
+from workbench.log_schema.events import NANO
 
 STALE_S = 10.0
 

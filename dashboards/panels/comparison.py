@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dashboards.clock import Clock
-from dashboards.divergence import Divergence, divergence
+from dashboards.model.clock import Clock
+from dashboards.model.divergence import Divergence, divergence
+from dashboards.model.scene import Scene
+from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour
 from dashboards.panels.markup import command, dot, name, number, percent, place, table, text
-from dashboards.scene import Scene
-from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
 
 MOST_BELIEVED = 4

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dashboards.first_looks import FirstLook
+from dashboards.model.first_stop_costs import FirstLook
+from dashboards.model.scene import Scene
 from dashboards.panels.markup import name, number, percent, place, table, text
-from dashboards.scene import Scene
 from workbench.worlds.names import readable_name
 
 MOST_ROWS = 200

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dashboards.model.scene import Scene
+from dashboards.model.timeline import Timeline
 from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
 from dashboards.panels.markup import chip, dot, name, number, percent, text
-from dashboards.scene import Scene
-from dashboards.timeline import Timeline
 from workbench.worlds.names import readable_name
 
 SAME = 0.05

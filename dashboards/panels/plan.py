@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dashboards.model.scene import Scene
 from dashboards.panels.markup import name, number, percent, place, table, text
-from dashboards.scene import Scene
-from workbench.runs.vocabulary import WayNotTaken
+from workbench.log_schema.events import WayNotTaken
 
 MARKS = {"done": "✓", "current": "▶", "next": "○"}
 MOST_STEPS = 60

@@ -7,13 +7,13 @@ from bisect import bisect_right
 
 import numpy as np
 
-from dashboards.belief_series import belief_series
-from dashboards.clock import UNITS, Clock
+from dashboards.model.belief_series import belief_series
+from dashboards.model.clock import UNITS, Clock
+from dashboards.model.labels import place_words
+from dashboards.model.timeline import Timeline
 from dashboards.palette import css, run_colour
 from dashboards.panels.chart import Band, Line, Point, chart
 from dashboards.panels.markup import at_axis, percent
-from dashboards.timeline import Timeline
-from dashboards.words import place_words
 from workbench.worlds.names import readable_name
 
 MOST_POINTS = 600

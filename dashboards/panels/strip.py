@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dashboards.clock import UNITS, Clock
+from dashboards.model.clock import UNITS, Clock
 from dashboards.palette import PHASES, Colour, css
 from dashboards.panels.markup import command, dot, name, text
 

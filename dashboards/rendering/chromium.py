@@ -12,8 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dashboards.capsule import capsule_page
-from dashboards.timeline import Timeline
+from dashboards.capsule.write import capsule_page
+from dashboards.model.timeline import Timeline
 from workbench.errors import Failed, MissingExtra, Unsupported
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import page_of
-from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 
 LARGEST_PX = 4096

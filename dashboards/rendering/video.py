@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dashboards.one_place import here
+from dashboards.library.same_place import here
+from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import PageFailed, page_of
 from dashboards.rendering.mp4 import Sample, mp4
 from dashboards.rendering.picture import Framing
-from dashboards.timeline import Timeline
 from workbench.errors import BadValue, OutputExists
 from workbench.terminal import progress
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replayers.importers.frames import matrix_of
-from replayers.sensor_tracks import TRANSFORMS, SensorTracks, Track
+from replayers.runs.sensor_index import TRANSFORMS, SensorTracks, Track
 
 Matrix = npt.NDArray[np.float64]
 """A pose, shape (4, 4)."""

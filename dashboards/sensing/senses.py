@@ -18,7 +18,7 @@ from dashboards.sensing.clouds import NOTHING, Points, cloud_points, depth_point
 from dashboards.sensing.frames import Frames
 from dashboards.sensing.grids import Cells, grid_cells
 from dashboards.sensing.pictures import Picture, picture_of
-from replayers.sensor_tracks import CLOUD, GRID, LENS, PICTURE, SPOT_IMAGE, SensorTracks, Track, sensor_tracks
+from replayers.runs.sensor_index import CLOUD, GRID, LENS, PICTURE, SPOT_IMAGE, SensorTracks, Track, sensor_tracks
 
 STALE_NS = 5_000_000_000
 """A grid older than this is not shown: the robot has walked on."""

@@ -12,9 +12,9 @@ import numpy.typing as npt
 import viser
 
 from dashboards.geometry.marks import ROBOT_DARK, dashes, robot_body, robot_legs, walked
+from dashboards.model.labels import label as label_words
+from dashboards.model.scene import RobotLook, Scene
 from dashboards.palette import Colour
-from dashboards.scene import RobotLook, Scene
-from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 
 TRAIL_M = 0.02

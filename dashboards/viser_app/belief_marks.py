@@ -15,10 +15,10 @@ import viser
 
 from dashboards.geometry.marks import cross, question, tick, unknown
 from dashboards.geometry.solids import Batch, unit_mesh
-from dashboards.looks import bar_heights_m, container_colours
+from dashboards.model.container_style import bar_heights_m, container_colours
+from dashboards.model.labels import label as label_words
+from dashboards.model.scene import STATUSES, Scene
 from dashboards.palette import UNOPENED, UNSEEN, linear
-from dashboards.scene import STATUSES, Scene
-from dashboards.words import label as label_words
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name

@@ -13,7 +13,7 @@ from urllib.parse import parse_qs, urlencode
 
 import viser
 
-from dashboards.clock import ALIGNMENTS
+from dashboards.model.clock import ALIGNMENTS
 from dashboards.resources import resource
 from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
 

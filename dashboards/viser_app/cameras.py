@@ -11,7 +11,7 @@ import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
-from dashboards.scene import RobotLook
+from dashboards.model.scene import RobotLook
 
 FIELD_OF_VIEW = radians(38)
 FILL = 0.92

@@ -9,8 +9,9 @@ from typing import Literal, final
 
 import viser
 
-from dashboards.clock import Clock
-from dashboards.first_looks import first_looks
+from dashboards.model.clock import Clock
+from dashboards.model.first_stop_costs import first_looks
+from dashboards.model.scene import Scene
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
@@ -23,7 +24,6 @@ from dashboards.panels.plots import plots
 from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
-from dashboards.scene import Scene
 from dashboards.viser_app.bridge import address, keep_address, obey, script
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session

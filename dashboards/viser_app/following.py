@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from threading import Event, Thread
 
-from dashboards.library import Library
+from dashboards.library.library import Library
 from dashboards.viser_app.session import Session
 from dashboards.viser_app.trouble import Trouble
 from workbench.errors import LiosError
@@ -63,7 +63,7 @@ class Follower:
 
 def wait_for(path: Path, *, patience_s: float, stop: Callable[[], bool] = lambda: False) -> bool:
     """Waits until a log exists and can be read; False on timeout."""
-    from replayers.run import read
+    from replayers.runs.run import read
 
     until = time.monotonic() + patience_s
     while time.monotonic() < until and not stop():

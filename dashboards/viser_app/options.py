@@ -9,8 +9,8 @@ from typing import Any, final
 
 import viser
 
-from dashboards.clock import ALIGNMENTS
-from dashboards.scene import AUTOMATIC
+from dashboards.model.clock import ALIGNMENTS
+from dashboards.model.scene import AUTOMATIC
 from dashboards.viser_app.session import Session
 from workbench.worlds.names import readable_name
 

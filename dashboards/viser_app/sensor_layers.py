@@ -15,7 +15,7 @@ import numpy.typing as npt
 import viser
 import viser.transforms
 
-from dashboards.scene import RobotLook
+from dashboards.model.scene import RobotLook
 from dashboards.sensing.clouds import Points
 from dashboards.sensing.frames import Matrix
 from dashboards.sensing.grids import BLOCKED, NEAR, Cells

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import viser
 
-from dashboards.library import Library
+from dashboards.library.library import Library
 from dashboards.viser_app.access import Access, token_for_a_run
 from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.controls import Controls

@@ -16,13 +16,13 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from dashboards.clock import Alignment, Clock
-from dashboards.library import Library
+from dashboards.library.library import Library
+from dashboards.model.clock import Alignment, Clock
+from dashboards.model.scene import AUTOMATIC, Scene, scene_at
+from dashboards.model.timeline import Timeline
+from dashboards.model.unopened import unopened
 from dashboards.palette import run_colour
-from dashboards.scene import AUTOMATIC, Scene, scene_at
 from dashboards.sensing.senses import Senses
-from dashboards.timeline import Timeline
-from dashboards.unopened import unopened
 from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage

@@ -16,14 +16,14 @@ import viser
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
+from dashboards.model.labels import label as label_words
+from dashboards.model.scene import Scene
 from dashboards.palette import OCCUPIED, Colour, linear
-from dashboards.scene import Scene
 from dashboards.viser_app.actors import Actors
 from dashboards.viser_app.belief_marks import BeliefMarks
-from dashboards.words import label as label_words
 from workbench.worlds.house import FloorPlan
+from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.names import readable_name
-from workbench.worlds.occupancy import OccupancyGrid
 
 SHADE = 0.07
 """Opacity of one layer of the shade under furniture; three are stacked."""

@@ -17,9 +17,9 @@ import pyarrow as pa
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
-from replayers.columns import SCHEMAS
+from replayers.tables.schemas import SCHEMAS
 from workbench import cli
-from workbench.runs import vocabulary
+from workbench.log_schema import events as vocabulary
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -66,7 +66,7 @@ def events_page() -> str:
     lines = [
         "# Events of the log",
         "",
-        f"Schema version {vocabulary.SCHEMA_VERSION}. Made from `workbench/runs/vocabulary.py`.",
+        f"Schema version {vocabulary.SCHEMA_VERSION}. Made from `workbench/log_schema/events.py`.",
         "",
     ]
     for topic, event in vocabulary.TOPICS.items():
@@ -91,7 +91,7 @@ def tables_page() -> str:
         "# Tables of a log",
         "",
         "What `replayers.read(...).tables`, `replayers.read_many(...)` and `lios export` give. Made from "
-        "`replayers/columns.py`. Units are metres, seconds and radians; costs are metres and what counts like them. "
+        "`replayers/tables/schemas.py`. Units are metres, seconds and radians; costs are metres and what counts like them. "
         "Times are in UTC, with nanoseconds. Frames have a plain index from 0; `run_id` and `decision` join tables. "
         "A word is text that repeats: a categorical in pandas.",
         "",
@@ -127,11 +127,11 @@ def _default(field: Any) -> str:
 
 def _type_name(kind: Any) -> str:
     text = kind.__name__ if isinstance(kind, type) and not hasattr(kind, "__args__") else str(kind)
-    return text.replace("workbench.runs.vocabulary.", "").replace("|", "\\|")
+    return text.replace("workbench.log_schema.events.", "").replace("|", "\\|")
 
 
 API = {
-    "Data frames and runs": ("replayers", "replayers.run", "replayers.frames"),
+    "Data frames and runs": ("replayers", "replayers.runs.run", "replayers.tables.frames"),
     "Worlds": (
         "workbench.worlds.house",
         "workbench.worlds.world",
@@ -143,7 +143,7 @@ API = {
         "workbench.search.engine",
         "workbench.search.find_costs",
         "workbench.search.policy",
-        "workbench.search.policies",
+        "workbench.search.policies.registry",
     ),
     "Planning": (
         "workbench.planning.tasks",
@@ -152,8 +152,8 @@ API = {
         "workbench.planning.strategies",
     ),
     "Execution": ("workbench.execution.loop", "workbench.execution.events"),
-    "Recording": ("recorders.recorder", "recorders.trial"),
-    "Counterfactuals": ("replayers.replay", "replayers.logged_world"),
+    "Recording": ("recorders.run_recorder", "recorders.simulated_run"),
+    "Counterfactuals": ("replayers.counterfactual.replay", "replayers.counterfactual.logged_world"),
     "Errors": ("workbench.errors",),
 }
 

@@ -12,17 +12,17 @@ from matplotlib.figure import Figure
 
 from dashboards.figures.style import figure_style
 from dashboards.palette import run_colour, unit
-from replayers.batch import LogFailed, Wanted, replay_log, strategies_named
-from replayers.replay import Settings
-from replayers.run import read
-from replayers.stored_replays import StoredReplay
+from replayers.batch.replay_all import LogFailed, Wanted, replay_log, strategies_named
+from replayers.batch.store import StoredReplay
+from replayers.counterfactual.replay import Settings
+from replayers.runs.run import read
 from workbench.beliefs.belief import Belief
 from workbench.search.costs import SIMULATION
 from workbench.search.engine import expected_search
 from workbench.search.find_costs import BeliefModel
 from workbench.search.orders import along
 from workbench.search.places import Places, places
-from workbench.search.policies import policy
+from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import still_missing_along
 from workbench.worlds.house import START, ContainerId, ItemType

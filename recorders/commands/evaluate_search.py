@@ -19,7 +19,7 @@ from workbench.options import (
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.evaluation.search_report import SearchReport
+    from workbench.evaluation.search.report import SearchReport
 
 
 def search(
@@ -66,8 +66,8 @@ def search(
         lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.fold_weights import folds_asked, trained
-    from workbench.evaluation.search_report import SearchRequest, answer_of, measure, output_folder
+    from workbench.evaluation.beliefs.fold_weights import folds_asked, trained
+    from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 
     if record and output is None:
@@ -106,7 +106,7 @@ def search(
 
 
 def _write(report: SearchReport, answer: dict[str, Any], folder: Path, *, figures: bool) -> None:
-    from workbench.evaluation.search_report import write_report
+    from workbench.evaluation.search.report import write_report
 
     write_report(report, answer, folder)
     if figures:
@@ -117,7 +117,7 @@ def _write(report: SearchReport, answer: dict[str, Any], folder: Path, *, figure
 
 def _record(report: SearchReport, folder: Path, *, force: bool) -> int:
     """Record the trials; returns the number of logs."""
-    from recorders.search_recording import record_search_trials
+    from recorders.search_trials import record_search_trials
     from workbench.terminal import progress
 
     houses = report.request.chosen_houses()

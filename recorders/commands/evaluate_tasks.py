@@ -22,11 +22,11 @@ from workbench.options import (
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.evaluation.cell_filter import CellFilter
-    from workbench.evaluation.fold_weights import Dealt
-    from workbench.evaluation.task_experiment import Plan, TaskRequest
-    from workbench.evaluation.task_rows import TaskRow
-    from workbench.evaluation.trial_store import TrialStore
+    from workbench.evaluation.beliefs.fold_weights import Dealt
+    from workbench.evaluation.tasks.cell_filter import CellFilter
+    from workbench.evaluation.tasks.experiment import Plan, TaskRequest
+    from workbench.evaluation.tasks.rows import TaskRow
+    from workbench.evaluation.tasks.store import TrialStore
 
 
 def tasks(
@@ -81,12 +81,12 @@ def tasks(
         lios evaluate tasks --houses mine.jsonl.gz --folds 5 --scenarios deliver-3 --workers 2 -o out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation import task_experiment as experiment
-    from workbench.evaluation.cell_filter import cell_filter
-    from workbench.evaluation.fold_weights import folds_asked
-    from workbench.evaluation.trial_store import TrialStore
+    from workbench.evaluation.beliefs.fold_weights import folds_asked
+    from workbench.evaluation.tasks import experiment
+    from workbench.evaluation.tasks.cell_filter import cell_filter
+    from workbench.evaluation.tasks.store import TrialStore
     from workbench.terminal import emit_json
-    from workbench.worlds.assets import assets_for
+    from workbench.worlds.procthor.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
 
     if record and output is None:
@@ -141,10 +141,10 @@ class _How(NamedTuple):
 
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
-    from recorders.task_recording import RecordTo
-    from workbench.evaluation import task_experiment as experiment
-    from workbench.evaluation.fold_weights import trained
-    from workbench.evaluation.task_workers import run_units
+    from recorders.task_trials import RecordTo
+    from workbench.evaluation.beliefs.fold_weights import trained
+    from workbench.evaluation.tasks import experiment
+    from workbench.evaluation.tasks.workers import run_units
     from workbench.terminal import progress, say
 
     done = list(store.rows) if store else []
@@ -179,7 +179,7 @@ def _show_cells(chosen: list[tuple[str, str]], planned: Plan, *, json: bool) -> 
 
 
 def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dict[str, Any]:
-    from workbench.evaluation.task_table import pairs, table
+    from workbench.evaluation.tasks.table import pairs, table
 
     return {
         "houses": request.houses,
@@ -197,7 +197,7 @@ def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dic
 def _write(answer: dict[str, Any], folder: Path) -> None:
     import msgspec
 
-    from workbench.evaluation.task_table import markdown
+    from workbench.evaluation.tasks.table import markdown
 
     (folder / "table.json").write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
     from workbench.evaluation.statistics import intervals_in_words

@@ -10,7 +10,7 @@ from workbench.options import AssetsOrBeside
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from recorders.trial import Trial
+    from recorders.simulated_run import Trial
     from workbench.execution.events import Ended
 
 
@@ -50,14 +50,14 @@ def record(
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
-    from recorders.sinks import LogFiles, Split
-    from recorders.trial import Wish, record_trial, trial_for
+    from recorders.simulated_run import Wish, record_trial, trial_for
+    from recorders.sinks.files import LogFiles, Split
     from workbench.errors import Failed, OutputExists
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
     from workbench.terminal import patience, say
-    from workbench.worlds.assets import assets_for
-    from workbench.worlds.procthor import load_house
+    from workbench.worlds.procthor.assets import assets_for
+    from workbench.worlds.procthor.load import load_house
     from workbench.worlds.shipped import shipped_houses
 
     if output.exists() and not force and split_mb is None and split_s is None:

@@ -9,8 +9,8 @@ from workbench.options import Force, Json
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from recorders.spot.connection import Connection
-    from recorders.spot.spot_run import RobotRun, RunReport
+    from recorders.spot.client.connection import Connection
+    from recorders.spot.run.run import RobotRun, RunReport
 
 Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
@@ -53,16 +53,16 @@ def simulate(
     """
     import time
 
-    from recorders.spot.errors import require_bosdyn
+    from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
-    from recorders.spot.simulated.clock import RunningClock
+    from recorders.spot.client.time_source import RunningClock
     from recorders.spot.simulated.faults import read_faults
-    from recorders.spot.simulated.server import SimulatedSpot
+    from recorders.spot.simulated.services.server import SimulatedSpot
     from workbench.errors import BadValue
     from workbench.terminal import say
-    from workbench.worlds.site import load_site
-    from workbench.worlds.site_configurations import arranged, pick_configuration
+    from workbench.worlds.sites.configurations import arranged, pick_configuration
+    from workbench.worlds.sites.site import load_site
 
     if not 0.01 <= speed_up <= 100:
         raise BadValue("--speed-up", speed_up, "between 0.01 and 100")
@@ -126,17 +126,17 @@ def record(
 
         lios spot record --robot 192.168.80.3 -o round.mcap && lios site from-log round.mcap -o home
     """
-    from recorders.spot.errors import require_bosdyn
+    from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
-    from recorders.sinks import Split
-    from recorders.spot.connection import Connection, RobotAddress, find_credentials
-    from recorders.spot.session import Rates
-    from recorders.spot.session_log import SessionPlan, record_session
-    from recorders.spot.site_tasks import site_task
+    from recorders.sinks.files import Split
+    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials
+    from recorders.spot.record_session import SessionPlan, record_session
+    from recorders.spot.run.site_tasks import site_task
+    from recorders.spot.session.session import Rates
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
-    from workbench.worlds.site import load_site, unsurveyed_site
+    from workbench.worlds.sites.site import load_site, unsurveyed_site
 
     if output.exists() and not force:
         raise OutputExists(output)
@@ -199,16 +199,16 @@ def run(
 
         lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
     """
-    from recorders.spot.errors import require_bosdyn
+    from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
-    from recorders.spot.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.session import Rates
-    from recorders.spot.site_tasks import delivery_of, site_task
-    from recorders.spot.spot_run import RobotRun, who_decides
-    from recorders.spot.world import RunSettings
+    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
+    from recorders.spot.run.run import RobotRun, who_decides
+    from recorders.spot.run.site_tasks import delivery_of, site_task
+    from recorders.spot.run.world import RunSettings
+    from recorders.spot.session.session import Rates
     from workbench.errors import BadValue, OutputExists
-    from workbench.worlds.site import load_site
+    from workbench.worlds.sites.site import load_site
 
     if output.exists() and not force and not dry_run:
         raise OutputExists(output)
@@ -241,8 +241,8 @@ def run(
 
 def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
     """Print the first decision without moving the robot."""
-    from recorders.spot.spot_run import first_decision
-    from recorders.spot.telling import in_words
+    from recorders.spot.run.event_text import in_words
+    from recorders.spot.run.run import first_decision
     from workbench.terminal import say
 
     planned = first_decision(connection, wanted)
@@ -252,9 +252,9 @@ def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
 
 def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
     """Run with progress output and keyboard control."""
-    from recorders.spot.operator import KeyBoard, StopSwitch, signals_press
-    from recorders.spot.spot_run import run_and_record
-    from recorders.spot.telling import in_words
+    from recorders.spot.run.event_text import in_words
+    from recorders.spot.run.operator import KeyBoard, StopSwitch, signals_press
+    from recorders.spot.run.run import run_and_record
     from workbench.terminal import say
 
     stop = StopSwitch()

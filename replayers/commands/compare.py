@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from replayers.intervals import finite
+from replayers.counterfactual.estimates.intervals import finite
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
-    from replayers.comparing import Pair, RunInSeveralLogs
-    from replayers.stored_replays import StoredReplay
+    from replayers.batch.compare import Pair, RunInSeveralLogs
+    from replayers.batch.store import StoredReplay
 
 JOIN = "Join the parts, and replay the whole: lios log merge PART... -o WHOLE.mcap, lios replay WHOLE.mcap -o DIR"
 
@@ -40,9 +40,9 @@ def compare(
     """
     import numpy as np
 
-    from replayers.comparing import changed_houses, runs_once
-    from replayers.comparing import compare as compared
-    from replayers.stored_replays import replays_in
+    from replayers.batch.compare import changed_houses, runs_once
+    from replayers.batch.compare import compare as compared
+    from replayers.batch.store import replays_in
     from workbench.errors import MalformedFile
     from workbench.terminal import counted, emit_json, say
 
@@ -62,7 +62,7 @@ def compare(
         say(f"No pair's names contain {match!r}. There are: {', '.join(names)}.")
     pairs = met
     if frames:
-        from replayers.replay_frames import replays_frame, steps_frame
+        from replayers.batch.replay_tables import replays_frame, steps_frame
 
         replays_frame(found).to_parquet(folder / "replays.parquet")
         steps_frame(found).to_parquet(folder / "steps.parquet")

@@ -12,7 +12,7 @@ from workbench.parameters import Argument
 from workbench.terminal import emit_json, emit_text, progress, say
 
 if TYPE_CHECKING:
-    from replayers.doctor import Examination
+    from replayers.doctor.examine import Examination
 
 
 def doctor(

@@ -10,7 +10,7 @@ from workbench.options import DryRun, Force, Houses, Json, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from replayers.replay_trials import Counterfactual, Plan, Skipped
+    from replayers.evaluation.trials import Counterfactual, Plan, Skipped
 
 
 def replay(
@@ -62,9 +62,9 @@ def replay(
 
         lios evaluate replay --houses houses.jsonl.gz --scenarios deliver-3 -n 2000 -j 2 -o replay.csv
     """
-    from replayers.bounds import Budget
-    from replayers.ground import Settings
-    from replayers.replay_trials import Plan, outside, places_for
+    from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.prepared_log import Settings
+    from replayers.evaluation.trials import Plan, outside, places_for
     from workbench.errors import Failed, OutputExists, WrongKind
     from workbench.terminal import say
 
@@ -100,10 +100,10 @@ def replay(
 
 def _asked(strategies: str, scenarios: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The names of strategies and scenarios; unknown ones are refused."""
-    from replayers.batch import strategies_named
-    from replayers.sandbox import is_foreign
+    from replayers.batch.replay_all import strategies_named
+    from replayers.counterfactual.sandbox import is_foreign
     from workbench.errors import BadValue
-    from workbench.planning.scenarios import family_of
+    from workbench.planning.scenarios.paper import family_of
     from workbench.plugins import NameOrigin
 
     names = strategies_named(strategies, with_truth=False)
@@ -134,7 +134,7 @@ def _estimators(text: str) -> tuple[str, ...]:
 def _measured(plans: Sequence[Plan], *, workers: int, total: int) -> tuple[list[Counterfactual], list[Skipped]]:
     from itertools import chain
 
-    from replayers.replay_trials import Skipped, counterfactuals
+    from replayers.evaluation.trials import Skipped, counterfactuals
     from workbench.terminal import progress
 
     found: list[Counterfactual] = []
@@ -160,7 +160,7 @@ def _answer(
     """
     from dataclasses import asdict
 
-    from replayers.replay_figures import summary
+    from replayers.evaluation.metrics import summary
     from workbench.terminal import emit_json, emit_table
 
     estimators, scenarios = axes

@@ -9,8 +9,8 @@ from workbench.options import Json
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from replayers.spot_experiment import CrossRow, SpotRow
-    from workbench.worlds.site import Site
+    from replayers.evaluation.spot_experiment import CrossRow, SpotRow
+    from workbench.worlds.sites.site import Site
 
 
 def spot(
@@ -51,13 +51,13 @@ def spot(
     """
     import tempfile
 
-    from recorders.spot.errors import require_bosdyn
+    from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
-    from recorders.spot.site_tasks import delivery_of, site_task
-    from replayers.spot_experiment import SpotExperiment, cross_replay, run_experiment
+    from recorders.spot.run.site_tasks import delivery_of, site_task
+    from replayers.evaluation.spot_experiment import SpotExperiment, cross_replay, run_experiment
     from workbench.terminal import progress, say
-    from workbench.worlds.site import load_site
+    from workbench.worlds.sites.site import load_site
 
     place = load_site(site)
     chosen, names = _asked(place, configurations, strategies)
@@ -88,9 +88,9 @@ def spot(
 
 def _asked(place: Site, configurations: str, strategies: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The configurations and the strategies, by name."""
-    from replayers.batch import strategies_named
+    from replayers.batch.replay_all import strategies_named
     from workbench.errors import BadValue
-    from workbench.worlds.site_configurations import configurations_of
+    from workbench.worlds.sites.configurations import configurations_of
 
     known = tuple(configurations_of(place))
     chosen = known if configurations == "all" else tuple(dict.fromkeys(_listed(configurations)))

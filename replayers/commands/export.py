@@ -34,9 +34,9 @@ def export(
 
         lios export logs/ -o csv/ --format csv -t runs -t actions
     """
-    from replayers.exporting import export as write
-    from replayers.exporting import table_names
-    from replayers.log_paths import find_logs
+    from replayers.log_tools.log_paths import find_logs
+    from replayers.tables.export import export as write
+    from replayers.tables.export import table_names
 
     if file_format not in ("parquet", "csv"):
         raise BadValue("--format", file_format, "parquet or csv")

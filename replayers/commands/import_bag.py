@@ -9,7 +9,7 @@ from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
-    from replayers.importers.importing import ImportPlan, ImportReport
+    from replayers.importers.import_bag import ImportPlan, ImportReport
 
 
 def import_bag(
@@ -37,13 +37,13 @@ def import_bag(
 
         lios import rosbag2_2026_01_05/ --site home/site.yaml -m spot_ros2 --json
     """
-    from recorders.spot.site_tasks import site_task
+    from recorders.spot.run.site_tasks import site_task
     from replayers.importers.bags import open_bag
-    from replayers.importers.importing import ImportPlan
-    from replayers.importers.importing import import_bag as read_into_log
+    from replayers.importers.import_bag import ImportPlan
+    from replayers.importers.import_bag import import_bag as read_into_log
     from replayers.importers.mapping import load_mapping
     from workbench.errors import OutputExists
-    from workbench.worlds.site import load_site
+    from workbench.worlds.sites.site import load_site
 
     if output.exists() and not force:
         raise OutputExists(output)

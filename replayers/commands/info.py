@@ -10,7 +10,7 @@ from workbench.parameters import Argument
 from workbench.terminal import emit_json, emit_table, emit_text
 
 if TYPE_CHECKING:
-    from replayers.describe import Description
+    from replayers.log_tools.info import Description
 
 
 def info(
@@ -25,7 +25,7 @@ def info(
 
         lios info run.mcap --json | jq .run.strategy
     """
-    from replayers.describe import describe
+    from replayers.log_tools.info import describe
 
     found = describe(log)
     if as_json:

@@ -11,7 +11,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
-    from replayers.listing import Row
+    from replayers.log_tools.listing import Row
 
 SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s", "started_ns", "size_bytes")
 
@@ -34,8 +34,8 @@ def list_logs(
 
         lios list 'logs/**/*.mcap' --strategy model-lios --sort cost --json
     """
-    from replayers.listing import memory_for, rows_of
-    from replayers.log_paths import find_logs
+    from replayers.log_tools.listing import memory_for, rows_of
+    from replayers.log_tools.log_paths import find_logs
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")

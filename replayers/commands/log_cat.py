@@ -10,7 +10,7 @@ from workbench.parameters import Option
 from workbench.terminal import say
 
 if TYPE_CHECKING:
-    from replayers.content import Message
+    from replayers.mcap_io.messages import Message
 
 
 def cat(
@@ -34,8 +34,8 @@ def cat(
     """
     import msgspec
 
-    from replayers.reader import messages
-    from replayers.showing import Shown
+    from replayers.log_tools.decode_message import Shown
+    from replayers.mcap_io.reader import messages
 
     wanted = wanted_of(log, include, exclude, start, end, topics=topics)
     shown = Shown(whole=whole)

@@ -28,8 +28,8 @@ def note(
     """
     from dataclasses import asdict
 
-    from replayers.describe import describe
-    from replayers.notes import add_note, notes_of
+    from replayers.log_tools.info import describe
+    from replayers.log_tools.notes import add_note, notes_of
 
     if text or at or until or author:
         add_note(log, text, at=at, until=until, author=author)

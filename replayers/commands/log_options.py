@@ -12,11 +12,11 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import progress, say
 
 if TYPE_CHECKING:
-    from recorders.chunk import Compression
-    from replayers.content import Message
-    from replayers.copying import Style
-    from replayers.rewriting import Wanted
-    from replayers.scanning import Damage
+    from recorders.mcap_io.chunk import Compression
+    from replayers.log_tools.copy_log import Style
+    from replayers.log_tools.rewrite import Wanted
+    from replayers.mcap_io.messages import Message
+    from replayers.mcap_io.scan import Damage
 
 MANY_TOPICS = 60
 Log = Annotated[Path, Argument(help="A log.")]
@@ -61,9 +61,9 @@ def wanted_of(
         NoSuchTopic: a named topic that the log does not have, or expressions that leave none of its topics.
         BadValue: an invalid time or expression.
     """
-    from replayers.describe import describe
-    from replayers.rewriting import Wanted, patterns
-    from replayers.times import moment
+    from replayers.log_tools.info import describe
+    from replayers.log_tools.rewrite import Wanted, patterns
+    from replayers.log_tools.time_argument import moment
 
     named = [topic.strip() for topic in topics.split(",") if topic.strip()]
     included, excluded = include or [], exclude or []
@@ -89,7 +89,7 @@ def wanted_of(
 
 
 def style_of(compression: str, chunk_size: int, force: bool) -> Style:
-    from replayers.copying import Style
+    from replayers.log_tools.copy_log import Style
 
     known: dict[str, Compression] = {"zstd": "zstd", "lz4": "lz4", "none": ""}
     if compression not in known:

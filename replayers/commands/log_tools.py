@@ -30,7 +30,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, say
 
 if TYPE_CHECKING:
-    from replayers.rewriting import Rewritten
+    from replayers.log_tools.rewrite import Rewritten
 
 __all__ = ["cat", "compact", "convert", "filter_log", "merge", "note", "split"]
 
@@ -57,7 +57,7 @@ def filter_log(
     """
     from dataclasses import replace
 
-    from replayers.rewriting import filtered
+    from replayers.log_tools.rewrite import filtered
 
     wanted = replace(wanted_of(log, include, exclude, start, end), attachments=attachments, metadata=metadata)
     _tell(filtered(log, output, wanted, style_of(compression, chunk_size, force), bar("filter")), as_json)
@@ -85,7 +85,7 @@ def merge(
 
         lios log merge monday/*.mcap -o monday.mcap --runs
     """
-    from replayers.rewriting import merged
+    from replayers.log_tools.rewrite import merged
 
     style = style_of(compression, chunk_size, force)
     done = merged(logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, told=bar("merge"))
@@ -109,8 +109,8 @@ def split(
 
         lios log split monday.mcap -o runs/run.mcap --by run
     """
-    from replayers.copying import Style
-    from replayers.rewriting import split_up
+    from replayers.log_tools.copy_log import Style
+    from replayers.log_tools.rewrite import split_up
 
     if by not in (None, "run"):
         raise BadValue("--by", by, "run")
@@ -134,7 +134,7 @@ def compact(
 
         lios log compact run.mcap -o small.mcap
     """
-    from replayers.rewriting import Wanted, filtered
+    from replayers.log_tools.rewrite import Wanted, filtered
 
     _tell(filtered(log, output, Wanted(), style_of(compression, chunk_size, force), bar("compact")), as_json)
 
@@ -155,8 +155,8 @@ def convert(
 
         lios log convert run.mcap -o plain.mcap --compression none
     """
-    from replayers.lines import to_lines
-    from replayers.rewriting import Wanted, filtered
+    from replayers.log_tools.jsonl import to_lines
+    from replayers.log_tools.rewrite import Wanted, filtered
 
     if output.suffix == ".jsonl":
         _tell(to_lines(log, output, force=force, told=bar("convert")), as_json)

@@ -45,8 +45,8 @@ def plan(
 
         lios plan run.mcap -o problem/
     """
-    from replayers.planning_again import plan_again
-    from replayers.run import read
+    from replayers.batch.replan import plan_again
+    from replayers.runs.run import read
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, emit_text, patience
 

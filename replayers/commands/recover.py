@@ -12,7 +12,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, progress, say
 
 if TYPE_CHECKING:
-    from replayers.recover import Recovery
+    from replayers.log_tools.recover import Recovery
 
 
 def recover(
@@ -27,7 +27,7 @@ def recover(
 
         lios recover run.mcap -o saved.mcap
     """
-    from replayers.recover import recover as save
+    from replayers.log_tools.recover import recover as save
 
     saved = output or log.parent / f"{log.stem}.recovered.mcap"
     done = save(log, saved, force=force, told=lambda records: progress(records, title="recover"))

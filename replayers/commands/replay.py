@@ -11,8 +11,8 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
 if TYPE_CHECKING:
-    from replayers.batch import LogFailed
-    from replayers.stored_replays import StoredReplay
+    from replayers.batch.replay_all import LogFailed
+    from replayers.batch.store import StoredReplay
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
 TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
@@ -96,11 +96,11 @@ def replay(
     if verify:
         _verify(logs, _recorded_as(strategies), json=json)
         return
-    from replayers.batch import LogFailed, Wanted, logs_among, replay_all, strategies_named
-    from replayers.bounds import Budget
-    from replayers.ground import Settings
-    from replayers.relevance import Assumptions
-    from replayers.split_runs import join_first, parts_of_one_run
+    from replayers.batch.replay_all import LogFailed, Wanted, logs_among, replay_all, strategies_named
+    from replayers.batch.split_runs import join_first, parts_of_one_run
+    from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.prepared_log import Settings
+    from replayers.counterfactual.relevance import Assumptions
     from workbench.errors import Failed
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
@@ -157,7 +157,7 @@ def replay(
 
 def _not_there(names: tuple[str, ...]) -> dict[str, str]:
     """Plug-in planners that cannot be loaded, with the reasons; raises where there is no other strategy."""
-    from replayers.sandbox import is_foreign, require_planner, why_not_loaded
+    from replayers.counterfactual.sandbox import is_foreign, require_planner, why_not_loaded
     from workbench.planning.strategies import StrategyNotLoaded
     from workbench.plugins import NameOrigin
 
@@ -172,7 +172,7 @@ def _not_there(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
-    from replayers.replay import WORLDS
+    from replayers.counterfactual.replay import WORLDS
     from workbench.errors import BadValue
 
     names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
@@ -186,7 +186,7 @@ def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
 def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
     import msgspec
 
-    from replayers.stored_replays import StoredReplay
+    from replayers.batch.store import StoredReplay
 
     if not isinstance(outcome, StoredReplay):
         return {
@@ -241,9 +241,9 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
     """Every pair of strategies over one log, in the same world."""
     from itertools import combinations
 
-    from replayers.comparing import difference
-    from replayers.intervals import finite
-    from replayers.stored_replays import StoredReplay
+    from replayers.batch.compare import difference
+    from replayers.batch.store import StoredReplay
+    from replayers.counterfactual.estimates.intervals import finite
 
     bounded = [o for o in outcomes if isinstance(o, StoredReplay) and o.bounds is not None]
     found: list[dict[str, Any]] = []
@@ -271,7 +271,7 @@ def _about(logs: tuple[str, ...]) -> str:
 
 
 def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *, several: bool) -> None:
-    from replayers.logged_belief import LEARNS
+    from replayers.counterfactual.logged_belief import LEARNS
     from workbench.terminal import emit_table, emit_text, say
 
     shown = []
@@ -375,7 +375,7 @@ def _refuse(failed: list[LogFailed]) -> None:
 
 
 def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> list[dict[str, Any]]:
-    from replayers.telling_look import telling_looks
+    from replayers.batch.next_look import telling_looks
 
     return telling_looks(outcomes, files, settings)
 
@@ -394,9 +394,9 @@ def _recorded_as(strategies: str) -> str:
 def _verify(logs: list[Path], strategy_name: str, *, json: bool) -> None:
     import msgspec
 
-    from replayers.batch import logs_among
-    from replayers.run import read
-    from replayers.verify import verify
+    from replayers.batch.replay_all import logs_among
+    from replayers.batch.verify import verify
+    from replayers.runs.run import read
     from workbench.errors import Failed
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, emit_text

@@ -28,7 +28,7 @@ def from_log(
 
         lios site check home/site.yaml
     """
-    from replayers.site_drafts import draft_site, write_draft
+    from replayers.sites.survey_draft import draft_site, write_draft
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, emit_table, say
 

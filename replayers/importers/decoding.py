@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from replayers.importers.frames import Matrix, matrix_of
-from workbench.runs.vocabulary import NANO
+from workbench.log_schema.events import NANO
 
 ACTIONLIB_SUCCEEDED, ACTION_SUCCEEDED = 3, 4
 """actionlib_msgs/GoalStatus and action_msgs/GoalStatus."""

@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 
 from workbench.errors import MalformedFile, UnknownName
-from workbench.worlds.site_map import read_yaml
+from workbench.worlds.sites.ros_map import read_yaml
 
 PRESETS = Path(__file__).parent / "data" / "presets"
 AUTO = "auto"

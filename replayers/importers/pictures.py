@@ -9,8 +9,8 @@ import numpy as np
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
-from recorders.viewer import timestamp
-from workbench.worlds.occupancy import OccupancyGrid
+from recorders.foxglove.scene import timestamp
+from workbench.worlds.maps.occupancy import OccupancyGrid
 
 MODES = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
 """Encodings of raw images that can be compressed, with their bytes per pixel."""

@@ -28,7 +28,7 @@ from workbench.beliefs.weights import read_weights
 from workbench.cli import run
 from workbench.errors import BadValue, MissingExtra
 from workbench.worlds.names import vocabulary
-from workbench.worlds.procthor import load_houses
+from workbench.worlds.procthor.load import load_houses
 from workbench.worlds.shipped import shipped_houses
 
 live = pytest.mark.skipif(

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from workbench.beliefs.estimators import ESTIMATORS, estimator, shipped_weights
 from workbench.beliefs.weights import read_weights
 from workbench.errors import UnknownName
-from workbench.evaluation.belief_quality import nearby
+from workbench.evaluation.beliefs.metrics import nearby
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from learnable import learnable_house
 
 from workbench.beliefs.encoder import Vectors
-from workbench.beliefs.placement_kinds import (
+from workbench.beliefs.placement_mixture import (
     LEAST,
     Fitting,
     Tally,

@@ -15,8 +15,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from recorders.spot.site_tasks import delivery_of
-from workbench.worlds.site import load_site
+from recorders.spot.run.site_tasks import delivery_of
+from workbench.worlds.sites.site import load_site
 
 PORT = 50444
 LIOS = [sys.executable, "-c", "import sys; from workbench.cli import run; sys.exit(run(sys.argv[1:]))"]
@@ -31,8 +31,8 @@ def drive(certificate: Path, seconds: float) -> None:
     """What an operator does with the tablet: from waypoint to waypoint, standing a while at each."""
     from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 
-    from recorders.spot.connection import Connection, Credentials, RobotAddress
-    from recorders.spot.control import Control
+    from recorders.spot.client.connection import Connection, Credentials, RobotAddress
+    from recorders.spot.client.control import Control
 
     end = time.monotonic() + seconds
     going = graph_nav_pb2.NavigationFeedbackResponse.STATUS_FOLLOWING_ROUTE

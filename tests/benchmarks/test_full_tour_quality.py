@@ -15,17 +15,17 @@ import numpy as np
 import pytest
 
 from workbench.beliefs.estimators import estimator
-from workbench.evaluation.search_trials import queries
+from workbench.evaluation.search.trials import queries
 from workbench.evaluation.splits import Split, split_indices
 from workbench.search.corrected import corrected_find_costs
 from workbench.search.costs import SIMULATION
 from workbench.search.engine import expected_search
-from workbench.search.full_tour import FullTour
+from workbench.search.policies.full_tour import FullTour
 from workbench.search.policy import SearchQuery
 from workbench.worlds.house import START
 from workbench.worlds.knowledge import knowledge_at_start
-from workbench.worlds.navigation import navigate
-from workbench.worlds.procthor import load_houses
+from workbench.worlds.maps.navigation import navigate
+from workbench.worlds.procthor.load import load_houses
 
 EXACT_UP_TO = 15
 

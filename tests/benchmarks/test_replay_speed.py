@@ -18,11 +18,11 @@ from typing import Any
 import pytest
 from timings import HOLD_FIGURES
 
-from recorders.trial import Wish, record_trial, trial_for
-from replayers.batch import Wanted, replay_log, strategies_named
-from replayers.replay import Settings
-from replayers.stored_replays import StoredReplay
-from workbench.worlds.procthor import load_house
+from recorders.simulated_run import Wish, record_trial, trial_for
+from replayers.batch.replay_all import Wanted, replay_log, strategies_named
+from replayers.batch.store import StoredReplay
+from replayers.counterfactual.replay import Settings
+from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
 HOUSES = range(8)
@@ -32,8 +32,8 @@ ROUNDS = 3
 TWO_WORKERS = """
 import sys, time
 from pathlib import Path
-from replayers.batch import Wanted, replay_all, strategies_named
-from replayers.replay import Settings
+from replayers.batch.replay_all import Wanted, replay_all, strategies_named
+from replayers.counterfactual.replay import Settings
 
 wanted = Wanted(strategies=strategies_named("all", with_truth=False), settings=Settings())
 began = time.perf_counter()

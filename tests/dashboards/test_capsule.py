@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from toy_run import empty_run, named_run, other_run, toy_run
 
-from dashboards.capsule import capsule_page, write_capsule
-from dashboards.timeline import timeline_of
+from dashboards.capsule.write import capsule_page, write_capsule
+from dashboards.model.timeline import timeline_of
 from workbench.errors import BadValue, OutputExists
 
 OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())

@@ -18,7 +18,7 @@ from dashboards.geometry.walls import CAP_M, gaps_of, wall_solids
 from dashboards.palette import WALL, belief_colours
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Furniture, RoomId
-from workbench.worlds.occupancy import OccupancyGrid
+from workbench.worlds.maps.occupancy import OccupancyGrid
 
 PLAN = toy_plan()
 

@@ -8,13 +8,13 @@ from shutil import copy
 
 import pytest
 
-from dashboards.library import Library
+from dashboards.library.library import Library
+from dashboards.library.run_table import NO_LOG, NotRecorded, log_rows
 from dashboards.panels.runs import runs
 from dashboards.panels.scatter import default_pair, scatter
-from dashboards.run_table import NO_LOG, NotRecorded, log_rows
-from recorders.trial import Wish, record_trial, trial_for
+from recorders.simulated_run import Wish, record_trial, trial_for
 from workbench.errors import MalformedFile
-from workbench.worlds.procthor import load_house
+from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"
@@ -126,7 +126,7 @@ def test_a_folder_is_listed_without_reading_a_run(tmp_path: Path, monkeypatch: p
         trial = trial_for(Wish(find="book"), house, strategy=strategy, estimator="counts")
         record_trial(trial, tmp_path / "logs" / f"{strategy}.mcap")
     (tmp_path / "logs" / "broken.mcap").write_bytes(b"not a log")
-    monkeypatch.setattr("replayers.run.read", lambda *a, **k: pytest.fail("a run was read for the table"))
+    monkeypatch.setattr("replayers.runs.run.read", lambda *a, **k: pytest.fail("a run was read for the table"))
     library = Library([tmp_path / "logs"])
     rows = library.rows()
     assert [(r.scenario, r.strategy, r.outcome) for r in rows] == [
@@ -146,7 +146,7 @@ def test_a_baseline_goes_across_and_ours_up() -> None:
 
 def test_what_an_undecided_replay_had_spent_is_not_its_cost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its log stops where nobody looked on: it takes no part in filters by cost, nor in the scatter."""
-    from replayers import listing
+    from replayers.log_tools import listing
 
     done = listing.Row(file="a.mcap", strategy="lios", status="done", cost=10.0)
     open_ended = listing.Row(file="b.mcap", strategy="greedy", status="undetermined", source="replay")

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from toy import BED, COUNTER, FRIDGE, TABLE
 from toy_run import empty_run, ns, other_run, toy_run
 
-from dashboards.scene import STATUSES, Scene, scene_at
-from dashboards.timeline import Timeline, timeline_of
+from dashboards.model.scene import STATUSES, Scene, scene_at
+from dashboards.model.timeline import Timeline, timeline_of
 
 TIMELINE = timeline_of(toy_run())
 INDEX = {c.id: i for i, c in enumerate(TIMELINE.plan.containers)} if TIMELINE.plan else {}

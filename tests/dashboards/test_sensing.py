@@ -32,7 +32,7 @@ from dashboards.sensing.frames import Frames, matrix
 from dashboards.sensing.grids import grid_cells
 from dashboards.sensing.pictures import mime_of, pixels
 from dashboards.sensing.senses import Senses, senses_of
-from replayers.sensor_tracks import sensor_tracks
+from replayers.runs.sensor_index import sensor_tracks
 from workbench.errors import NotFound
 
 LOGS = Path(__file__).resolve().parents[2] / "logs"
@@ -249,9 +249,9 @@ def test_a_spot_depth_camera_shows_the_walls_that_it_was_drawn_from() -> None:
     from dashboards.sensing.clouds import depth_points
     from recorders.spot.simulated.camera import depth_picture
     from recorders.spot.simulated.frames import optical, se3
-    from recorders.spot.simulated.images import _depth_source
+    from recorders.spot.simulated.services.images import _depth_source
     from workbench.worlds.geometry import Pose
-    from workbench.worlds.site import load_site
+    from workbench.worlds.sites.site import load_site
 
     site = load_site("paper_home")
     grid_ = site.grid
@@ -292,10 +292,10 @@ def test_a_spot_depth_camera_shows_the_walls_that_it_was_drawn_from() -> None:
 
 
 def test_a_growing_log_is_not_searched_for_sensors_at_every_look(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from dashboards.library import Library
+    from dashboards.library.library import Library
 
     now = [100.0]
-    monkeypatch.setattr("dashboards.library.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("dashboards.library.library.time.monotonic", lambda: now[0])
     library = Library([SPOT])
     first = library.senses(0)
     library.reread(0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from dashboards.scene import RobotLook
+from dashboards.model.scene import RobotLook
 from dashboards.sensing.pictures import Picture
 from dashboards.viser_app.sensor_layers import SensorLayers
 

@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sample_logs import write_toy_log
 
-from dashboards.library import Library, NoLogs, logs_of
+from dashboards.library.library import Library, NoLogs, logs_of
 from dashboards.viser_app.bridge import address, changes_of, obey
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import CannotListen, Dashboard, PortInUse

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from toy_run import other_run, toy_run
 
-from dashboards.clock import Clock
-from dashboards.library import MOST_OPEN, Library
-from dashboards.timeline import timeline_of
+from dashboards.library.library import MOST_OPEN, Library
+from dashboards.model.clock import Clock
+from dashboards.model.timeline import timeline_of
 from dashboards.viser_app import session as session_module
 from dashboards.viser_app.bridge import changes_of, obey
 from dashboards.viser_app.cameras import CameraPose
@@ -138,7 +138,7 @@ def test_places_are_forgotten_like_runs() -> None:
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_first_looks_go_with_their_run(number: int) -> None:
-    from dashboards.first_looks import first_looks
+    from dashboards.model.first_stop_costs import first_looks
 
     timeline = timeline_of(toy_run())
     frame = timeline.decisions[number - 1]

@@ -9,7 +9,7 @@ import pytest
 
 from dashboards import task_report
 from workbench.cli import run
-from workbench.evaluation.task_rows import read_rows
+from workbench.evaluation.tasks.rows import read_rows
 
 pytestmark = pytest.mark.xdist_group("report")
 COUNTS = ["--estimator", "counts", "--paper-estimator", "counts"]

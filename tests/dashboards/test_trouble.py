@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from toy_run import toy_run
 
-from dashboards.clock import Clock
-from dashboards.library import Library
+from dashboards.library.library import Library
+from dashboards.model.clock import Clock
+from dashboards.model.timeline import timeline_of
 from dashboards.panels.markup import trouble
-from dashboards.timeline import timeline_of
 from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.session import Session, ViewState
 from dashboards.viser_app.trouble import Trouble

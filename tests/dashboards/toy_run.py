@@ -12,10 +12,8 @@ from types import MappingProxyType
 
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_plan, toy_travel
 
-from replayers.run import Run
-from workbench.planning.tasks import find_task
-from workbench.runs.place import Place
-from workbench.runs.vocabulary import (
+from replayers.runs.run import Run
+from workbench.log_schema.events import (
     NANO,
     ActionFinished,
     BeliefUpdate,
@@ -30,6 +28,8 @@ from workbench.runs.vocabulary import (
     Stop,
     WayNotTaken,
 )
+from workbench.log_schema.place import Place
+from workbench.planning.tasks import find_task
 from workbench.search.costs import SIMULATION
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, FloorPlan, ItemType, LocationId

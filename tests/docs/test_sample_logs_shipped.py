@@ -9,7 +9,7 @@ import pytest
 from console_blocks import ROOT
 from mcap.reader import make_reader
 
-from replayers.run import read
+from replayers.runs.run import read
 from workbench import cli
 
 LOGS = ROOT / "logs"

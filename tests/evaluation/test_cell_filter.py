@@ -8,7 +8,7 @@ import pytest
 
 from workbench.cli import run
 from workbench.errors import BadValue
-from workbench.evaluation.cell_filter import cell_filter
+from workbench.evaluation.tasks.cell_filter import cell_filter
 
 CELLS = [(s, n) for s in ("deliver-3", "coffee", "breakfast+coffee") for n in ("opt-greedy", "model-lios", "oracle")]
 

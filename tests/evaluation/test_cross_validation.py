@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from workbench.beliefs.training import Lesson
+from workbench.beliefs.training.train import Lesson
 from workbench.cli import run
-from workbench.evaluation import cross_validation, fold_weights
-from workbench.worlds.procthor import load_houses
+from workbench.evaluation.beliefs import cross_validation, fold_weights
+from workbench.worlds.procthor.load import load_houses
 from workbench.worlds.shipped import shipped_houses
 
 

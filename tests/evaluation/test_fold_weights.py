@@ -9,11 +9,13 @@ from typing import Any
 import pytest
 
 from workbench.beliefs import estimators
-from workbench.beliefs.training import Lesson
+from workbench.beliefs.training.train import Lesson
 from workbench.beliefs.weights import read_weights
 from workbench.cli import run
-from workbench.evaluation import fold_weights, search_experiment, task_trials
-from workbench.evaluation.task_rows import read_rows
+from workbench.evaluation.beliefs import fold_weights
+from workbench.evaluation.search import experiment as search_experiment
+from workbench.evaluation.tasks import trials as task_trials
+from workbench.evaluation.tasks.rows import read_rows
 
 SEARCH = ["evaluate", "search", "-p", "lios,conditioned-lios", "--queries", "12", "--no-figures", "--json"]
 TASKS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "20", "--json"]

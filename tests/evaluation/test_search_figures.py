@@ -12,8 +12,8 @@ from workbench.evaluation.figures.predicted_cost import draw_predicted_cost
 from workbench.evaluation.figures.search_figures import best_policy, example_query
 from workbench.evaluation.figures.style import new_figure, save
 from workbench.evaluation.figures.worked_example import steps_in_words, worked_query
-from workbench.evaluation.search_table import costs_of, rows
-from workbench.evaluation.search_trials import SearchTrial
+from workbench.evaluation.search.table import costs_of, rows
+from workbench.evaluation.search.trials import SearchTrial
 from workbench.search.engine import expected_search
 from workbench.worlds.house import ContainerId, ItemType
 

@@ -12,14 +12,14 @@ from toy import TABLE, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.estimators import estimator
-from workbench.evaluation.task_trials import TrialKey, stage
+from workbench.evaluation.tasks.trials import TrialKey, stage
 from workbench.execution.events import Planned
 from workbench.execution.loop import run_task
-from workbench.planning.fast_downward import FastDownward
-from workbench.planning.find_routes import find_routes
+from workbench.planning.builtin.find_routes import find_routes
 from workbench.planning.plans import Plan
 from workbench.planning.problem import Problem
-from workbench.planning.single_find import plan_single_find
+from workbench.planning.solvers.fast_downward import FastDownward
+from workbench.planning.solvers.single_find import plan_single_find
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import Holding
 from workbench.search.costs import SIMULATION

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from replayers.run import read
+from replayers.runs.run import read
 from workbench.cli import run
 from workbench.planning.composed import Composed
 from workbench.planning.strategies import StrategyNotLoaded, strategy

@@ -7,13 +7,13 @@ from itertools import pairwise
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 
-from recorders.trial import Trial, trial_events
+from recorders.simulated_run import Trial, trial_events
 from workbench.execution.events import Ended
 from workbench.execution.loop import outcome_of
 from workbench.planning.strategies import STRATEGIES
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, Task
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
-from workbench.worlds.navigation import navigate
+from workbench.worlds.maps.navigation import navigate
 
 
 def stands(item_type: str, at: ContainerId) -> Delivered:

@@ -8,7 +8,7 @@ from problems import COSTS, deliver_goal, grid_place, random_problem
 from toy import BED, COUNTER, DESK, item, toy_plan, toy_travel
 
 from workbench.planning.actions import BY_NAME, prepares, relevant_types
-from workbench.planning.built_in import solve
+from workbench.planning.builtin.solver import solve
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.problem import (
     IllegalStep,

@@ -27,7 +27,7 @@ def payload(i: int) -> bytes:
 
 
 def direct(path: Path, seed: int) -> None:
-    from recorders.writer import McapWriter
+    from recorders.mcap_io.writer import McapWriter
 
     rng = random.Random(seed)
     writer = McapWriter(path, chunk_bytes=rng.choice([1, 2000, 50_000]), compression=rng.choice(["zstd", "lz4", ""]))
@@ -41,9 +41,9 @@ def direct(path: Path, seed: int) -> None:
 
 
 def background(path: Path, seed: int) -> None:
-    from recorders.background import Background
-    from recorders.channel_spec import ChannelSpec
-    from recorders.sinks import LogFiles
+    from recorders.mcap_io.channels import ChannelSpec
+    from recorders.sinks.files import LogFiles
+    from recorders.sinks.threaded import Background
 
     rng = random.Random(seed)
     sink = Background(LogFiles(path))
@@ -59,7 +59,7 @@ def background(path: Path, seed: int) -> None:
 def run(path: Path, seed: int) -> None:
     from sample_logs import toy_events, toy_options
 
-    from recorders.recorder import RunRecorder
+    from recorders.run_recorder import RunRecorder
 
     recorder = RunRecorder(path, **toy_options())  # type: ignore[arg-type]
     count = 0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from matplotlib.image import imread
 
-from replayers.run import read
+from replayers.runs.run import read
 from workbench.cli import run
 from workbench.worlds.shipped import shipped_houses
 

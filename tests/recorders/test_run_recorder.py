@@ -16,14 +16,14 @@ from mcap_protobuf.decoder import DecoderFactory
 from sample_logs import T0, killed_toy_log, toy_events, toy_info, toy_options, toy_place, toy_task, write_toy_log
 from toy import COUNTER, FRIDGE, TABLE, toy_house
 
-from recorders.recorder import RunRecorder
-from recorders.sinks import Split
-from replayers.content import Message
-from replayers.reader import messages
-from replayers.run import read
+from recorders.run_recorder import RunRecorder
+from recorders.sinks.files import Split
+from replayers.mcap_io.messages import Message
+from replayers.mcap_io.reader import messages
+from replayers.runs.run import read
 from workbench.errors import OutputExists
+from workbench.log_schema.events import NANO, REPEATABLE
 from workbench.planning.plans import PlanStatus
-from workbench.runs.vocabulary import NANO, REPEATABLE
 from workbench.search.costs import SIMULATION
 
 

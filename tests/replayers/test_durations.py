@@ -6,8 +6,8 @@ import msgspec
 import pytest
 from toy_logs import acted
 
-from replayers.durations import SIMULATED, fitted_durations
-from workbench.runs.vocabulary import ActionFinished, Stamp
+from replayers.counterfactual.durations import SIMULATED, fitted_durations
+from workbench.log_schema.events import ActionFinished, Stamp
 
 
 def took(action: str, seconds: float, metres: float = 0.0) -> ActionFinished:

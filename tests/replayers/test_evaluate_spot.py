@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from replayers.run import read
+from replayers.runs.run import read
 from workbench.cli import run
 
 

@@ -10,11 +10,11 @@ from sample_logs import killed_toy_log
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 from toy_logs import acted, seen, toy_run
 
-from recorders.spot.site_tasks import session_task
-from replayers.evidence import NothingWasTried, evidence_of
-from replayers.reading_evidence import contents_at_start
-from replayers.run import read
-from workbench.runs.vocabulary import BeliefUpdate, Stamp
+from recorders.spot.run.site_tasks import session_task
+from replayers.counterfactual.evidence import NothingWasTried, evidence_of
+from replayers.counterfactual.evidence_rules import contents_at_start
+from replayers.runs.run import read
+from workbench.log_schema.events import BeliefUpdate, Stamp
 from workbench.worlds.house import ContainerId
 
 PLACES = (FRIDGE, COUNTER, TABLE, BED, DESK)

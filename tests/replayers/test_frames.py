@@ -14,12 +14,12 @@ from sample_logs import T0, killed_toy_log, toy_info, toy_options, write_toy_log
 from toy import COUNTER, FRIDGE, TABLE
 
 import replayers
-from recorders.recorder import RunRecorder
-from replayers.columns import SCHEMAS
-from replayers.frames import NoLogs, Tables
-from replayers.listing import memory_for, row_of, rows_of
+from recorders.run_recorder import RunRecorder
+from replayers.log_tools.listing import memory_for, row_of, rows_of
+from replayers.tables.frames import NoLogs, Tables
+from replayers.tables.schemas import SCHEMAS
 from workbench import cli
-from workbench.runs.vocabulary import NANO
+from workbench.log_schema.events import NANO
 
 
 @pytest.fixture
@@ -212,7 +212,8 @@ def test_a_row_of_the_list_comes_from_the_index(log: Path):
 
 
 def test_a_list_is_remembered_until_a_log_changes(folder: Path, capsys: pytest.CaptureFixture[str]):
-    from replayers import describe, listing
+    from replayers.log_tools import info as describe
+    from replayers.log_tools import listing
 
     memory = memory_for(folder)
     paths = sorted(folder.rglob("*.mcap"))

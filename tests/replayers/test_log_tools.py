@@ -14,18 +14,18 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from sample_logs import T0, killed_toy_log, toy_info, write_toy_log
 
-from recorders.writer import DiskFull, McapWriter
+from recorders.mcap_io.writer import DiskFull, McapWriter
 from replayers.doctor import examine
-from replayers.findings import Verdict
-from replayers.frames import read_many
-from replayers.notes import add_note, notes_of
-from replayers.reader import messages
-from replayers.run import read
-from replayers.times import moment
+from replayers.doctor.findings import Verdict
+from replayers.log_tools.notes import add_note, notes_of
+from replayers.log_tools.time_argument import moment
+from replayers.mcap_io.reader import messages
+from replayers.runs.run import read
+from replayers.tables.frames import read_many
 from workbench import cli
 from workbench.errors import BadValue
-from workbench.runs.run_info import info_to_metadata
-from workbench.runs.vocabulary import NANO
+from workbench.log_schema.events import NANO
+from workbench.log_schema.run_info import info_to_metadata
 
 Facts = tuple[str, int, int, int, bytes]
 
@@ -130,7 +130,11 @@ def test_what_was_there_stays_until_the_new_log_is_whole(
     def full(*_: object, **__: object) -> bytes:
         raise DiskFull(log, "no space left") if command != "lines" else OSError(28, "no space left")
 
-    target = "replayers.showing.Shown.line" if command == "lines" else "recorders.writer.McapWriter.close"
+    target = (
+        "replayers.log_tools.decode_message.Shown.line"
+        if command == "lines"
+        else "recorders.mcap_io.writer.McapWriter.close"
+    )
     with monkeypatch.context() as patch:
         patch.setattr(target, full)
         assert _lios(*words) == 1
@@ -228,7 +232,7 @@ def test_a_note_for_which_there_is_no_room_changes_nothing(log: Path, monkeypatc
     """A file may grow no further, as on a full disk: the log is what it was, index and all."""
     before = log.read_bytes()
     script = (
-        "import resource, sys; from replayers.notes import add_note; from recorders.writer import DiskFull\n"
+        "import resource, sys; from replayers.log_tools.notes import add_note; from recorders.mcap_io.writer import DiskFull\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({len(before) + 10}, -1))\n"
         f"try: add_note({str(log)!r}, 'x' * 5000)\n"
         "except DiskFull: sys.exit(7)"

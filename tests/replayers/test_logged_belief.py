@@ -13,9 +13,16 @@ import pytest
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import MUG, simulated_log, toy_evidence
 
-from replayers.evidence import Evidence, evidence_of
-from replayers.logged_belief import HELD, LoggedBelief, NoBelief, RecordedBeliefs, covers, estimator_for
-from replayers.run import read
+from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.logged_belief import (
+    HELD,
+    LoggedBelief,
+    NoBelief,
+    RecordedBeliefs,
+    covers,
+    estimator_for,
+)
+from replayers.runs.run import read
 from workbench.errors import UnknownName
 from workbench.worlds.knowledge import knowledge_at_start
 

@@ -10,7 +10,7 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house
 from toy_logs import Even, InOrder, toy_evidence, toy_run
 from world_contract import check_world
 
-from replayers.logged_world import LoggedWorld
+from replayers.counterfactual.logged_world import LoggedWorld
 from workbench.execution.events import Acted, Observed, RunStatus
 from workbench.execution.loop import outcome_of, run_task
 from workbench.search.costs import SIMULATION

@@ -8,8 +8,8 @@ import pytest
 from toy import BED
 from toy_logs import toy_run
 
-from replayers.replay import Settings, ground_of, replay_on
-from replayers.sandbox import AskedForTruth, HiddenTruth, Sandboxed, is_foreign, load_foreign
+from replayers.counterfactual.replay import Settings, ground_of, replay_on
+from replayers.counterfactual.sandbox import AskedForTruth, HiddenTruth, Sandboxed, is_foreign, load_foreign
 from workbench.errors import UnknownName
 from workbench.execution.events import RunStatus
 from workbench.planning.strategies import strategy_plugin

@@ -11,10 +11,10 @@ from sample_logs import killed_toy_log
 from toy import BED, COUNTER
 from toy_logs import delivered, simulated_log, task_of, toy_run
 
-from replayers.planning_again import plan_again
-from replayers.recorded_strategy import RecordedBySomebodyElse
-from replayers.run import read
-from replayers.verify import verify
+from replayers.batch.recorded_strategy import RecordedBySomebodyElse
+from replayers.batch.replan import plan_again
+from replayers.batch.verify import verify
+from replayers.runs.run import read
 from workbench.errors import Unsupported
 from workbench.planning.strategies import strategy_names
 from workbench.planning.tasks import AllOf

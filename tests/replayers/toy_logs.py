@@ -14,18 +14,18 @@ from fake_world import FakeWorld
 from sample_logs import T0, toy_info, toy_place, write_toy_log
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 
-from recorders.recorder import record_run
-from replayers.evidence import Evidence, evidence_of
-from replayers.run import Run, read
+from recorders.run_recorder import record_run
+from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.estimators import estimator
 from workbench.execution.loop import run_task
+from workbench.log_schema.events import ActionFinished, Observation, SeenItem, Stamp
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding, Task, find_task, goal_types
 from workbench.plugins import NameOrigin
-from workbench.runs.vocabulary import ActionFinished, Observation, SeenItem, Stamp
 from workbench.search.costs import SIMULATION
 from workbench.search.find_costs import SearchStop
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId

@@ -12,7 +12,7 @@ from workbench.search import compiled, corrected, reference
 from workbench.search.candidates import choose
 from workbench.search.compiled_remaining import others
 from workbench.search.costs import SIMULATION
-from workbench.search.policies import POLICIES, policy
+from workbench.search.policies.registry import POLICIES, policy
 from workbench.search.policy import SearchQuery, first_stop
 from workbench.search.remaining import BELIEF_MODELS, still_missing_by_subset
 from workbench.search.ties import RELATIVE, by_cost, first_least, first_of_least, ranked, tolerance

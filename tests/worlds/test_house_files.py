@@ -10,8 +10,13 @@ import pytest
 from procthor_house import two_rooms
 
 from workbench.errors import BadValue, FileMissing, InputError, MalformedFile
-from workbench.worlds.house_files import MAX_LINE_BYTES, HouseIndexMissing, HouseIndexOutOfRange, split_address
-from workbench.worlds.procthor import load_house, load_houses
+from workbench.worlds.procthor.house_files import (
+    MAX_LINE_BYTES,
+    HouseIndexMissing,
+    HouseIndexOutOfRange,
+    split_address,
+)
+from workbench.worlds.procthor.load import load_house, load_houses
 from workbench.worlds.shipped import shipped_houses
 
 

@@ -20,14 +20,14 @@ from scipy.sparse.csgraph import dijkstra
 from toy import BED, FRIDGE, TABLE, toy_plan, toy_travel
 
 from workbench.errors import BadValue
-from workbench.worlds import travel_cache
-from workbench.worlds.connectivity import inside
-from workbench.worlds.corners import corner_cells
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, Container, ContainerId, LocationId, RoomId
-from workbench.worlds.navigation import NowhereToStand, compute, navigate
-from workbench.worlds.occupancy import OccupancyGrid, occupancy_of
-from workbench.worlds.shortest_paths import pairwise_steps, way
+from workbench.worlds.maps import travel_cache
+from workbench.worlds.maps.connectivity import inside
+from workbench.worlds.maps.navigation import NowhereToStand, compute, navigate
+from workbench.worlds.maps.occupancy import OccupancyGrid, occupancy_of
+from workbench.worlds.maps.path_simplification import corner_cells
+from workbench.worlds.maps.shortest_paths import pairwise_steps, way
 
 
 def test_grid_of_the_toy_house() -> None:
@@ -270,7 +270,7 @@ def test_settings_and_houses_that_cannot_be() -> None:
 def test_where_compiled_code_cannot_be_kept_it_is_compiled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     import numba
 
-    from workbench.worlds import shortest_paths
+    from workbench.worlds.maps import shortest_paths
 
     real = numba.njit
 

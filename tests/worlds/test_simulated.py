@@ -8,7 +8,7 @@ from world_contract import check_world
 
 from workbench.errors import UnknownName
 from workbench.worlds.house import START, ContainerId, ItemId, LocationId
-from workbench.worlds.navigation import navigate
+from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.simulated import EPOCH_NS, SimulatedWorld
 from workbench.worlds.world import Done, Looked, Refused
 

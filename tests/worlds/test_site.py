@@ -11,11 +11,11 @@ import pytest
 
 from workbench.errors import BadValue, FileMissing, MalformedFile, UnknownName
 from workbench.worlds.house import START, LocationId
-from workbench.worlds.occupancy import OccupancyGrid, occupancy_of
-from workbench.worlds.site import CannotStartThere, Site, load_site, starting_at
-from workbench.worlds.site_check import check_site
-from workbench.worlds.site_configurations import arranged, configurations_of, load_configurations, pick_configuration
-from workbench.worlds.site_map import read_map, write_map
+from workbench.worlds.maps.occupancy import OccupancyGrid, occupancy_of
+from workbench.worlds.sites.check import check_site
+from workbench.worlds.sites.configurations import arranged, configurations_of, load_configurations, pick_configuration
+from workbench.worlds.sites.ros_map import read_map, write_map
+from workbench.worlds.sites.site import CannotStartThere, Site, load_site, starting_at
 
 ROOM = """
 lios_site: 1

@@ -4,7 +4,7 @@ Names give the rates at which kinds of items are put into kinds of containers (`
 the features of `context.py` correct these in log-odds. The belief is updated by evidence: observed items and
 unsuccessful searches are features, learnt on partly searched houses.
 
-Training is in `train_best.py`.
+Training is in `best.py`.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from workbench.beliefs.belief import Belief
 from workbench.beliefs.context import FEATURES, Opinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
 from workbench.beliefs.fcnn import DIGITS
+from workbench.beliefs.observed_scene import Scene, scene_of
 from workbench.beliefs.placements import (
     Placements,
     given_that_it_is_here,
     placements_of,
     where_it_stands_already,
 )
-from workbench.beliefs.scene import Scene, scene_of
 from workbench.beliefs.trees import Trees, trees_from
 from workbench.beliefs.weights import Weights
 from workbench.worlds.house import ItemType

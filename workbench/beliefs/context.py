@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from workbench.beliefs.placement_kinds import LEAST as LEAST_RATE
-from workbench.beliefs.placement_kinds import MOST as MOST_RATE
+from workbench.beliefs.observed_scene import ROOM_KINDS, Scene
+from workbench.beliefs.placement_mixture import LEAST as LEAST_RATE
+from workbench.beliefs.placement_mixture import MOST as MOST_RATE
 from workbench.beliefs.placements import given_that_it_is_here
-from workbench.beliefs.scene import ROOM_KINDS, Scene
 
 Floats = npt.NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """The probability of each container to hold an item that the house is known to have, from placement rates.
 
-A rate (`placement_kinds.py`) says how often a kind of container holds an item type, independent of the house.
+A rate (`placement_mixture.py`) says how often a kind of container holds an item type, independent of the house.
 Containers of a house are taken as independent; for an item that a room has once, the containers of the room are
 rivals: each is willing to hold it by its rate, and one of the willing, drawn at random, has it. The result is
 conditioned on some container of the house having the item. Containers searched without success are no longer
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from numpy.polynomial.legendre import leggauss
 
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
-from workbench.beliefs.placement_kinds import (
+from workbench.beliefs.placement_mixture import (
     LEAST,
     MOST,
     Fitting,

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from workbench.search.costs import SIMULATION
+from workbench.worlds.generator.statistics import area_m2
 from workbench.worlds.house import START, House, LocationId
-from workbench.worlds.house_statistics import area_m2
+from workbench.worlds.maps.navigation import Navigation, navigate
 from workbench.worlds.names import generic_type, readable_name
-from workbench.worlds.navigation import Navigation, navigate
 from workbench.worlds.travel import TravelCosts
 
 COMMONEST = 20

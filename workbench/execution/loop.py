@@ -16,8 +16,8 @@ from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Ob
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import why_illegal
 from workbench.planning.actions import facts_after, relevant_types
-from workbench.planning.added import with_added
 from workbench.planning.plans import PlanStatus, PlanStep
+from workbench.planning.scenarios.added_items import with_added
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.planning.warm import warm_up

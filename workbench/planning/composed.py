@@ -6,16 +6,16 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 from workbench.planning.actions import relevant_types
-from workbench.planning.built_in import without_hypothetical
+from workbench.planning.builtin.solver import without_hypothetical
 from workbench.planning.find_pricing import FindPricing, FindQuestion
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem, locations_that_matter, missing_types, problem_of
-from workbench.planning.single_find import plan_single_find
-from workbench.planning.solver import BuiltIn, Solver
+from workbench.planning.solvers.location_refinement import solve_widening
+from workbench.planning.solvers.protocol import BuiltIn, Solver
+from workbench.planning.solvers.single_find import plan_single_find
 from workbench.planning.strategy import Alternative, Decision, View
 from workbench.planning.tasks import Holding, Task
-from workbench.planning.widening import solve_widening
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery
 from workbench.worlds.house import ItemType, LocationId
@@ -34,7 +34,7 @@ class Composed:
         find_known: whether a find may be planned even if an instance is known.
         solver: the solver; a single find is solved in closed form.
         everywhere: plan over all reachable locations, bounded by the plan over the relevant ones, and state the
-            optimality gap (widening.py); takes at most EVERYWHERE_S seconds per decision.
+            optimality gap (location_refinement.py); takes at most EVERYWHERE_S seconds per decision.
     """
 
     name: str

@@ -23,12 +23,12 @@ from workbench.planning.problem import (
     want_holds,
     ways_of,
 )
-from workbench.planning.solver import BuiltIn, Solver
+from workbench.planning.solvers.location_refinement import solve_widening
+from workbench.planning.solvers.protocol import BuiltIn, Solver
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import AllOf, Holding, Task, goal_locations
-from workbench.planning.widening import solve_widening
 from workbench.search.find_costs import SearchStop
-from workbench.search.oracle import oracle_policy
+from workbench.search.policies.oracle import oracle_policy
 from workbench.search.ties import first_least, first_of_least
 from workbench.worlds.house import ContainerId, House, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge

@@ -19,10 +19,10 @@ from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch
 from workbench.planning.guarded import Guarded
 from workbench.planning.oracle import Oracle
-from workbench.planning.scout import Scout
+from workbench.planning.rollouts.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
 from workbench.plugins import STRATEGY, NameOrigin, Plugin, PluginNotLoaded, import_path, installed_names, plugin
-from workbench.search.policies import policy
+from workbench.search.policies.registry import policy
 from workbench.worlds.house import House
 
 Plans = TypeVar("Plans", Composed, Oracle)
@@ -171,7 +171,7 @@ def _with_solver(made: Strategy, solver_name: str, origin: NameOrigin) -> Strate
 
 def _planning(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
     """The planning component with that solver, or over all locations."""
-    from workbench.planning.solvers import installed_solver
+    from workbench.planning.solvers.registry import installed_solver
 
     if solver_name == EVERYWHERE:
         return replace(part, everywhere=True)

@@ -66,7 +66,7 @@ class Task:
         title: one line for display.
         available: the item types known to exist in the house (prior knowledge, paper Sec. III), sorted; no
             other type is searched for. Empty if unknown; then any type may exist.
-        added: items that the scenario has added; their possible containers are known (added.py).
+        added: items that the scenario has added; their possible containers are known (added_items.py).
     """
 
     scenario: str

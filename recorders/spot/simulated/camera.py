@@ -13,7 +13,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from workbench.worlds.geometry import Pose
-from workbench.worlds.occupancy import OccupancyGrid
+from workbench.worlds.maps.occupancy import OccupancyGrid
 
 CAMERAS = {
     "frontleft_fisheye_image": 0.45,

@@ -12,7 +12,7 @@ from bosdyn.api import geometry_pb2, robot_state_pb2
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.spot.simulated.body import Body, Reckoning, wrapped
-from workbench.runs.vocabulary import NANO
+from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Pose
 
 STANDING_M, SITTING_M = 0.52, 0.22

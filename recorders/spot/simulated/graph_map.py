@@ -7,7 +7,7 @@ from bosdyn.api.graph_nav import map_pb2
 from recorders.spot.simulated.body import Body, wrapped
 from recorders.spot.simulated.frames import from_body, in_body, inverse, se3, yaw_of
 from workbench.worlds.geometry import Pose
-from workbench.worlds.site import Site
+from workbench.worlds.sites.site import Site
 
 
 class GraphMap:

@@ -1,6 +1,6 @@
 """The state of the simulated robot: body, items, leases and faults, behind one lock.
 
-Services (services.py and those beside it) translate between this state and bosdyn-api's messages.
+Services (basic_services.py and those beside it) translate between this state and bosdyn-api's messages.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from bosdyn.api import power_pb2
 from bosdyn.api.graph_nav import nav_pb2
 
+from recorders.spot.client.time_source import RobotClock
 from recorders.spot.simulated.body import Body, Walk, WalkState
-from recorders.spot.simulated.clock import RobotClock
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.leases import LeaseBook
@@ -25,8 +25,8 @@ from recorders.spot.simulated.sight import TaggedThing, in_hand, sees, thing_in
 from workbench.errors import Malformed
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, House, LocationId
-from workbench.worlds.site import Site
-from workbench.worlds.site_ways import SiteWays
+from workbench.worlds.sites.paths import SiteWays
+from workbench.worlds.sites.site import Site
 
 PICK_S, PLACE_S = 20.0, 4.0
 """Times in seconds of a grasp and of an arm motion."""

@@ -14,10 +14,10 @@ from bosdyn.api import (
 from google.protobuf.duration_pb2 import Duration
 from google.protobuf.wrappers_pb2 import DoubleValue
 
+from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.body import BATTERY_S, Motors
 from recorders.spot.simulated.frames import frame_tree, height_of, in_body, kinematics, se3, stamp
 from recorders.spot.simulated.robot import RobotState
-from recorders.spot.simulated.services import header_of
 
 TAG_M = 0.146
 

@@ -7,12 +7,12 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from recorders.spot.connection import Connection, Credentials, RobotAddress
-from recorders.spot.simulated.clock import RobotClock, SteppedClock
+from recorders.spot.client.connection import Connection, Credentials, RobotAddress
+from recorders.spot.client.time_source import RobotClock, SteppedClock
 from recorders.spot.simulated.faults import Fault
-from recorders.spot.simulated.server import SimulatedSpot
+from recorders.spot.simulated.services.server import SimulatedSpot
 from workbench.worlds.house import House
-from workbench.worlds.site import Site
+from workbench.worlds.sites.site import Site
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from math import cos, hypot, sin
 
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan
-from workbench.worlds.site import Site
+from workbench.worlds.sites.site import Site
 
 RANGE_M = 3.0
 CLOSED_RANGE_M = 0.6

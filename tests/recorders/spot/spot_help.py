@@ -9,18 +9,18 @@ from typing import Any
 
 from mcap.reader import make_reader
 
-from recorders.spot.connection import Connection
-from recorders.spot.session import Rates
-from recorders.spot.simulated.clock import RobotClock, SteppedClock
+from recorders.spot.client.connection import Connection
+from recorders.spot.client.time_source import RobotClock, SteppedClock
+from recorders.spot.run.run import RobotRun
+from recorders.spot.run.site_tasks import delivery_of, site_task
+from recorders.spot.run.world import RunSettings
+from recorders.spot.session.session import Rates
 from recorders.spot.simulated.faults import read_faults
-from recorders.spot.simulated.server import SimulatedSpot
+from recorders.spot.simulated.services.server import SimulatedSpot
 from recorders.spot.simulated.session import simulated_robot
-from recorders.spot.site_tasks import delivery_of, site_task
-from recorders.spot.spot_run import RobotRun
-from recorders.spot.world import RunSettings
 from workbench.worlds.house import House
-from workbench.worlds.site import Site, load_site
-from workbench.worlds.site_configurations import arranged, pick_configuration
+from workbench.worlds.sites.configurations import arranged, pick_configuration
+from workbench.worlds.sites.site import Site, load_site
 
 FEW = Rates(state_hz=1.0, localization_hz=1.0, fiducials_hz=1.0, images_hz=0.05, grid_hz=0.05, image_ratio=0.25)
 """Enough of everything, quickly."""

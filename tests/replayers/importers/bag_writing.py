@@ -20,7 +20,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from workbench.worlds.house import LocationId
-from workbench.worlds.site import Site
+from workbench.worlds.sites.site import Site
 
 START_S = 1_767_000_000
 HEADER1 = "std_msgs/Header header\n"

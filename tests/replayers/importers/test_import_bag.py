@@ -11,13 +11,13 @@ import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 
-from recorders.spot.site_tasks import delivery_of, site_task
+from recorders.spot.run.site_tasks import delivery_of, site_task
 from replayers.importers.bags import EmptyBag, NotABag, UnknownMessageType, open_bag
-from replayers.importers.importing import ImportPlan, ImportReport, NowhereInTheBag, import_bag
+from replayers.importers.import_bag import ImportPlan, ImportReport, NowhereInTheBag, import_bag
 from replayers.importers.mapping import load_mapping, presets
-from replayers.run import Run, read
+from replayers.runs.run import Run, read
 from workbench.errors import FileMissing, MalformedFile, UnknownName
-from workbench.worlds.site import Site, load_site
+from workbench.worlds.sites.site import Site, load_site
 
 sys.path.insert(0, str(Path(__file__).parent))
 from bag_writing import Ros1Bag, Ros2Bag

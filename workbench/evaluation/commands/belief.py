@@ -9,7 +9,7 @@ from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Houses, Jso
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.evaluation.belief_report import BeliefReport, BeliefRequest
+    from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest
 
 
 def belief(
@@ -46,8 +46,8 @@ def belief(
         lios evaluate belief --houses mine.jsonl.gz --estimators best,mine.safetensors --seen 0.3 --figures out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.belief_report import BeliefRequest, measure
-    from workbench.evaluation.fold_weights import folds_asked
+    from workbench.evaluation.beliefs.fold_weights import folds_asked
+    from workbench.evaluation.beliefs.report import BeliefRequest, measure
     from workbench.terminal import emit_json, progress, say
 
     names = tuple(name.strip() for name in estimators.split(",") if name.strip())
@@ -68,7 +68,7 @@ def belief(
     if dealt is None:
         report = measure(request, watched=lambda names: progress(list(names), title="Believing"))
     else:
-        from workbench.evaluation.cross_validation import cross_validate
+        from workbench.evaluation.beliefs.cross_validation import cross_validate
 
         report = cross_validate(request, dealt, watched=lambda them: progress(list(them), title="Training"))
     if figures is not None:

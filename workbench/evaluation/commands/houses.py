@@ -37,8 +37,8 @@ def generate(
 
     from workbench.errors import BadValue, OutputExists
     from workbench.terminal import counted, emit_json, progress, say
-    from workbench.worlds.generator import generate_houses, write_houses
-    from workbench.worlds.house_files import is_many
+    from workbench.worlds.generator.generate import generate_houses, write_houses
+    from workbench.worlds.procthor.house_files import is_many
 
     if output.exists() and not force:
         raise OutputExists(output)
@@ -72,8 +72,8 @@ def info(
         lios houses info houses.jsonl.gz
     """
     from workbench.terminal import emit_json, emit_table, emit_text
-    from workbench.worlds.house_files import is_many, split_address
-    from workbench.worlds.procthor import load_house
+    from workbench.worlds.procthor.house_files import is_many, split_address
+    from workbench.worlds.procthor.load import load_house
     from workbench.worlds.shipped import shipped_houses
 
     address = house or str(shipped_houses())
@@ -161,10 +161,10 @@ def _range(text: str) -> tuple[int, int]:
 def _one_house(house: House) -> dict[str, Any]:
     from collections import Counter
 
+    from workbench.worlds.generator.statistics import area_m2
     from workbench.worlds.house import LocationId
-    from workbench.worlds.house_statistics import area_m2
+    from workbench.worlds.maps.navigation import navigate
     from workbench.worlds.names import readable_name
-    from workbench.worlds.navigation import navigate
 
     plan = house.plan
     travel = navigate(plan).travel
@@ -194,8 +194,8 @@ def _one_house(house: House) -> dict[str, Any]:
 
 def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
     from workbench.terminal import progress
-    from workbench.worlds.navigation import navigate
-    from workbench.worlds.procthor import iter_houses
+    from workbench.worlds.maps.navigation import navigate
+    from workbench.worlds.procthor.load import iter_houses
 
     houses = rooms = containers = items = 0
     lost: list[dict[str, Any]] = []
@@ -223,8 +223,8 @@ def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
 def _columns(files: list[Path], *, split: str, assets: Path | None) -> dict[str, list[House]]:
     """The houses of the requested part, by file."""
     from workbench.evaluation.splits import is_shared, split_indices
-    from workbench.worlds.house_files import house_stem
-    from workbench.worlds.procthor import load_houses
+    from workbench.worlds.procthor.house_files import house_stem
+    from workbench.worlds.procthor.load import load_houses
     from workbench.worlds.shipped import shipped_houses
 
     columns: dict[str, list[House]] = {}
@@ -238,15 +238,15 @@ def _columns(files: list[Path], *, split: str, assets: Path | None) -> dict[str,
 
 def _generated(count: int, seed: int, rooms: str) -> list[House]:
     from workbench.terminal import progress
-    from workbench.worlds.generator import generate_houses
-    from workbench.worlds.procthor import house_from_json
+    from workbench.worlds.generator.generate import generate_houses
+    from workbench.worlds.procthor.load import house_from_json
 
     made = progress(generate_houses(count, seed=seed, rooms=_range(rooms)), title="Generating", total=count)
     return [house_from_json(record, name=f"generated:{i}") for i, record in enumerate(made)]
 
 
 def _write_measured(output: Path, houses: list[House], files: list[Path], split: str) -> None:
-    from workbench.worlds.house_statistics import measure, statistics_json
+    from workbench.worlds.generator.statistics import measure, statistics_json
 
     made_by = f"lios houses stats {' '.join(map(str, files))} --split {split} --measure {output}"
     output.write_bytes(statistics_json(measure(houses, made_by=made_by)))

@@ -27,8 +27,8 @@ def check(
     from workbench.errors import Failed
     from workbench.terminal import counted, emit_json, emit_table, emit_text, say
     from workbench.worlds.names import container_types
-    from workbench.worlds.site import load_site
-    from workbench.worlds.site_check import check_site
+    from workbench.worlds.sites.check import check_site
+    from workbench.worlds.sites.site import load_site
 
     place = load_site(site)
     findings = check_site(place)

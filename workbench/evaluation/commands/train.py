@@ -9,7 +9,7 @@ from workbench.options import AssetsOrBeside, Force, Json
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.beliefs.training import Lesson, Watch
+    from workbench.beliefs.training.train import Lesson, Watch
 
 
 ENCODER = "encoder"
@@ -51,10 +51,10 @@ def train(
     from secrets import randbelow
     from time import perf_counter
 
-    from workbench.beliefs.training import TRAINERS
     from workbench.beliefs.training import train as run
+    from workbench.beliefs.training.train import TRAINERS
     from workbench.errors import BadValue, OutputExists, UnknownName
-    from workbench.evaluation.lessons import lesson_of
+    from workbench.evaluation.beliefs.training_sets import lesson_of
     from workbench.terminal import say
 
     target = output or Path(f"{estimator}.safetensors")
@@ -82,7 +82,7 @@ def train(
 def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) -> None:
     """Write the vectors of all names in the houses and of the vocabulary."""
     from workbench.beliefs.encoder import live_encoder, names_to_ship, write_vectors
-    from workbench.evaluation.lessons import names_in
+    from workbench.evaluation.beliefs.training_sets import names_in
     from workbench.terminal import emit_json, say
 
     vectors = write_vectors(target, (*names_to_ship(), *names_in(houses)), live_encoder(encoder))

@@ -13,9 +13,9 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.encoder import text_encoder
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.examples import room_kinds
-from workbench.beliefs.training import TRAINERS, Lesson, train
-from workbench.evaluation.belief_quality import calibration_error, glimpse, judge, quality, reliability
-from workbench.evaluation.belief_report import BeliefReport, BeliefRequest
+from workbench.beliefs.training.train import TRAINERS, Lesson, train
+from workbench.evaluation.beliefs.metrics import calibration_error, glimpse, judge, quality, reliability
+from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest
 from workbench.evaluation.figures.belief_heat_map import draw_belief_heat_map
 from workbench.evaluation.figures.learning_curve import draw_learning_curve
 from workbench.evaluation.figures.reliability import draw_reliability
@@ -23,7 +23,7 @@ from workbench.evaluation.figures.style import BLUE, GREY, ORANGE, VERMILION, sa
 from workbench.evaluation.splits import Split, is_shared, split_indices
 from workbench.worlds.house import House, ItemType
 from workbench.worlds.names import readable_name
-from workbench.worlds.procthor import load_houses
+from workbench.worlds.procthor.load import load_houses
 from workbench.worlds.shipped import shipped_houses
 
 COLOURS = {"counts": GREY, "fcnn": ORANGE, "best": BLUE}

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from workbench.evaluation.figures.style import as_written
-from workbench.evaluation.task_names import scenario_title, shortened
+from workbench.evaluation.tasks.names import scenario_title, shortened
 
 MOST_INSIDE = 6
 """With more scenarios than this, names are placed beside the plot."""

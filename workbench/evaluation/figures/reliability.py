@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 
-from workbench.evaluation.belief_quality import Reliability
+from workbench.evaluation.beliefs.metrics import Reliability
 
 
 def draw_reliability(ax: Axes, bins: Reliability, *, name: str, ece: float, colour: str) -> None:

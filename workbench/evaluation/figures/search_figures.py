@@ -13,13 +13,13 @@ from workbench.evaluation.figures.predicted_cost import draw_predicted_cost
 from workbench.evaluation.figures.search_map import draw_search_map
 from workbench.evaluation.figures.style import colour_of, new_figure, save
 from workbench.evaluation.figures.worked_example import draw_worked_example
-from workbench.evaluation.search_report import SearchReport
-from workbench.evaluation.search_table import GREEDY, KINDS, Costs, rows
-from workbench.evaluation.search_trials import ORACLE, PAPER_POLICY, SearchTrial
+from workbench.evaluation.search.report import SearchReport
+from workbench.evaluation.search.table import GREEDY, KINDS, Costs, rows
+from workbench.evaluation.search.trials import ORACLE, PAPER_POLICY, SearchTrial
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import House
 from workbench.worlds.knowledge import knowledge_at_start
-from workbench.worlds.navigation import navigate
+from workbench.worlds.maps.navigation import navigate
 
 
 def draw_all(report: SearchReport, folder: Path) -> list[Path]:

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from workbench.evaluation.figures.style import BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILION, as_written
-from workbench.evaluation.task_names import scenario_title, shortened, strategy_title
+from workbench.evaluation.tasks.names import scenario_title, shortened, strategy_title
 
 DARK = "#000000"
 STRATEGY_COLOURS: Mapping[str, str] = MappingProxyType(

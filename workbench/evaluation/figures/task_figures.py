@@ -13,8 +13,8 @@ from workbench.evaluation.figures.planning_time import draw_planning_time
 from workbench.evaluation.figures.style import DOTS_PER_INCH, new_figure
 from workbench.evaluation.figures.task_bars import draw_task_bars
 from workbench.evaluation.figures.task_scatter import draw_task_scatter
-from workbench.evaluation.task_names import file_name_of
-from workbench.evaluation.task_rows import TaskRow
+from workbench.evaluation.tasks.names import file_name_of
+from workbench.evaluation.tasks.rows import TaskRow
 
 BASELINES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios")
 SCATTERS = (

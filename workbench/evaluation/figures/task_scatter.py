@@ -7,7 +7,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from workbench.evaluation.figures.style import BLUE, as_written
-from workbench.evaluation.task_names import shortened, strategy_title
+from workbench.evaluation.tasks.names import shortened, strategy_title
 
 
 def draw_task_scatter(

@@ -1,0 +1,173 @@
+"""One run as the offline page plays it: arrays for continuous motion, and frames for discrete changes.
+
+There is a frame for every moment at which a decision is made, an action begins or ends, or something is seen. What
+frames share (colours, texts, paths) is stored once and referred to by number.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dashboards.model.clock import Clock
+from dashboards.model.container_style import bar_heights_m, container_colours
+from dashboards.model.first_stop_costs import first_looks
+from dashboards.model.scene import STATUSES, Scene, scene_at
+from dashboards.model.timeline import NEVER, Timeline
+from dashboards.palette import Colour
+from dashboards.panels.beliefs import beliefs
+from dashboards.panels.comparison import comparison
+from dashboards.panels.find_costs import find_costs
+from dashboards.panels.now import legend, now
+from dashboards.panels.plan import plan
+from dashboards.panels.plots import plots
+from workbench.planning.tasks import goal_types
+from workbench.worlds.names import readable_name
+
+MOST_ITEMS = 12
+"""Item types that can be chosen in the page."""
+MOST_FRAMES = 3000
+"""Frames of a run; a longer run keeps its decisions first."""
+
+
+class Texts:
+    """Texts that occur often, each stored once."""
+
+    def __init__(self) -> None:
+        self.all: list[Any] = []
+        self._index: dict[Any, int] = {}
+
+    def put(self, value: Any) -> int:
+        """The number of a value: a text, or a list that JSON can hold."""
+        key = value if isinstance(value, str) else repr(value)
+        if key not in self._index:
+            self._index[key] = len(self.all)
+            self.all.append(value)
+        return self._index[key]
+
+
+def items_of(timeline: Timeline) -> tuple[str, ...]:
+    """The item types that can be chosen: first those of the goal and the plans, then the most believed."""
+    wanted = [t for t in goal_types(timeline.run.task.goal) if t in timeline.top_belief]
+    for frame in timeline.decisions:
+        steps = frame.plan.steps if frame.plan is not None else ()
+        wanted += [s.item_types[0] for s in steps if s.action == "find" and s.item_types]
+    wanted += sorted(timeline.item_types, key=lambda t: (-timeline.top_belief[t], t))
+    return tuple(t for t in dict.fromkeys(wanted) if t in timeline.top_belief)[:MOST_ITEMS]
+
+
+def run_data(
+    timeline: Timeline, name: str, colour: Colour, texts: Texts, *, panels: bool, unopened: bool = False
+) -> dict[str, Any]:
+    """A run for the page. A frame has one look for the item that the plan finds, and one for each that can be chosen.
+
+    Args:
+        texts: stores the markup of the panels.
+        panels: whether this run's panels are wanted: only for the run in focus.
+        unopened: whether to mark containers that no run opened.
+    """
+    palettes, heights, marks, orders, ways = Texts(), Texts(), Texts(), Texts(), Texts()
+    items = items_of(timeline) if panels else ()
+    stamps = frame_stamps(timeline)
+    frames: list[dict[str, Any]] = []
+    for stamp in stamps:
+        scene = scene_at(timeline, stamp)
+        frame: dict[str, Any] = {"walked": round(scene.travel_m, 4), "ahead": ways.put(_points(scene.ahead))}
+        if panels:
+            focused = [scene, *(scene_at(timeline, stamp, focus=item) for item in items)]
+            frame |= {
+                "looks": [
+                    [
+                        palettes.put(container_colours(s).ravel().tolist()),
+                        heights.put(np.round(bar_heights_m(s), 3).tolist()),
+                        marks.put(_marks(s)),
+                        texts.put(beliefs(s, timeline)),
+                        texts.put(legend(s, unopened=unopened, ended=timeline.ends_unseen)),
+                    ]
+                    for s in focused
+                ],
+                "order": orders.put(_order(scene, timeline)),
+                "html": {key: texts.put(html) for key, html in _panels(scene, timeline).items()},
+            }
+        frames.append(frame)
+    return {
+        "name": name,
+        "colour": list(colour),
+        "duration": round(timeline.duration_s, 6),
+        "wayS": _list(timeline.way_s, 4),
+        "wayX": _list(timeline.way_xy[:, 0]),
+        "wayY": _list(timeline.way_xy[:, 1]),
+        "wayM": _list(timeline.way_m, 4),
+        "facing": _list(timeline.facing_rad),
+        "imputed": np.flatnonzero(timeline.imputed).tolist(),
+        "costS": _list(timeline.cost_s, 4),
+        "cost": _list(timeline.cost),
+        "decisions": [round(timeline.seconds(s), 6) for s in timeline.decision_ns],
+        "actions": [round(timeline.seconds(s), 6) for s in timeline.action_ns],
+        "frameS": [round(timeline.seconds(s), 6) for s in stamps],
+        "frames": frames,
+        "items": [readable_name(item) for item in items],
+        "palettes": palettes.all,
+        "heights": heights.all,
+        "marks": marks.all,
+        "orders": orders.all,
+        "ways": ways.all,
+    }
+
+
+def still_panels(clock: Clock, names: list[str]) -> dict[str, Any]:
+    """Panels that do not change while the runs play; plots for each item that can be chosen."""
+    last = [scene_at(t, t.end_ns) for t in clock.timelines]
+    focus = next((s.focus for s in last if s.focus), "")
+    chosen = (focus, *items_of(clock.timelines[0]))
+    made: dict[str, Any] = {"plots": [plots(clock, names, item) for item in chosen]}
+    if len(clock.timelines) > 1:
+        made["comparison"] = comparison(clock, last, names)
+    return made
+
+
+def frame_stamps(timeline: Timeline) -> list[int]:
+    """The stamps of frames in nanoseconds, in order; the run's start is always one."""
+    decisions = {timeline.start_ns, timeline.end_ns, *timeline.decision_ns}
+    others = {stamp for a in timeline.actions for stamp in (a.start.ns, a.stamp.ns)}
+    others |= {int(s) for s in timeline.searched_ns if s != NEVER}
+    more = sorted(others - decisions)
+    room = max(0, MOST_FRAMES - len(decisions))
+    kept = more if len(more) <= room else more[:: max(1, len(more) // room)] if room else []
+    return sorted(decisions | set(kept))
+
+
+def _panels(scene: Scene, timeline: Timeline) -> dict[str, str]:
+    at = timeline.decision_at(scene.stamp_ns)
+    frame = timeline.decisions[at] if at >= 0 else None
+    robot_at = frame.plan.robot_at if frame is not None and frame.plan is not None else ""
+    return {
+        "now": now(scene),
+        "plan": plan(scene),
+        "costs": find_costs(scene, robot_at, first_looks(timeline, frame) if frame is not None else ()),
+    }
+
+
+def _marks(scene: Scene) -> dict[str, list[int]]:
+    searched = scene.status == STATUSES.index("searched")
+    seen = searched | (scene.status == STATUSES.index("known"))
+    found = seen & scene.holds_focus
+    return {
+        "cross": np.flatnonzero(searched & ~scene.holds_focus).tolist(),
+        "tick": np.flatnonzero(found).tolist(),
+        "question": np.flatnonzero(scene.unseen).tolist(),
+    }
+
+
+def _order(scene: Scene, timeline: Timeline) -> list[int]:
+    index: dict[str, int] = {c.id: i for i, c in enumerate(timeline.plan.containers)}
+    return [index[s.container] for s in scene.search_order if s.container in index]
+
+
+def _points(way: np.ndarray) -> list[list[float]]:
+    return np.round(way, 3).tolist()
+
+
+def _list(values: np.ndarray, digits: int = 3) -> list[float]:
+    return np.round(values, digits).tolist()

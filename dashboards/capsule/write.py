@@ -1,0 +1,196 @@
+"""How can a run be handed to someone who has nothing installed? As one HTML file that plays offline.
+
+The page carries the house as batches, each run as arrays, and the panels as they were at every moment at which
+they changed, each text once; gzip makes that small. It loads nothing and sends nothing (its security policy says so).
+
+Its renderer is 200 lines of our own: a library for 3D, which would have to stand in every page, is several times as
+large as the page of a run.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from dashboards.capsule.run_data import Texts, run_data, still_panels
+from dashboards.geometry.house import HouseShape, house_shape
+from dashboards.geometry.marks import Mesh, cross, question, robot_body, robot_legs, tick, unknown
+from dashboards.geometry.occupancy import occupancy_mesh
+from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
+from dashboards.library.same_place import here, left_out
+from dashboards.model.clock import ALIGNMENTS, Clock
+from dashboards.model.labels import label
+from dashboards.model.timeline import Timeline
+from dashboards.model.unopened import unopened
+from dashboards.palette import OCCUPIED, run_colour
+from dashboards.panels.markup import text
+from dashboards.panels.now import title
+from dashboards.panels.strip import strip
+from dashboards.resources import resource
+from workbench.errors import BadValue, OutputExists
+from workbench.worlds.names import readable_name
+
+TABS = (
+    ("beliefs", "Belief"),
+    ("plan", "Plan"),
+    ("costs", "Find costs"),
+    ("plots", "Plots"),
+    ("comparison", "Compare"),
+)
+MOST_NAMED = 6
+LABELLED = 5
+"""How many containers of the intended order of search are numbered in the view."""
+PARTS = (
+    "panels/panels.js",
+    *(f"capsule/page/{name}.js" for name in ("renderer", "clock", "ribbon", "labels", "painting", "player", "film")),
+)
+SHEETS = ("panels/panels.css", "capsule/page/page.css")
+
+
+def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = False) -> int:
+    """Writes the page atomically; returns its size in bytes.
+
+    Raises:
+        OutputExists: the file is there and force is not given.
+        BadValue: no runs.
+    """
+    if path.exists() and not force:
+        raise OutputExists(path)
+    page = capsule_page(timelines).encode("utf-8")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_bytes(page)
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+    return len(page)
+
+
+def capsule_page(timelines: Sequence[Timeline]) -> str:
+    """The page as text; the same runs give the same text. Runs of another place than the first's are left out.
+
+    Raises:
+        BadValue: no runs.
+    """
+    if not timelines:
+        raise BadValue("runs of a capsule", (), "at least one")
+    elsewhere = left_out(timelines)
+    data = msgspec.json.encode(_data(here(timelines), elsewhere))
+    packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
+    parts = {
+        "@TITLE@": text(timelines[0].task_words),
+        "@STYLE@": "".join(resource(name) for name in SHEETS),
+        "@SCRIPT@": "\n".join(resource(name) for name in PARTS),
+        "@DATA@": packed,
+    }
+    # In one pass, because a title may itself contain @DATA@.
+    return re.sub("|".join(parts), lambda found: parts[found[0]], resource("capsule/page/page.html"))
+
+
+def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
+    if not elsewhere:
+        return ""
+    named = ", ".join(f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere[:MOST_NAMED])
+    more = f" and {len(elsewhere) - MOST_NAMED} more" if len(elsewhere) > MOST_NAMED else ""
+    return f'<div class="lp"><div class="warn">Left out, being of another place: {text(named + more)}.</div></div>'
+
+
+def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dict[str, Any]:
+    first = timelines[0]
+    names = [t.run.info.strategy for t in timelines]
+    clock = Clock(timelines=timelines)
+    texts = Texts()
+    closed = unopened(timelines)
+    runs = [
+        run_data(t, label(names[i]), run_colour(i), texts, panels=i == 0, unopened=bool(closed.any()))
+        for i, t in enumerate(timelines)
+    ]
+    return {
+        "title": title(first) + _left_out_note(elsewhere),
+        "plainTitle": first.task_words,
+        "tabs": TABS if len(timelines) > 1 else TABS[:-1],
+        "labelled": LABELLED,
+        "house": _house(first),
+        "unopened": np.flatnonzero(closed).tolist(),
+        "meshes": _meshes(),
+        "runs": runs,
+        "still": still_panels(clock, names),
+        "strips": {
+            alignment: strip(
+                Clock(timelines=timelines, alignment=alignment), names, [run_colour(i) for i in range(len(names))]
+            )
+            for alignment in ALIGNMENTS
+        },
+        "texts": texts.all,
+    }
+
+
+def _house(timeline: Timeline) -> dict[str, Any]:
+    plan = timeline.plan
+    shape = house_shape(plan)
+    return {
+        "floors": [
+            {"vertices": _rounded(f.vertices), "faces": f.faces.ravel().tolist(), "colour": list(f.colour)}
+            for f in shape.floors
+        ]
+        + _occupied(timeline),
+        "rooms": [{"name": label(readable_name(f.kind)), "at": _rounded(np.array(f.label_at))} for f in shape.floors],
+        "furniture": [_batch(b) for b in shape.furniture],
+        "cut": [_batch(b) for b in shape.cut_walls],
+        "whole": [_batch(b) for b in (*shape.whole_walls, *shape.hung)],
+        "shadows": [_batch(b) for b in shape.shadows],
+        "tops": [_rounded(np.array(t)) for t in shape.tops_m],
+        "names": [label(readable_name(c.type)) for c in plan.containers],
+        "corners": _outline(shape),
+    }
+
+
+def _occupied(timeline: Timeline) -> list[dict[str, Any]]:
+    """The occupied cells of a place that was surveyed without walls, as one more floor."""
+    place = timeline.run.place
+    mesh = occupancy_mesh(place.occupancy) if not place.plan.walls and place.occupancy is not None else None
+    if mesh is None:
+        return []
+    return [{"vertices": _rounded(mesh[0]), "faces": mesh[1].ravel().tolist(), "colour": list(OCCUPIED)}]
+
+
+def _outline(shape: HouseShape) -> list[list[float]]:
+    points = sorted({(round(float(x), 3), round(float(y), 3)) for f in shape.floors for x, y, _ in f.vertices})
+    return [list(p) for p in points] or [list(shape.low), list(shape.high)]
+
+
+def _batch(batch: Batch) -> dict[str, Any]:
+    return {
+        "shape": batch.shape,
+        "centre": _rounded(batch.centre),
+        "size": _rounded(batch.size_m),
+        "yaw": _rounded(batch.yaw_rad, 4),
+        "colour": batch.colour.ravel().tolist(),
+        "owner": batch.owner.tolist(),
+    }
+
+
+def _meshes() -> dict[str, Any]:
+    made: dict[str, Mesh] = {shape: unit_mesh(shape) for shape in SHAPES}
+    made |= {
+        "cross": cross(),
+        "tick": tick(),
+        "question": question(),
+        "unknown": unknown(),
+        "robotBody": robot_body(),
+        "robotLegs": robot_legs(),
+    }
+    return {name: {"vertices": _rounded(v), "faces": f.ravel().tolist()} for name, (v, f) in made.items()}
+
+
+def _rounded(values: np.ndarray, digits: int = 3) -> list[float]:
+    return np.round(np.asarray(values, dtype=np.float64), digits).ravel().tolist()

@@ -1,0 +1,136 @@
+"""The runs that a dashboard can open: named logs, or all of a folder; each is read when first shown."""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Lock
+from typing import TypeVar
+
+from dashboards.geometry.house import HouseShape, house_shape
+from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
+from dashboards.model.replay_bounds import kept_beside
+from dashboards.model.timeline import Timeline, timeline_of
+from dashboards.panels.runs import RunRow
+from dashboards.sensing.senses import Senses, senses_of
+from workbench.errors import FileMissing, LiosError, NotFound
+from workbench.worlds.house import FloorPlan
+
+SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
+"""How long to wait before the sensors of a growing log are indexed again: seconds, or multiples of the time it
+took."""
+MOST_OPEN = 24
+"""Runs, and places, kept in memory; the least recently used is dropped first."""
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class NoLogs(NotFound):
+    """A folder without logs."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(f"{folder}: no .mcap logs in this folder. Record one with lios record, or name a log.")
+
+
+class Library:
+    """The logs of one viewer. Only these can be read through it, by their index in the list.
+
+    Raises:
+        FileMissing: a path does not exist.
+        NoLogs, NotRecorded: a folder without logs.
+        MalformedFile: the folder of an evaluation whose table cannot be read.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self.folder = paths[0] if len(paths) == 1 and paths[0].is_dir() else None
+        self.trials = (evaluation_in(self.folder) or []) if self.folder is not None else []
+        """The rows of an evaluation, where its folder was opened."""
+        named = [t.log for t in self.trials if t.log.is_file()] if self.trials else logs_of(paths)
+        if self.folder is not None and not named:
+            raise NotRecorded(self.folder)
+        self.paths = tuple({path.resolve(): path for path in named}.values())
+        self._timelines: OrderedDict[int, Timeline] = OrderedDict()
+        self._senses: OrderedDict[int, Senses | None] = OrderedDict()
+        self._senses_fresh_until: dict[int, float] = {}
+        self._shapes: OrderedDict[FloorPlan, HouseShape] = OrderedDict()
+        self._lock = Lock()
+        self._rows: list[RunRow] | None = None
+        self.unreadable: list[str] = []
+
+    def timeline(self, index: int) -> Timeline:
+        """The timeline of the index-th log.
+
+        Raises:
+            IndexError: there is no such log.
+            LiosError: the log cannot be read.
+        """
+        from replayers.runs.run import read
+
+        with self._lock:
+            if index not in self._timelines:
+                self._timelines[index] = timeline_of(
+                    read(self.paths[index]), counterfactual=kept_beside(self.paths[index])
+                )
+            return _newest(self._timelines, index)
+
+    def senses(self, index: int) -> Senses | None:
+        """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
+        with self._lock:
+            if index not in self._senses:
+                began = time.monotonic()
+                try:
+                    self._senses[index] = senses_of(self.paths[index])
+                except LiosError:
+                    self._senses[index] = None
+                ended = time.monotonic()
+                self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
+            return _newest(self._senses, index)
+
+    def rows(self) -> list[RunRow]:
+        """One row for each run, from indexes and tables; no run is read for it."""
+        if self._rows is None:
+            self._rows = trial_rows(self.trials, self.paths) if self.trials else []
+            if not self.trials:
+                self._rows, self.unreadable = log_rows(self.paths, folder=self.folder)
+        return self._rows
+
+    def reread(self, index: int) -> Timeline:
+        """The timeline of a run, read again from its log as it now is."""
+        with self._lock:
+            self._timelines.pop(index, None)
+            if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
+                self._senses.pop(index, None)
+        return self.timeline(index)
+
+    def shape(self, plan: FloorPlan) -> HouseShape:
+        """The geometry of a floor plan, computed once."""
+        with self._lock:
+            if plan not in self._shapes:
+                self._shapes[plan] = house_shape(plan)
+            return _newest(self._shapes, plan)
+
+
+def _newest(kept: OrderedDict[K, V], key: K) -> V:
+    """The cached value of a key, marked as most recently used; the least recently used is dropped above the limit."""
+    kept.move_to_end(key)
+    while len(kept) > MOST_OPEN:
+        kept.popitem(last=False)
+    return kept[key]
+
+
+def logs_of(paths: Sequence[Path]) -> list[Path]:
+    """The named logs, and those in named folders, sorted within each folder."""
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            inside = sorted(p for p in path.rglob("*.mcap") if p.is_file())
+            if not inside:
+                raise NoLogs(path)
+            found += inside
+        elif path.exists():
+            found.append(path)
+        else:
+            raise FileMissing(path)
+    return found

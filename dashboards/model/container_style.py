@@ -1,0 +1,34 @@
+"""Appearance of containers: colours and bar heights from a scene, the same in every view."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dashboards.model.scene import STATUSES, Scene
+from dashboards.palette import FOUND, KNOWN, NO_BELIEF, SEARCHED, UNREACHABLE, belief_colours
+
+BAR_M = 1.1
+"""Height of a bar of belief at the top of the scale."""
+
+
+def shares(scene: Scene) -> npt.NDArray[np.float64]:
+    """Beliefs as fractions of the scale's top, float64 (n,); NaN where there is none."""
+    return scene.belief / scene.top_belief if scene.top_belief > 0 else scene.belief * np.nan
+
+
+def bar_heights_m(scene: Scene) -> npt.NDArray[np.float64]:
+    """Heights of the bars over containers in metres, float64 (n,); 0 for none."""
+    return np.nan_to_num(shares(scene)) * BAR_M
+
+
+def container_colours(scene: Scene) -> npt.NDArray[np.uint8]:
+    """One colour for each container: of its belief, or of what else is known of it. uint8 (n, 3)."""
+    share = shares(scene)
+    colours = belief_colours(share)
+    colours[np.isnan(share)] = NO_BELIEF
+    for status, colour in (("searched", SEARCHED), ("known", KNOWN), ("unreachable", UNREACHABLE)):
+        colours[scene.status == STATUSES.index(status)] = colour
+    seen = (scene.status == STATUSES.index("searched")) | (scene.status == STATUSES.index("known"))
+    colours[seen & scene.holds_focus] = FOUND
+    return colours

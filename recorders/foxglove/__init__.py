@@ -1,0 +1,1 @@
+"""A run's viewer channels, as Foxglove's schemas."""

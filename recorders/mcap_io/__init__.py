@@ -1,0 +1,1 @@
+"""The MCAP writer: files, chunks, channels and the index at the end."""

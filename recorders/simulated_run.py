@@ -1,0 +1,232 @@
+"""One simulated run: from house, task, strategy and seed to an MCAP file and its final event."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from recorders.code_revision import revision
+from recorders.run_recorder import RunRecorder
+from recorders.sinks.files import Sink
+from workbench import __version__
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.errors import InputError, UnknownName
+from workbench.execution.events import Ended, Event
+from workbench.execution.loop import outcome_of, run_task
+from workbench.execution.start import MOST_KNOWN_SHARE, known_at_start
+from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.log_schema.place import Place, place_to_json, task_to_json
+from workbench.planning.scenarios.paper import make_task, prepare_house
+from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.strategy import Strategy
+from workbench.planning.tasks import Task, find_task
+from workbench.plugins import NameOrigin
+from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.worlds.house import START, ContainerId, House, ItemType
+from workbench.worlds.maps.navigation import Navigation, navigate
+from workbench.worlds.simulated import SimulatedWorld
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One run to be made: the same trial gives the same events.
+
+    Attributes:
+        house: the truth, for the simulated world (and the oracle).
+        known: containers whose contents the robot knows before it starts.
+        strategy, estimator: names that a user gives; a strategy may be given itself.
+    """
+
+    house: House
+    task: Task
+    strategy: str | Strategy
+    estimator: str = "best"
+    seed: int = 0
+    known: tuple[ContainerId, ...] = ()
+    costs: ActionCosts = SIMULATION
+
+
+class NotOneTask(InputError):
+    """Not exactly one task was given."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f"{what}. Give one of --find ITEM, --scenario NAME, --task FILE.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wish:
+    """A task as given by the user: exactly one of an item type to find, a scenario, or a task file.
+
+    Raises:
+        NotOneTask: none or more than one of them.
+    """
+
+    find: str = ""
+    scenario: str = ""
+    task_file: Path | None = None
+
+    def __post_init__(self) -> None:
+        given = [bool(self.find), bool(self.scenario), self.task_file is not None]
+        if sum(given) != 1:
+            what = "more than one task is given" if any(given) else "no task is given"
+            raise NotOneTask(what)
+
+
+def trial_for(
+    wish: Wish,
+    house: House,
+    *,
+    strategy: str,
+    estimator: str = "best",
+    seed: int = 0,
+    most_known: float | None = None,
+) -> Trial:
+    """The trial for a task request in a house.
+
+    Args:
+        most_known: largest share of containers known at the start; by default 0 for a find, and
+            MOST_KNOWN_SHARE for a task.
+
+    Raises:
+        UnknownName: an unknown item type or scenario.
+        Unsupported: a scenario that the house cannot support.
+    """
+    if wish.find:
+        task = find_task(item_type_in(house, wish.find), START)
+        share = most_known or 0.0
+    else:
+        scenario = wish.scenario or str(wish.task_file)
+        house = prepare_house(scenario, house, seed=seed)
+        task = make_task(scenario, house, seed=seed, travel=navigate(house.plan).travel)
+        share = MOST_KNOWN_SHARE if most_known is None else most_known
+    known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
+    return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Ready:
+    navigation: Navigation
+    world: SimulatedWorld
+    strategy: Strategy
+    estimator: Estimator
+    place: Place
+
+
+def trial_events(trial: Trial) -> Iterator[Event]:
+    """Run a trial without recording it."""
+    return _events(trial, _prepare(trial))
+
+
+def record_trial(
+    trial: Trial,
+    path: Path,
+    *,
+    force: bool = False,
+    sink: Sink | None = None,
+    begun: Callable[[], None] | None = None,
+) -> Ended:
+    """Run a trial and record it, including the ground truth.
+
+    Args:
+        sink: sink used in place of `path`, such as several files.
+        begun: called once after everything is loaded, before the first event.
+
+    Raises:
+        OutputExists: the file exists and `force` is false.
+    """
+    ready = _prepare(trial)
+    info = _info(trial, ready)
+    seen: list[Event] = []
+    with RunRecorder(
+        path,
+        info=info,
+        place=ready.place,
+        task=trial.task,
+        costs=trial.costs,
+        truth=trial.house.contents,
+        force=force,
+        sink=sink,
+    ) as recorder:
+        if begun is not None:
+            begun()
+        for event in _events(trial, ready):
+            recorder.record(event)
+            seen.append(event)
+    return outcome_of(seen)
+
+
+def item_type_in(house: House, name: str) -> ItemType:
+    """The item type for a name as typed by a user, ignoring case and spacing.
+
+    Raises:
+        UnknownName: the house holds no such type; suggests similar names.
+    """
+    known = house.item_types()
+    for item_type in known:
+        if _plain(item_type) == _plain(name):
+            return item_type
+    raise UnknownName("item type", name, known, where=house.plan.name)
+
+
+def _plain(name: str) -> str:
+    return "".join(ch for ch in name.casefold() if ch.isalnum())
+
+
+def _prepare(trial: Trial) -> _Ready:
+    navigation = navigate(trial.house.plan)
+    return _Ready(
+        navigation=navigation,
+        world=SimulatedWorld(trial.house, navigation, known=trial.known),
+        strategy=_strategy(trial),
+        estimator=estimator_named(trial.estimator, origin=NameOrigin.USER),
+        place=Place.of(trial.house.plan, navigation),
+    )
+
+
+def _strategy(trial: Trial) -> Strategy:
+    if isinstance(trial.strategy, str):
+        return strategy_named(trial.strategy, origin=NameOrigin.USER, house=trial.house)
+    return trial.strategy
+
+
+def _events(trial: Trial, ready: _Ready) -> Iterator[Event]:
+    return run_task(ready.world, ready.strategy, ready.estimator, trial.task, costs=trial.costs, seed=trial.seed)
+
+
+def _info(trial: Trial, ready: _Ready) -> RunInfo:
+    code = revision()
+    return RunInfo(
+        run_id=_run_id(trial, ready),
+        schema_version=SCHEMA_VERSION,
+        place=trial.house.plan.name,
+        scenario=trial.task.scenario,
+        strategy=ready.strategy.name,
+        estimator=ready.estimator.name,
+        seed=trial.seed,
+        started=Stamp.of(ready.world.now_ns()),
+        title=trial.task.title,
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+        weights_sha256=ready.estimator.name.partition("@")[2],
+    )
+
+
+def _run_id(trial: Trial, ready: _Ready) -> str:
+    """A run id of twelve hexadecimal digits; the same trial has the same id."""
+    identity = (
+        place_to_json(ready.place),
+        task_to_json(trial.task),
+        msgspec.json.encode([ready.strategy.name, ready.estimator.name, trial.seed, list(trial.known), trial.costs]),
+        msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
+    )
+    digest = hashlib.sha256()
+    for part in identity:
+        digest.update(part)
+    return digest.hexdigest()[:12]

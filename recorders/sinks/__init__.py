@@ -1,0 +1,1 @@
+"""Where recorded messages go: files, split files, a ring buffer, a writing thread."""

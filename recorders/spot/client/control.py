@@ -1,0 +1,234 @@
+"""Control of a robot as a context: lease, emergency stop and motors, always released at the end.
+
+Entering takes the lease, checks that the robot may move, powers it on and lets it stand up. Leaving stops it, lets
+it sit down, powers its motors off and returns the lease, retrying for GIVE_BACK_S seconds if the network is down.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+from bosdyn.api import basic_command_pb2, estop_pb2, power_pb2, robot_command_pb2, robot_state_pb2
+from bosdyn.client.estop import EstopEndpoint, EstopKeepAlive
+from bosdyn.client.exceptions import LeaseUseError, RpcError
+from bosdyn.client.lease import (
+    Lease,
+    LeaseKeepAlive,
+    LeaseNotOwnedByWallet,
+    NotActiveLeaseError,
+    ResourceAlreadyClaimedError,
+)
+from bosdyn.client.robot_command import RobotCommandBuilder
+
+from recorders.spot.client.clock import Stepped
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.client.errors import Estopped, LeaseTaken, NotReady, RobotUnreachable
+
+GIVE_BACK_S = 20.0
+SIT_S = 10.0
+ESTOP_TIMEOUT_S, STEPPED_ESTOP_TIMEOUT_S = 9.0, 600.0
+"""Seconds of silence after which the e-stop endpoint stops the robot; longer with stepped time, where a slow
+machine must not trigger it."""
+READY_S = 30.0
+POLL_S = 0.2
+
+log = logging.getLogger("lios.spot")
+
+
+_IN_WORDS = {
+    "ShorePowerConnectedError": "it is on shore power: unplug it",
+    "BatteryMissingError": "it has no battery",
+    "DockedError": "it stands on its dock: undock it with the tablet",
+    "BehaviorFaultError": "a behaviour fault is set (a fall, or a connection that broke off): clear it on the tablet",
+    "KeepaliveMotorsOffError": "a keepalive policy of the robot wants the motors off",
+    "FaultedError": "a fault keeps the motors off",
+    "EstoppedError": "an emergency stop is engaged",
+}
+
+
+def why_not_ready(error: Exception) -> str:
+    """Why a robot cannot power on or stand up, and how to fix it."""
+    return _IN_WORDS.get(type(error).__name__, reason_of(error))
+
+
+class Control:
+    """Holds the right to command the robot. A context manager.
+
+    Args:
+        connection: the robot.
+        take: take the lease from its current owner.
+        own_estop: set up a separate emergency-stop endpoint, which replaces the robot's configuration.
+        stand: power on and stand up; off for tests of the lease alone.
+
+    Attributes:
+        lost: an event, set when the lease is lost.
+
+    Raises:
+        LeaseTaken, Estopped, NotReady, RobotUnreachable.
+    """
+
+    def __init__(
+        self, connection: Connection, *, take: bool = False, own_estop: bool = False, stand: bool = True
+    ) -> None:
+        self._connection = connection
+        self._take, self._own_estop, self._stand = take, own_estop, stand
+        self._keep_alive: LeaseKeepAlive | None = None
+        self._estop: EstopKeepAlive | None = None
+        self._lease: Lease | None = None
+        self.lost = threading.Event()
+        self.returned = False
+
+    def __enter__(self) -> Self:
+        try:
+            self._take_lease()
+            if self._stand:
+                self._allow_motion()
+                self._power_on()
+                self._stand_up()
+        except ROBOT_ERRORS as error:
+            self.give_back()
+            if isinstance(error, RpcError):
+                raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
+            raise NotReady(str(self._connection.address), why_not_ready(error)) from error
+        except BaseException:
+            self.give_back()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.give_back()
+
+    @property
+    def held(self) -> bool:
+        """Whether the lease is currently held."""
+        return self._lease is not None
+
+    def stop(self) -> None:
+        """Stop the robot where it is, if it is reachable."""
+        self._tell(RobotCommandBuilder.stop_command())
+
+    def give_back(self) -> None:
+        """Stop, sit down, power off and return the lease. Safe to call twice; never raises because of the robot."""
+        if self._lease is not None and not self.lost.is_set() and self._stand:
+            self.stop()
+            self._tell(RobotCommandBuilder.safe_power_off_command())
+            self._await_motors_off()
+        if self._keep_alive is not None:
+            self._keep_alive.shutdown()
+            self._keep_alive = None
+        if self._lease is not None:
+            self.returned = self._return_lease(self._lease)
+            self._lease = None
+        if self._estop is not None:
+            self._estop.shutdown()
+            self._estop = None
+
+    def _take_lease(self) -> None:
+        client = self._connection.client("lease")
+        try:
+            self._lease = client.take() if self._take else client.acquire()
+        except ResourceAlreadyClaimedError as error:
+            owner = error.response.lease_owner.client_name
+            raise LeaseTaken(str(self._connection.address), owner) from None
+        except ROBOT_ERRORS as error:
+            raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
+        self._keep_alive = LeaseKeepAlive(
+            client, rpc_interval_seconds=1, warnings=False, on_failure_callback=self._on_failure
+        )
+
+    def _on_failure(self, error: Exception) -> None:
+        """Keep-alive callback: a lease taken by another client is lost, but a failed call does not lose it."""
+        if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
+            self.lost.set()
+
+    def _allow_motion(self) -> None:
+        client = self._connection.client("estop")
+        status: estop_pb2.EstopSystemStatus = client.get_status(timeout=self._connection.timeout_s)
+        if status.stop_level == estop_pb2.ESTOP_LEVEL_NONE:
+            return
+        if not self._own_estop:
+            raise Estopped(str(self._connection.address))
+        stepped = isinstance(self._connection.clock, Stepped)
+        endpoint = EstopEndpoint(client, "lios-workbench", STEPPED_ESTOP_TIMEOUT_S if stepped else ESTOP_TIMEOUT_S)
+        try:
+            endpoint.force_simple_setup()
+        except ROBOT_ERRORS as error:
+            what = f"an e-stop endpoint could not be set up ({reason_of(error)}); its motors must be off for that"
+            raise NotReady(str(self._connection.address), what) from error
+        self._estop = EstopKeepAlive(endpoint)
+        self._estop.allow()
+
+    def _power_on(self) -> None:
+        client, state = self._connection.client("power"), self._connection.client("robot-state")
+        client.power_command(power_pb2.PowerCommandRequest.REQUEST_ON, timeout=self._connection.timeout_s)
+        powered = robot_state_pb2.PowerState.STATE_ON
+
+        def on() -> bool:
+            now: robot_state_pb2.RobotState = state.get_robot_state(timeout=self._connection.timeout_s)
+            return now.power_state.motor_power_state == powered
+
+        self._wait(on, "the motors did not come on")
+
+    def _stand_up(self) -> None:
+        client = self._connection.client("robot-command")
+        number: int = client.robot_command(
+            RobotCommandBuilder.synchro_stand_command(), timeout=self._connection.timeout_s
+        )
+        standing = basic_command_pb2.StandCommand.Feedback.STATUS_IS_STANDING
+
+        def stands() -> bool:
+            answer: robot_command_pb2.RobotCommandFeedbackResponse = client.robot_command_feedback(
+                number, timeout=self._connection.timeout_s
+            )
+            return answer.feedback.synchronized_feedback.mobility_command_feedback.stand_feedback.status == standing
+
+        self._wait(stands, "it did not stand up")
+
+    def _wait(self, done: Callable[[], bool], otherwise: str) -> None:
+        clock = self._connection.clock
+        end = clock.now_ns() + round(READY_S * 1e9)
+        while not done():
+            if clock.now_ns() > end:
+                raise NotReady(str(self._connection.address), otherwise)
+            clock.sleep(POLL_S)
+
+    def _tell(self, command: robot_command_pb2.RobotCommand) -> None:
+        """Send a command, tolerating failure: the robot may be unreachable, or the lease lost."""
+        try:
+            self._connection.client("robot-command").robot_command(command, timeout=2.0)
+        except ROBOT_ERRORS as error:
+            log.warning("the robot did not take a command: %s", reason_of(error))
+
+    def _await_motors_off(self) -> None:
+        """Wait until the robot has sat down and its motors are off; returning the lease earlier would stop it
+        halfway."""
+        client, clock = self._connection.client("robot-state"), self._connection.clock
+        end, off = clock.now_ns() + round(SIT_S * 1e9), robot_state_pb2.PowerState.STATE_OFF
+        try:
+            while client.get_robot_state(timeout=2.0).power_state.motor_power_state != off and clock.now_ns() < end:
+                clock.sleep(POLL_S)
+        except ROBOT_ERRORS as error:
+            log.warning("the robot does not say whether its motors are off: %s", reason_of(error))
+
+    def _return_lease(self, lease: Lease) -> bool:
+        """Return the lease; True once we no longer hold it."""
+        client = self._connection.client("lease")
+        end = time.monotonic() + GIVE_BACK_S
+        while True:
+            try:
+                client.return_lease(lease, timeout=2.0)
+                return True
+            except NotActiveLeaseError:
+                return True
+            except ROBOT_ERRORS as error:
+                if time.monotonic() > end:
+                    log.error("the lease could not be returned: %s", reason_of(error))
+                    return False
+                time.sleep(0.3)

@@ -1,0 +1,75 @@
+"""Upload of a recorded GraphNav map to the robot, from a folder written by the tablet or the SDK.
+
+A robot forgets its map when it restarts. The folder holds `graph`, `waypoint_snapshots/` and `edge_snapshots/`
+(Spot SDK, GraphNavClient.write_graph_and_snapshots; an Autowalk's .walk folder holds them as well).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeVar
+
+from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2
+from bosdyn.client.exceptions import ResponseError
+from google.protobuf.message import DecodeError
+
+from recorders.spot.client.connection import Connection, reason_of
+from recorders.spot.client.errors import MapRefused
+from workbench.errors import FileMissing, MalformedFile
+
+UPLOAD_TIMEOUT_S = 60.0
+MapPart = TypeVar("MapPart", map_pb2.Graph, map_pb2.WaypointSnapshot, map_pb2.EdgeSnapshot)
+MAP_FOLDER = "Give the folder of a recorded GraphNav map"
+
+
+def read_graph(folder: Path) -> map_pb2.Graph:
+    """The graph of a map's folder.
+
+    Raises:
+        FileMissing, MalformedFile: it is missing or invalid.
+    """
+    graph = map_pb2.Graph()
+    _read(graph, folder / "graph")
+    if not graph.waypoints:
+        raise MalformedFile(folder / "graph", "it holds no waypoint", MAP_FOLDER)
+    return graph
+
+
+def upload_map(connection: Connection, folder: Path) -> int:
+    """Replace the robot's map; returns the number of waypoints. Requires the lease.
+
+    Raises:
+        FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it.
+    """
+    graph = read_graph(folder)
+    client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
+    try:
+        client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
+        answer: graph_nav_pb2.UploadGraphResponse = client.upload_graph(
+            wallet.advance().lease_proto,  # these two calls do not use the wallet
+            graph,
+            generate_new_anchoring=not graph.anchoring.anchors,
+            timeout=UPLOAD_TIMEOUT_S,
+        )
+        for name in answer.unknown_waypoint_snapshot_ids:
+            snapshot = _read(map_pb2.WaypointSnapshot(), folder / "waypoint_snapshots" / name)
+            client.upload_waypoint_snapshot(snapshot, timeout=UPLOAD_TIMEOUT_S)
+        for name in answer.unknown_edge_snapshot_ids:
+            edge = _read(map_pb2.EdgeSnapshot(), folder / "edge_snapshots" / name)
+            client.upload_edge_snapshot(edge, timeout=UPLOAD_TIMEOUT_S)
+    except ResponseError as error:
+        raise MapRefused(str(connection.address), reason_of(error)) from error
+    return len(graph.waypoints)
+
+
+def _read(message: MapPart, path: Path) -> MapPart:
+    if not path.is_file():
+        raise FileMissing(path)
+    data = path.read_bytes()
+    try:
+        message.ParseFromString(data)
+    except DecodeError as error:
+        raise MalformedFile(path, "not a GraphNav map", MAP_FOLDER) from error
+    if not data:
+        raise MalformedFile(path, "an empty file", MAP_FOLDER)
+    return message

@@ -1,0 +1,214 @@
+"""Recording of an operator-driven session: sensor data, derived actions, and keys for notes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from recorders.run_recorder import RunRecorder
+from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.ring_buffer import RingBuffer
+from recorders.sinks.threaded import Background
+from recorders.spot.client.connection import Connection
+from recorders.spot.client.identity import robot_run_info
+from recorders.spot.run.operator import KeyBoard, StopSwitch, signals_press
+from recorders.spot.run.run import place_of
+from recorders.spot.run.site_tasks import session_task
+from recorders.spot.session.inferred_actions import Derivation
+from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.session import Rates, Session
+from workbench.errors import OutputExists
+from workbench.execution.events import Ended, RunStatus
+from workbench.log_schema.events import RunInfo
+from workbench.planning.tasks import Task
+from workbench.search.costs import ROBOT
+from workbench.terminal import counted, say
+from workbench.worlds.sites.site import Site
+
+ASKED_LATER = "best"
+"""The estimator for replays of a session, which itself used none."""
+POLL_S = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionPlan:
+    """The settings of a recorded session.
+
+    Attributes:
+        task: the task of the session; without it there is no goal.
+        for_s: duration in seconds; None until a key is pressed.
+        split: when the log continues in another file.
+        keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
+    """
+
+    site: Site
+    task: Task | None = None
+    rates: Rates = field(default_factory=Rates)
+    for_s: float | None = None
+    split: Split | None = None
+    keep_last_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionReport:
+    """The result of a recorded session.
+
+    Attributes:
+        taken, skipped: per stream: answers recorded, and polls skipped while it was busy.
+        dropped: messages dropped by the writer, by topic.
+        failed: failed polls per stream. troubles: streams that failed until the end, and why.
+        files: the files written.
+        gaps_s: durations of outages in seconds.
+    """
+
+    ended: Ended
+    seconds: float
+    taken: dict[str, int]
+    skipped: dict[str, int]
+    dropped: dict[str, int]
+    gaps_s: tuple[float, ...]
+    failed: dict[str, int] = field(default_factory=dict)
+    troubles: dict[str, str] = field(default_factory=dict)
+    files: tuple[Path, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "seconds": self.seconds,
+            "status": self.ended.status,
+            "searches": self.ended.searches,
+            "taken": self.taken,
+            "skipped": self.skipped,
+            "dropped": self.dropped,
+            "gaps_s": list(self.gaps_s),
+            "failed": self.failed,
+            "troubles": self.troubles,
+            "files": [str(path) for path in self.files],
+        }
+
+    def in_words(self) -> str:
+        lost = sum(self.dropped.values())
+        troubles = "".join(f"; NO {name} ({why})" for name, why in self.troubles.items())
+        gaps = f", {len(self.gaps_s)} gaps of {sum(self.gaps_s):.1f} s" if self.gaps_s else ""
+        output = self.files[-1] if self.files else ""
+        to = f"{len(self.files)} files, {self.files[0]} to {output}" if len(self.files) > 1 else output
+        return (
+            f"{self.seconds:.0f} s recorded to {to}: {sum(self.taken.values())} answers, {lost} messages lost"
+            f"{gaps}, {counted(self.ended.searches, 'container')} looked into{troubles}. Next: lios info {output}"
+        )
+
+
+class Ending:
+    """How the session ends, as set by a key."""
+
+    def __init__(self) -> None:
+        self.status: RunStatus | None = None
+        self.reason = ""
+        self.over = False
+
+    def by_key(self, key: str) -> None:
+        if key in "dDfFqQ":
+            self.over = True
+        if key in "dD":
+            self.status, self.reason = RunStatus.DONE, "the operator says that it is done"
+        if key in "fF":
+            self.status, self.reason = RunStatus.ABORTED, "the operator says that it failed"
+
+
+def record_session(
+    connection: Connection, plan: SessionPlan, output: Path, *, force: bool = False, ending: Ending | None = None
+) -> SessionReport:
+    """Record until a key, a signal or the time limit; the log is always closed properly."""
+    ending, stop = ending or Ending(), StopSwitch()
+    task = plan.task or session_task()
+    check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
+    kept = None if plan.keep_last_s is None else KeptMoments(output, plan.keep_last_s, force=force)
+    files = LogFiles(output, force=force, split=plan.split) if kept is None else kept.ring
+    with RunRecorder(
+        output,
+        info=session_info(connection, plan.site, task),
+        place=place_of(plan.site),
+        task=task,
+        costs=ROBOT,
+        background=True,
+        sink=files,
+        receipt_ns=connection.clock.now_ns,
+    ) as recorder:
+        session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
+        derived = Derivation(site=plan.site, task=task, costs=ROBOT, tell=recorder.record)
+        session.watch = derived
+        keys: KeyBoard = KeyBoard(
+            stop, lambda key: _key_pressed(key, keys, session, ending, kept), stop_keys=("\x03",)
+        )
+        began = time.monotonic()
+        until = began + plan.for_s if plan.for_s is not None else float("inf")
+        with signals_press(stop), session, keys:
+            while not ending.over and not stop.is_pressed and time.monotonic() < until:
+                time.sleep(POLL_S)
+        seconds = time.monotonic() - began
+        ended = derived.end(status=ending.status, reason=ending.reason)
+        if kept is not None:
+            kept.save_the_end(recorder.sink)
+        dropped = recorder.sink.dropped if isinstance(recorder.sink, Background) else {}
+    return SessionReport(
+        ended=ended,
+        seconds=seconds,
+        taken=dict(sorted(session.taken.items())),
+        skipped=dict(sorted(session.skipped.items())),
+        dropped=dropped,
+        gaps_s=tuple(session.gaps),
+        failed=dict(sorted(session.failed.items())),
+        troubles=dict(sorted(session.troubles.items())),
+        files=tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files),
+    )
+
+
+class KeptMoments:
+    """The last seconds in memory, saved on demand and at the end; the last save goes to `output`.
+
+    Raises:
+        OutputExists: the output exists and `force` is false.
+    """
+
+    def __init__(self, output: Path, seconds: float, *, force: bool) -> None:
+        if output.exists() and not force:
+            raise OutputExists(output)
+        self.ring = RingBuffer(output, keep_s=seconds)
+        self.files: list[Path] = []
+        self._output, self._force = output, force
+
+    def save(self) -> Path:
+        """Save the last seconds to NAME_0000.mcap, NAME_0001.mcap, ..."""
+        path = self._output.with_name(f"{self._output.stem}_{len(self.files):04d}{self._output.suffix}")
+        self.files.append(self.ring.save(path, force=self._force))
+        return path
+
+    def save_the_end(self, sink: Sink) -> None:
+        if isinstance(sink, Background):
+            sink.wait()
+        self.files.append(self.ring.save(self._output, force=self._force))
+
+
+def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending, kept: KeptMoments | None) -> None:
+    """Handle a key: n opens a note, m sets a mark, w saves the last seconds; the others end the session."""
+    pressed_ns = session.now_ns()
+
+    def note(text: str) -> None:
+        session.note(text or "mark", at_ns=pressed_ns)
+        say(f"Noted: {text or 'mark'}")
+
+    if key in "nN":
+        keys.take_line("Note (Enter ends it, Esc drops it): ", note)
+    elif key in "mM":
+        note("")
+    elif key in "wW" and kept is not None:
+        session.note("moment saved", at_ns=pressed_ns)
+        say(f"Written: {kept.save()}")
+    else:
+        ending.by_key(key)
+
+
+def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
+    """The identity of an operator-driven session."""
+    return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")

@@ -1,0 +1,1 @@
+"""A task run on a Spot: navigation, manipulation, the operator, and what stops it."""

@@ -1,0 +1,263 @@
+"""Running and recording a task on a robot: localisation, lease, closed loop and log. The lease is always returned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+from recorders.run_recorder import RunRecorder
+from recorders.spot.client.clock import Stepped
+from recorders.spot.client.connection import Connection
+from recorders.spot.client.control import Control
+from recorders.spot.client.errors import NotLocalized
+from recorders.spot.client.identity import robot_run_info
+from recorders.spot.client.map_upload import read_graph, upload_map
+from recorders.spot.run.abort_guard import guarded
+from recorders.spot.run.operator import KeyBoard, Nobody, Operator, StopSwitch
+from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.session import Rates, Session
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.execution.events import Ended, Event, Planned
+from workbench.execution.loop import outcome_of, run_task
+from workbench.log_schema.events import RunInfo
+from workbench.log_schema.place import Place
+from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.strategy import Strategy
+from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin
+from workbench.search.costs import ROBOT, ActionCosts
+from workbench.worlds.house import Contents, House
+from workbench.worlds.sites.site import Site
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotRun:
+    """The settings of a run on a robot.
+
+    Attributes:
+        truth: true contents of a simulated robot's containers, for the log; None on a real robot.
+        take_lease, own_estop: as in Control.
+        map_folder: a GraphNav map to upload first; None keeps the robot's map.
+    """
+
+    site: Site
+    task: Task
+    strategy: str
+    estimator: str = "best"
+    seed: int = 0
+    costs: ActionCosts = ROBOT
+    settings: RunSettings = field(default_factory=RunSettings)
+    rates: Rates = field(default_factory=Rates)
+    truth: Contents | None = None
+    take_lease: bool = False
+    own_estop: bool = False
+    map_folder: Path | None = None
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunReport:
+    """The result of a run.
+
+    Attributes:
+        seconds: duration in seconds from the first decision to the end, by the session's clock.
+        lease_returned: whether we no longer hold the lease.
+    """
+
+    ended: Ended
+    seconds: float
+    lease_returned: bool
+    gaps: tuple[float, ...]
+    skipped: int
+
+
+def run_and_record(
+    connection: Connection,
+    run: RobotRun,
+    output: Path,
+    *,
+    stop: StopSwitch | None = None,
+    operator: Operator | None = None,
+    force: bool = False,
+    hear: Callable[[Event], None] | None = None,
+) -> RunReport:
+    """Run a task on a robot and record it; the lease is always returned.
+
+    Args:
+        hear: called with every event.
+
+    Raises:
+        as for Connection and Control before the run; a started run always ends with a status.
+    """
+    strategy, estimator = who_decides(run)
+    stepped = isinstance(connection.clock, Stepped)
+    check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
+    if run.map_folder is not None:
+        read_graph(run.map_folder)
+    control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
+    with ExitStack() as held:
+        world = _world(connection, control, run, operator=operator, stop=stop)
+        _find_itself(world, run, held)
+        run = replace(run, site=world.site)
+        if not control.held:
+            held.enter_context(control)
+        with RunRecorder(
+            output,
+            info=_info(connection, run, strategy, estimator),
+            place=place_of(run.site),
+            task=run.task,
+            costs=run.costs,
+            truth=run.truth,
+            force=force,
+            background=not stepped,
+            receipt_ns=None if stepped else connection.clock.now_ns,
+            settings={"spot": _settings(run)},
+        ) as recorder:
+            session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            if isinstance(operator, KeyBoard):
+                operator.on_key = partial(_marked, session)
+            try:
+                start_ns = world.now_ns()
+                events = run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed)
+                seen = _follow(guarded(events, world, control, run.task), recorder, session, hear)
+            finally:
+                control.give_back()
+    ended = outcome_of(seen)
+    return RunReport(
+        ended=ended,
+        seconds=(ended.stamp_ns - start_ns) / 1e9,
+        lease_returned=control.returned,
+        gaps=tuple(session.gaps),
+        skipped=sum(session.skipped.values()),
+    )
+
+
+def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
+    """The first decision, without moving the robot, taking the lease or recording.
+
+    Raises:
+        NotLocalized, NoMap, WaypointMissing: as for a run.
+    """
+    world = _world(connection, Control(connection), run)
+    world.know_the_map()
+    if not world.localize():
+        raise NotLocalized(str(connection.address))
+    world.start_here()
+    strategy, estimator = who_decides(run)
+    for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
+        if isinstance(event, Planned):
+            return event
+    return None
+
+
+def _world(
+    connection: Connection,
+    control: Control,
+    run: RobotRun,
+    *,
+    operator: Operator | None = None,
+    stop: StopSwitch | None = None,
+) -> SpotWorld:
+    return SpotWorld(
+        connection=connection,
+        control=control,
+        site=run.site,
+        settings=run.settings,
+        operator=operator or Nobody(),
+        stop=stop or StopSwitch(),
+    )
+
+
+def _find_itself(world: SpotWorld, run: RobotRun, held: ExitStack) -> None:
+    """Localise the robot and set the site's start to its pose. A lying robot sees few fiducials, so it may stand up
+    for this, under control that ends with `held`."""
+    if run.map_folder is not None:
+        held.enter_context(world.control)
+        upload_map(world.connection, run.map_folder)
+    world.know_the_map()
+    if not world.localize() and not world.control.held:
+        held.enter_context(world.control)
+    if not world.localize():
+        raise NotLocalized(str(world.connection.address))
+    world.start_here()
+
+
+def place_of(site: Site) -> Place:
+    """The site as stored in a log."""
+    return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
+
+
+def _marked(session: Session, key: str) -> None:
+    if key in "mMnN":
+        session.note("mark")
+
+
+def _follow(
+    events: Iterable[Event], recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
+) -> list[Event]:
+    """Record the events one by one while the session runs."""
+    seen: list[Event] = []
+    clock = session.connection.clock
+
+    def take() -> None:
+        for event in events:
+            recorder.record(event)
+            seen.append(event)
+            if hear is not None:
+                hear(event)
+
+    if isinstance(clock, Stepped):
+        clock.on_step = session.tick
+        try:
+            take()
+        finally:
+            clock.on_step = None
+    else:
+        with session:
+            take()
+    return seen
+
+
+def who_decides(run: RobotRun) -> tuple[Strategy, Estimator]:
+    """The strategy and the estimator of a run by name; needs no robot.
+
+    Raises:
+        UnknownName: no such strategy or estimator.
+    """
+    made = strategy_named(run.strategy, origin=NameOrigin.USER, house=_house(run))
+    return made, estimator_named(run.estimator, origin=NameOrigin.USER)
+
+
+def _house(run: RobotRun) -> House | None:
+    """The true house, for the oracle on a simulated robot."""
+    return None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
+
+
+def _settings(run: RobotRun) -> dict[str, object]:
+    driven, rates = run.settings, run.rates
+    return {
+        "site": run.site.path.name,
+        "travel": run.site.travel_source,
+        "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
+        "look_s": driven.look_s,
+        "images_hz": rates.images_hz,
+        "cameras": list(rates.cameras),
+    }
+
+
+def _info(connection: Connection, run: RobotRun, strategy: Strategy, estimator: Estimator) -> RunInfo:
+    return robot_run_info(
+        connection,
+        run.site,
+        run.task,
+        strategy=strategy.name,
+        estimator=estimator.name,
+        seed=run.seed,
+        title=run.title,
+        told_apart_by=f"{strategy.name}|{run.seed}|{run.title}",
+    )

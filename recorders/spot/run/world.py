@@ -1,0 +1,283 @@
+"""The Spot as a World: walks by GraphNav, looks by fiducials, and handles items with its arm or a helper.
+
+Answers to the closed loop are values. Conditions that end the run (stop key, lost lease, network down) raise
+RunStopped, which ends it as ABORTED (abort_guard.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import hypot
+from types import MappingProxyType
+from typing import Any, TypeVar, final
+
+from bosdyn.api import geometry_pb2, robot_state_pb2, world_object_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2, nav_pb2
+from bosdyn.client.exceptions import LeaseUseError, ResponseError, RpcError, UnauthenticatedError
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
+from bosdyn.client.lease import Error as LeaseClientError
+from bosdyn.client.math_helpers import SE3Pose
+
+from recorders.spot.client.connection import Connection, reason_of
+from recorders.spot.client.control import Control
+from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
+from recorders.spot.client.frame_trees import tform
+from recorders.spot.client.localized import is_localized
+from recorders.spot.client.odometer import WalkLog
+from recorders.spot.client.seed_frame import on_map
+from recorders.spot.client.tags import TagSighting, read_tags, within
+from recorders.spot.run.manipulation import ArmHands, Hands, HelperHands
+from recorders.spot.run.navigate import LEASE_LOST, walk
+from recorders.spot.run.operator import Nobody, Operator, StopSwitch
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.sites.site import Site, starting_at
+from workbench.worlds.travel import Paths, TravelCosts
+from workbench.worlds.world import Done, Looked, Refused, Unseen
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSettings:
+    """Settings of motion and perception.
+
+    Attributes:
+        speed_mps: speed limit of walking; None for the robot's default.
+        look_s: duration of a look, within which tags must be seen.
+        poll_s: polling interval.
+        dead_man_s: time for which the robot walks on without a renewed command.
+        patience_s: network outage after which the run ends.
+        walk_factor: time limit of a walk as a multiple of its expected time.
+        attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
+            people step aside.
+        start_within_m: distance from the surveyed start within which the robot is at it.
+        margin_m: distance beyond a container's edge up to which a tag belongs to it.
+    """
+
+    speed_mps: float | None = None
+    look_s: float = 6.0
+    poll_s: float = 0.25
+    dead_man_s: float = 3.0
+    patience_s: float = 20.0
+    walk_factor: float = 4.0
+    attempts: int = 3
+    retry_s: float = 5.0
+    margin_m: float = 0.35
+    start_within_m: float = 0.25
+
+
+@final
+@dataclass(slots=True, kw_only=True)
+class SpotWorld:
+    """A Spot in a site, under control. Implements World."""
+
+    connection: Connection
+    control: Control
+    site: Site
+    settings: RunSettings = field(default_factory=RunSettings)
+    operator: Operator = field(default_factory=Nobody)
+    stop: StopSwitch = field(default_factory=StopSwitch)
+    at: LocationId | None = None
+    _hands: Hands = field(init=False)
+
+    def __post_init__(self) -> None:
+        arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
+        self._hands = ArmHands(self) if arm else HelperHands(self)
+
+    @property
+    def plan(self) -> FloorPlan:
+        return self.site.plan
+
+    @property
+    def travel(self) -> TravelCosts:
+        return self.site.travel
+
+    @property
+    def paths(self) -> Paths:
+        return self.site.paths
+
+    def now_ns(self) -> int:
+        return self.connection.clock.now_ns()
+
+    def known_at_start(self) -> Contents:
+        return MappingProxyType({})
+
+    def go_to(self, location: LocationId) -> Done | Refused:
+        start_ns, walked = self.now_ns(), WalkLog()
+        reason = ""
+        for attempt in range(self.settings.attempts):
+            if attempt:
+                self.wait(self.settings.retry_s)
+                self._localize()
+            reason = walk(self, location, walked)
+            if not reason:
+                self.at, end_ns = location, self.now_ns()
+                return Done(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+        return Refused(
+            start_ns=start_ns, end_ns=self.now_ns(), reason=reason, travel_m=walked.metres, path=walked.corners()
+        )
+
+    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+        start_ns = self.now_ns()
+        closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
+        if closed and self.operator.present and not self.operator.confirm(f"Open {container}, then press y."):
+            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
+        found: dict[ItemId, TagSighting] = {}
+        box, placed = self.site.plan.container(container), self._localize()
+        while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
+            self.wait(self.settings.poll_s)
+            sightings = self.sightings()
+            placed = placed or sightings is not None
+            for sighting in sightings or ():
+                item = self.site.tags.get(sighting.tag)
+                fresh = sighting.stamp_ns >= start_ns
+                if item is not None and fresh and within(box, sighting.position, margin_m=self.settings.margin_m):
+                    found[item.id] = sighting
+        if not placed:
+            reason = "the robot does not know where it is, so what it sees cannot be placed"
+            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+        by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
+        items = tuple(by_id[name] for name in sorted(found))
+        return Looked(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
+
+    def pick(self, item: ItemId) -> Done | Refused:
+        start_ns = self.now_ns()
+        reason = self._hands.pick(item)
+        return self._handled(start_ns, reason)
+
+    def place(self, item: ItemId) -> Done | Refused:
+        start_ns = self.now_ns()
+        reason = self._hands.place(item)
+        return self._handled(start_ns, reason)
+
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+        start_ns = self.now_ns()
+        done = self.operator.confirm(f"Please {action} {', '.join(items)}, then press y.")
+        return self._handled(start_ns, "" if done else f"nobody was there to {action}")
+
+    def know_the_map(self) -> None:
+        """Look up the site's waypoints on the robot's map, by id or by name.
+
+        Raises:
+            NoMap: the robot has no map.
+            WaypointMissing: the site's waypoints are not on it.
+        """
+        timeout_s = self.connection.timeout_s
+        graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=timeout_s))
+        if not graph.waypoints:
+            raise NoMap(str(self.connection.address))
+        named: dict[str, list[str]] = {}
+        for waypoint in graph.waypoints:
+            named.setdefault(waypoint.annotations.name, []).append(waypoint.id)
+        known = {waypoint.id: waypoint.id for waypoint in graph.waypoints}
+        known |= {name: ids[0] for name, ids in named.items() if name and len(ids) == 1 and name not in known}
+        missing = sorted(name for name in self.site.waypoints.values() if name not in known)
+        if missing:
+            raise WaypointMissing(str(self.connection.address), missing, [name for name in missing if name in named])
+        ids = {place: known[name] for place, name in self.site.waypoints.items()}
+        self.site = replace(self.site, waypoints=MappingProxyType(ids))
+
+    def localize(self) -> bool:
+        """Localise the robot by the nearest fiducial; False if it sees none."""
+        return self._localize()
+
+    def start_here(self) -> None:
+        """Use the robot's pose as the site's start, if it differs from the survey and there is a map.
+
+        Raises:
+            RunStopped: the robot is far from the surveyed start, and travel costs were measured from there.
+        """
+        body = self.body_pose()
+        if body is None:
+            raise RunStopped("the robot could not be localised")
+        here = Pose(x_m=body.position.x, y_m=body.position.y, yaw_rad=SE3Pose.from_proto(body).rot.to_yaw())
+        start = self.site.plan.start
+        away = hypot(here.x_m - start.x_m, here.y_m - start.y_m)
+        if away <= self.settings.start_within_m:
+            return
+        if self.site.grid is None:
+            raise RunStopped(f"the robot is {away:.1f} m from the surveyed start, and the site has no map")
+        waypoints = {place: name for place, name in self.site.waypoints.items() if place != START}
+        self.site = replace(starting_at(self.site, here), waypoints=MappingProxyType(waypoints))
+
+    def sightings(self) -> tuple[TagSighting, ...] | None:
+        """The currently visible tags on the map; None if the robot is not localised."""
+        objects: world_object_pb2.ListWorldObjectResponse = self.call(
+            lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
+        )
+        body = self.body_pose()
+        return None if body is None else read_tags(objects.world_objects, body, self.connection.clock)
+
+    def body_pose(self) -> geometry_pb2.SE3Pose | None:
+        """The body pose on the map; None if the robot is not localised."""
+        timeout_s = self.connection.timeout_s
+        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
+            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
+        )
+        return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
+
+    def wait(self, seconds: float) -> None:
+        """Wait, unless the run has to stop.
+
+        Raises:
+            RunStopped: stop key, or lost lease.
+        """
+        self.connection.clock.sleep(seconds)
+        if self.stop.is_pressed:
+            raise RunStopped(self.stop.reason)
+        if self.control.lost.is_set():
+            raise RunStopped(LEASE_LOST)
+
+    def call(self, ask: Callable[[], Answer]) -> Answer:
+        """Call the robot, retrying while the network is down.
+
+        Raises:
+            RunStopped: the network stayed down, or the robot refuses the request.
+        """
+        asked_ns = self.now_ns()
+        while True:
+            try:
+                return ask()
+            except (LeaseUseError, LeaseClientError) as error:
+                raise RunStopped(LEASE_LOST) from error
+            except UnauthenticatedError:
+                self.connection.log_in_again()
+            except ResponseError:
+                raise
+            except RpcError as error:
+                if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
+                    reason = f"the robot did not answer for {self.settings.patience_s:g} s ({reason_of(error)})"
+                    raise RunStopped(reason) from error
+                self.wait(self.settings.poll_s)
+
+    def graph_nav(self) -> Any:
+        """The SDK's client of GraphNav; its methods have no types."""
+        return self.connection.client("graph-nav-service")
+
+    def _handled(self, start_ns: int, reason: str) -> Done | Refused:
+        if reason:
+            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+        return Done(start_ns=start_ns, end_ns=self.now_ns())
+
+    def _localize(self) -> bool:
+        def find() -> None:
+            state: robot_state_pb2.RobotState = self.connection.client("robot-state").get_robot_state(
+                timeout=self.connection.timeout_s
+            )
+            body = tform(state.kinematic_state.transforms_snapshot, ODOM_FRAME_NAME, BODY_FRAME_NAME)
+            self.graph_nav().set_localization(
+                initial_guess_localization=nav_pb2.Localization(),
+                ko_tform_body=None if body is None else body.to_proto(),
+                fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
+                timeout=self.connection.timeout_s,
+            )
+
+        if self.body_pose() is not None:
+            return True
+        try:
+            self.call(find)
+        except ResponseError:
+            return False
+        return self.body_pose() is not None

@@ -1,0 +1,1 @@
+"""A Spot session recorded: sensor pollers, topics, and the actions inferred from them."""

@@ -1,0 +1,276 @@
+"""Actions (moves, looks, picks, places) derived from a robot's pose, the tags it sees and its gripper.
+
+A robot that stands still near the standing pose of a location is at that location; items that it sees in a
+container meanwhile are the result of a look. A gripper that closes has picked the nearest known item here, and one
+that opens has placed it here. Used for operator-driven sessions and for imported bags.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from math import hypot
+from types import MappingProxyType
+from typing import final
+
+from recorders.spot.client.odometer import WalkLog
+from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
+from workbench.execution.goal_check import is_met
+from workbench.log_schema.events import NANO
+from workbench.planning.plans import PlanStep
+from workbench.planning.tasks import AllOf, Task
+from workbench.search.costs import ActionCosts
+from workbench.worlds.geometry import Point, footprint
+from workbench.worlds.house import START, Container, ContainerId, Item, ItemId, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.sites.site import Site
+
+Position = tuple[float, float, float]
+
+STILL_M = 0.15
+"""A robot that stays within this many metres of a point stands still."""
+NEAR_M = 0.8
+"""A robot within this many metres of a standing pose is at that location."""
+DWELL_S, LOOK_S = 2.0, 4.0
+"""Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
+MARGIN_M = 0.35
+
+
+@final
+@dataclass(slots=True, kw_only=True)
+class Derivation:
+    """Derives events from sensor data; thread-safe.
+
+    Args:
+        tell: called with every event, in the order of their ends.
+        given_moves: do not derive moves, because they are reported by `moved`.
+    """
+
+    site: Site
+    task: Task
+    costs: ActionCosts
+    tell: Callable[[Event], None]
+    given_moves: bool = False
+    knowledge: Knowledge = field(init=False)
+    cost: float = 0.0
+    travel_m: float = 0.0
+    searches: int = 0
+    steps: int = 0
+    visits: int = 0
+    _walk: WalkLog = field(default_factory=WalkLog)
+    _left_ns: int = 0
+    _still_at: Point | None = None
+    _still_ns: int = 0
+    _tags_here: dict[ItemId, tuple[int, Position]] = field(default_factory=dict)
+    _holds: bool = False
+    _carried: set[ItemId] = field(default_factory=set)
+    _first_ns: int = 0
+    _last_ns: int = 0
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def __post_init__(self) -> None:
+        self.knowledge = knowledge_at_start(self.site.plan, self.site.travel, {})
+
+    def pose(self, stamp_ns: int, point: Point) -> None:
+        """Report the robot's position on the map."""
+        with self._lock:
+            self._heard(stamp_ns)
+            self._walk.add(point)
+            still = self._still_at
+            if still is None or hypot(point[0] - still[0], point[1] - still[1]) > STILL_M:
+                self._look_is_over(stamp_ns)
+                self._still_at, self._still_ns = point, stamp_ns
+                return
+            if stamp_ns - self._still_ns >= DWELL_S * NANO and not self.given_moves:
+                self._arrive(self._nearest(point))
+            if stamp_ns - self._still_ns >= LOOK_S * NANO:
+                self._look_is_over(stamp_ns)
+
+    def tag(self, stamp_ns: int, number: int, position: Position) -> None:
+        """Report a tag seen at a position on the map."""
+        with self._lock:
+            self._heard(stamp_ns)
+            item = self.site.tags.get(number)
+            if item is not None:
+                self._tags_here[item.id] = (stamp_ns, position)
+
+    def holding(self, stamp_ns: int, holds: bool) -> None:
+        """Report whether the gripper holds something."""
+        with self._lock:
+            self._heard(stamp_ns)
+            if holds is self._holds:
+                return
+            self._holds = holds
+            if holds:
+                self.picked(stamp_ns, stamp_ns, self._nearest_known())
+            else:
+                self.placed(stamp_ns, stamp_ns)
+
+    def moved(
+        self, start_ns: int, end_ns: int, target: LocationId, *, success: bool = True, reason: str = ""
+    ) -> None:
+        """Report a move with its goal and result."""
+        with self._lock:
+            self._heard(end_ns)
+            self._look_is_over(start_ns)
+            if success and target == self.knowledge.robot_at:
+                return
+            step = PlanStep(action="move", origin=self.knowledge.robot_at, target=target)
+            self._act(step, start_ns, end_ns, cost=self._walk.metres, walked=True, success=success, reason=reason)
+            if success:
+                self.knowledge = self.knowledge.moved(target)
+                self._still_ns, self.visits = end_ns, self.visits + 1
+
+    def picked(self, start_ns: int, end_ns: int, item: Item | None) -> None:
+        """Report a pick at the current location."""
+        with self._lock:
+            self._look_is_over(end_ns)
+            here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
+            if item is None or item not in here or self.knowledge.holding is not None:
+                return
+            at = self.knowledge.robot_at
+            step = PlanStep(action="pick", origin=at, target=at, item_types=(item.type,), items=(item.id,))
+            self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
+            self.knowledge = self.knowledge.picked(item)
+            self._carried.add(item.id)
+
+    def placed(self, start_ns: int, end_ns: int) -> None:
+        """Report a place at the current location."""
+        with self._lock:
+            self._look_is_over(start_ns)
+            held, at = self.knowledge.holding, self.knowledge.robot_at
+            if held is None:
+                return
+            step = PlanStep(action="place", origin=at, target=at, item_types=(held.type,), items=(held.id,))
+            self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
+            self.knowledge = self.knowledge.placed()
+
+    def end(self, *, status: RunStatus | None = None, reason: str = "") -> Ended:
+        """End the session, with the given status or by whether the goal is met."""
+        with self._lock:
+            self._look_is_over(self._last_ns)
+            has_goal = self.task.goal != AllOf(parts=())
+            met = not has_goal or is_met(self.task.goal, self.knowledge)
+            status = status or (RunStatus.DONE if met else RunStatus.ABORTED)
+            reason = reason or (
+                ("the goal is met" if has_goal else "recorded") if met else "it ended before the goal"
+            )
+            done = status is RunStatus.DONE
+            ended = Ended(
+                stamp_ns=self._last_ns,
+                decision=0,
+                status=status,
+                cost=self.cost if done else self.task.failure_cost,
+                own_cost=self.cost,
+                reason=reason,
+                searches=self.searches,
+                travel_m=self.travel_m,
+            )
+            self.tell(ended)
+            return ended
+
+    @property
+    def spans_s(self) -> float:
+        """Time in seconds between the first and the last report."""
+        return (self._last_ns - self._first_ns) / NANO
+
+    def _heard(self, stamp_ns: int) -> None:
+        self._first_ns = self._first_ns or stamp_ns
+        self._last_ns = max(self._last_ns, stamp_ns)
+
+    def _arrive(self, location: LocationId | None) -> None:
+        if location is None or location == self.knowledge.robot_at:
+            return
+        step = PlanStep(action="move", origin=self.knowledge.robot_at, target=location)
+        began = self._left_ns or self._first_ns
+        self._act(step, began, self._still_ns, cost=self._walk.metres, walked=True)
+        self.knowledge, self.visits = self.knowledge.moved(location), self.visits + 1
+
+    def _look_is_over(self, now_ns: int) -> None:
+        """Finish a look: after standing at a container long enough, the items seen in it are its contents."""
+        at = self.knowledge.robot_at
+        long_enough = now_ns - self._still_ns >= DWELL_S * NANO
+        if at == START or self._still_at is None or not long_enough or at in self.knowledge.first_seen:
+            return
+        container = self.site.plan.container(ContainerId(at))
+        items = tuple(self._items_in(container, since_ns=self._still_ns))
+        end_ns = min(now_ns, self._still_ns + round(LOOK_S * NANO))
+        self.searches += 1
+        step = PlanStep(action="search", origin=at, target=at, cost=self.costs.search)
+        self._act(step, self._still_ns, end_ns, cost=self.costs.search)
+        put_here = self.knowledge.items_at.get(at, ())
+        self.knowledge = self.knowledge.seen(container.id, items)
+        if put_here:
+            there = {**self.knowledge.items_at, at: (*items, *put_here)}
+            self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
+        self.tell(Observed(stamp_ns=end_ns, decision=0, container=container.id, items=items, robot_at=at))
+
+    def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
+        from shapely import Point as ShapelyPoint
+        from shapely import Polygon
+
+        box = Polygon(footprint(container.pose, container.size_m[0], container.size_m[1])).buffer(MARGIN_M)
+        by_id = {item.id: item for item in self.site.tags.values()}
+        for name in sorted(self._tags_here):
+            stamp_ns, (x, y, _) = self._tags_here[name]
+            if name not in self._carried and stamp_ns >= since_ns and box.contains(ShapelyPoint(x, y)):
+                yield by_id[name]
+
+    def _nearest(self, point: Point) -> LocationId | None:
+        away = [
+            (hypot(pose.x_m - point[0], pose.y_m - point[1]), name)
+            for name in self.site.travel.locations
+            if (pose := self.site.paths.standing_pose(name)) is not None
+        ]
+        best = min(away, default=None)
+        return best[1] if best is not None and best[0] <= NEAR_M else None
+
+    def _nearest_known(self) -> Item | None:
+        """The known item at the current location whose tag is nearest to the robot."""
+        here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
+        if self._still_at is None or not here:
+            return None
+        x, y = self._still_at
+
+        def away(item: Item) -> float:
+            _, position = self._tags_here.get(item.id, (0, (x + 99.0, y, 0.0)))
+            return hypot(position[0] - x, position[1] - y)
+
+        return min(here, key=away)
+
+    def _act(
+        self,
+        step: PlanStep,
+        start_ns: int,
+        end_ns: int,
+        *,
+        cost: float,
+        walked: bool = False,
+        success: bool = True,
+        reason: str = "",
+    ) -> None:
+        travel, path = (self._walk.metres, self._walk.corners()) if walked else (0.0, ())
+        if walked:
+            last = self._walk.points[-1:]
+            self._walk = WalkLog(points=list(last))
+        self.steps += 1
+        self.cost += cost
+        self.travel_m += travel
+        self._left_ns = end_ns
+        self.tell(
+            Acted(
+                stamp_ns=end_ns,
+                decision=0,
+                index=self.steps,
+                start_ns=start_ns,
+                step=step,
+                cost=cost,
+                success=success,
+                travel_m=travel,
+                path=path,
+                standing=self.site.paths.standing_pose(step.target),
+                items=step.items,
+                reason=reason,
+            )
+        )

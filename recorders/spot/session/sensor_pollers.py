@@ -1,0 +1,233 @@
+"""The sensor streams of a robot session: state, localisation, tags, images, local grid and clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bosdyn.api import geometry_pb2, image_pb2, local_grid_pb2, robot_state_pb2, world_object_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
+from bosdyn.client.image import build_image_request
+from bosdyn.client.math_helpers import SE3Pose
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from recorders.foxglove.scene import MAP_FRAME, ODOM_FRAME
+from recorders.spot.client.clock import SyncedClock
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.client.errors import RobotUnreachable
+from recorders.spot.client.frame_trees import tform
+from recorders.spot.client.localized import is_localized
+from recorders.spot.client.seed_frame import on_map
+from recorders.spot.client.tags import read_tags
+from recorders.spot.session import foxglove
+from recorders.spot.session.topics import (
+    CAMERA,
+    FIDUCIALS,
+    LOCAL_GRID,
+    LOCALIZATION,
+    ODOMETRY,
+    ROBOT_STATE,
+    WORLD_OBJECTS,
+    ClockSkew,
+    RobotStatus,
+)
+from workbench.errors import UnknownName
+from workbench.log_schema.events import NANO, Stamp
+
+if TYPE_CHECKING:
+    from recorders.spot.session.session import Session
+
+STATUS_EVERY_NS = NANO - NANO // 20
+
+
+@dataclass(frozen=True, slots=True)
+class Sense:
+    """A data stream that is polled every period_s seconds, from the robot or locally."""
+
+    name: str
+    period_s: float
+    take: Callable[[], None]
+    asks_robot: bool = True
+
+
+class _Known:
+    """State shared between streams: the body's pose on the map, and the last status message."""
+
+    def __init__(self) -> None:
+        self.map_tform_body: geometry_pb2.SE3Pose | None = None
+        self.map_tform_odom: SE3Pose | None = None
+        self.told_status_ns = 0
+        self.faults: tuple[str, ...] = ()
+        self.calibrated: set[str] = set()
+
+
+def senses_of(session: Session) -> tuple[Sense, ...]:
+    """The streams enabled by the session's rates."""
+    known, rates = _Known(), session.rates
+    wanted = (
+        ("localization", rates.localization_hz, lambda: _localization(session, known)),
+        ("state", rates.state_hz, lambda: _state(session, known)),
+        ("fiducials", rates.fiducials_hz, lambda: _fiducials(session, known)),
+        ("images", rates.images_hz if rates.cameras else 0.0, lambda: _images(session, known)),
+        ("grid", rates.grid_hz, lambda: _grid(session)),
+        ("clock", rates.clock_hz, lambda: _clock(session)),
+    )
+    return tuple(Sense(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
+
+
+def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
+    """Check that the robot has these image sources, since one unknown name makes the whole request fail.
+
+    Raises:
+        UnknownName: a source does not exist. RobotUnreachable: the robot does not answer.
+    """
+    if not cameras:
+        return
+    try:
+        sources = connection.client("image").list_image_sources(timeout=connection.timeout_s)
+    except ROBOT_ERRORS as error:
+        raise RobotUnreachable(str(connection.address), f"image service: {reason_of(error)}") from error
+    known = sorted(source.name for source in sources)
+    for name in cameras:
+        if name not in known:
+            raise UnknownName("camera", name, known, f"the robot at {connection.address}")
+
+
+def our_ns(session: Session, stamp: Timestamp) -> int:
+    """A robot stamp in our time; the current time if it is missing."""
+    robot_ns = stamp.seconds * NANO + stamp.nanos
+    return session.connection.clock.from_robot(robot_ns) if robot_ns else session.now_ns()
+
+
+def _ask(session: Session, service: str) -> Any:
+    return session.connection.client(service)
+
+
+def _localization(session: Session, known: _Known) -> None:
+    answer: graph_nav_pb2.GetLocalizationStateResponse = _ask(session, "graph-nav-service").get_localization_state(
+        timeout=session.connection.timeout_s
+    )
+    place = answer.localization
+    if not is_localized(answer):
+        known.map_tform_body = known.map_tform_odom = None
+        return
+    at = our_ns(session, place.timestamp)
+    body = on_map(session.site, place.seed_tform_body)
+    known.map_tform_body = body
+    known.map_tform_odom = foxglove.map_from_odom(body, answer.robot_kinematics.transforms_snapshot)
+    session.put("/robot/pose", foxglove.in_frame(body, MAP_FRAME, at), source_ns=at)
+    if session.rates.raw:
+        session.put(LOCALIZATION, place, source_ns=at)
+    if session.watch is not None:
+        session.watch.pose(at, (body.position.x, body.position.y))
+
+
+def _state(session: Session, known: _Known) -> None:
+    state: robot_state_pb2.RobotState = _ask(session, "robot-state").get_robot_state(
+        timeout=session.connection.timeout_s
+    )
+    frames = state.kinematic_state.transforms_snapshot
+    at = our_ns(session, state.kinematic_state.acquisition_timestamp)
+    odom = tform(frames, ODOM_FRAME_NAME, BODY_FRAME_NAME)
+    session.put("/tf", foxglove.transforms(frames, known.map_tform_odom, at), source_ns=at)
+    if odom is not None:
+        session.put(ODOMETRY, foxglove.in_frame(odom, ODOM_FRAME, at), source_ns=at)
+    if session.rates.raw:
+        session.put(ROBOT_STATE, state, source_ns=at)
+    if session.watch is not None:
+        session.watch.holding(at, state.manipulator_state.is_gripper_holding_item)
+    faults = foxglove.faults_of(state)
+    for fault in faults:
+        if fault not in known.faults:
+            session.words(f"Fault: {fault}", level=Log.ERROR)
+    if faults != known.faults or at - known.told_status_ns >= STATUS_EVERY_NS:
+        known.faults, known.told_status_ns = faults, at
+        session.tell(_status(state, at, faults, localized=known.map_tform_body is not None))
+
+
+def _status(state: robot_state_pb2.RobotState, at: int, faults: tuple[str, ...], *, localized: bool) -> RobotStatus:
+    power = state.power_state
+    motors = robot_state_pb2.PowerState.MotorPowerState.Name(power.motor_power_state)
+    stopped = robot_state_pb2.EStopState.STATE_ESTOPPED
+    return RobotStatus(
+        stamp=Stamp.of(at),
+        battery_percent=power.locomotion_charge_percentage.value,
+        battery_left_s=power.locomotion_estimated_runtime.seconds,
+        motors=motors.removeprefix("MOTOR_POWER_").removeprefix("STATE_").lower(),
+        estopped=any(stop.state == stopped for stop in state.estop_states),
+        localized=localized,
+        holding=state.manipulator_state.is_gripper_holding_item,
+        faults=faults,
+    )
+
+
+def _fiducials(session: Session, known: _Known) -> None:
+    answer: world_object_pb2.ListWorldObjectResponse = _ask(session, "world-objects").list_world_objects(
+        object_type=[world_object_pb2.WORLD_OBJECT_APRILTAG], timeout=session.connection.timeout_s
+    )
+    now = session.now_ns()
+    if session.rates.raw:
+        session.put(WORLD_OBJECTS, answer, source_ns=our_ns(session, answer.header.response_timestamp))
+    if known.map_tform_body is not None:
+        seen = read_tags(answer.world_objects, known.map_tform_body, session.connection.clock)
+        fresh = [sighting for sighting in seen if now - sighting.stamp_ns < 2 * NANO]
+        if session.watch is not None:
+            for sighting in fresh:
+                session.watch.tag(sighting.stamp_ns, sighting.tag, sighting.position)
+        if fresh:
+            at = max(sighting.stamp_ns for sighting in fresh)
+            session.put(FIDUCIALS, foxglove.tag_scene(fresh, dict(session.site.tags), at), source_ns=at)
+
+
+def _images(session: Session, known: _Known) -> None:
+    rates = session.rates
+    ratio = rates.image_ratio if rates.image_ratio < 1.0 else None
+    requests = [
+        build_image_request(name, quality_percent=rates.image_quality, resize_ratio=ratio) for name in rates.cameras
+    ]
+    answers: list[image_pb2.ImageResponse] = _ask(session, "image").get_image(
+        requests, timeout=session.connection.timeout_s
+    )
+    for answer in answers:
+        name = answer.source.name
+        at = our_ns(session, answer.shot.acquisition_time)
+        image = foxglove.picture(answer.shot, at)
+        mounted = foxglove.camera_link(answer.shot, at)
+        if mounted is not None:
+            session.put("/tf", mounted, source_ns=at)
+        if name not in known.calibrated:
+            known.calibrated.add(name)
+            calibrated = foxglove.calibration(answer.source, answer.shot, at)
+            session.put(f"{CAMERA}/{_short(name)}/calibration", calibrated, source_ns=at, latched=True)
+        if image is not None:
+            session.put(f"{CAMERA}/{_short(name)}", image, source_ns=at)
+        if rates.raw:
+            kept = answer if image is None else foxglove.without_pixels(answer)
+            session.put(f"/spot/image/{_short(name)}", kept, source_ns=at)
+
+
+def _short(source: str) -> str:
+    return source.removesuffix("_image")
+
+
+def _grid(session: Session) -> None:
+    answers: list[local_grid_pb2.LocalGridResponse] = _ask(session, "local-grid-service").get_local_grids(
+        ["obstacle_distance"], timeout=session.connection.timeout_s
+    )
+    for answer in answers:
+        grid = answer.local_grid
+        at = our_ns(session, grid.acquisition_time)
+        if session.rates.raw:
+            session.put(f"/spot/local_grid/{answer.local_grid_type_name}", answer, source_ns=at)
+        drawn = foxglove.local_grid(grid, at)
+        if drawn is not None:
+            session.put(LOCAL_GRID, drawn, source_ns=at)
+
+
+def _clock(session: Session) -> None:
+    clock = session.connection.clock
+    trip = clock.round_trip_ns() if isinstance(clock, SyncedClock) else 0
+    session.tell(ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip))

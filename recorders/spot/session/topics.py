@@ -1,0 +1,81 @@
+"""The topics of a robot session: our own JSON messages, beside Foxglove's and bosdyn's.
+
+/robot/status       battery, motors, emergency stop, faults, lease owner            json  lios.spot.RobotStatus
+/robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
+/session/gap        from when to when the robot was away                            json  lios.spot.Gap
+/session/note       what the operator noted                                         json  lios.spot.Note
+/notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
+/spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
+/tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
+
+Class docstrings are part of the JSON Schemas in logs (as descriptions): changing one changes the bytes of logs.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import msgspec
+
+from recorders.mcap_io.channels import ChannelSpec, json_schema
+from workbench.log_schema.events import Stamp
+
+STATUS, CLOCK, GAP, NOTE = "/robot/status", "/robot/clock", "/session/gap", "/session/note"
+NOTE_EVENTS = "/notes"
+ROBOT_STATE, LOCALIZATION, WORLD_OBJECTS = "/spot/robot_state", "/spot/localization", "/spot/world_objects"
+ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials", "/robot/local_grid", "/camera"
+
+
+class RobotStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """battery_percent is 0 to 100; faults are the robot's own words."""
+
+    stamp: Stamp
+    battery_percent: float
+    battery_left_s: float
+    motors: str
+    estopped: bool
+    localized: bool
+    holding: bool
+    faults: tuple[str, ...] = ()
+
+
+class ClockSkew(msgspec.Struct, frozen=True, kw_only=True):
+    """robot time = our time + skew_ns; round_trip_ns is of the exchange that it was measured with."""
+
+    stamp: Stamp
+    skew_ns: int
+    round_trip_ns: int = 0
+
+
+class Gap(msgspec.Struct, frozen=True, kw_only=True):
+    """The robot did not answer between start and end; reason is the first error, in a few words."""
+
+    stamp: Stamp
+    start: Stamp
+    end: Stamp
+    seconds: float
+    reason: str
+
+
+class Note(msgspec.Struct, frozen=True, kw_only=True):
+    """What an operator noted."""
+
+    stamp: Stamp
+    text: str
+
+
+SessionFact = RobotStatus | ClockSkew | Gap | Note
+TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {RobotStatus: STATUS, ClockSkew: CLOCK, Gap: GAP, Note: NOTE}
+
+
+@cache
+def fact_channel(fact_class: type[msgspec.Struct]) -> ChannelSpec:
+    """The channel of a message class; gaps and notes are marked important."""
+    return ChannelSpec(
+        topic=TOPIC_OF_FACT[fact_class],
+        message_encoding="json",
+        schema_name=f"lios.spot.{fact_class.__name__}",
+        schema_encoding="jsonschema",
+        schema_data=msgspec.json.encode(json_schema(fact_class)),
+        important=fact_class in (Gap, Note),
+    )

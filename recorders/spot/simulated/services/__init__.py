@@ -1,0 +1,1 @@
+"""The simulated Spot's gRPC services, one a module."""

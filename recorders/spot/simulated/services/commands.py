@@ -1,0 +1,181 @@
+"""The simulated robot command service: stand, sit, stop, walk to a pose, power off, arm and gripper."""
+
+from __future__ import annotations
+
+from math import inf
+
+import grpc
+from bosdyn.api import (
+    arm_command_pb2,
+    basic_command_pb2,
+    full_body_command_pb2,
+    gripper_command_pb2,
+    mobility_command_pb2,
+    robot_command_pb2,
+    robot_command_service_pb2_grpc,
+    synchronized_command_pb2,
+)
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from recorders.spot.simulated.basic_services import header_of
+from recorders.spot.simulated.body import Motors, WalkState
+from recorders.spot.simulated.frames import pose_in_map
+from recorders.spot.simulated.robot import PLACE_S, RobotState
+from workbench.log_schema.events import NANO
+
+PROCESSING = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_PROCESSING
+OVERRIDDEN = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_COMMAND_OVERRIDDEN
+
+
+class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
+    """Stand, sit, stop, walk to a pose, power off safely, arm and gripper."""
+
+    def __init__(self, state: RobotState) -> None:
+        self._state = state
+
+    def RobotCommand(
+        self, request: robot_command_pb2.RobotCommandRequest, context: grpc.ServicerContext
+    ) -> robot_command_pb2.RobotCommandResponse:
+        answer = robot_command_pb2.RobotCommandResponse
+        with self._state.alive() as state:
+            used = state.leases.use(request.lease)
+            response = answer(header=header_of(state, request), lease_use_result=used, status=answer.STATUS_OK)
+            if used.status != used.STATUS_OK:
+                return response
+            full = request.command.full_body_command
+            if not full.HasField("safe_power_off_request") and state.body.motors is not Motors.ON:
+                response.status = answer.STATUS_NOT_POWERED_ON
+                return response
+            if state.behaviour_fault and not full.HasField("safe_power_off_request"):
+                response.status = answer.STATUS_BEHAVIOR_FAULT
+                return response
+            number = self._obey(state, request.command)
+            response.status = answer.STATUS_UNSUPPORTED if number is None else answer.STATUS_OK
+            response.robot_command_id = number or 0
+            return response
+
+    def RobotCommandFeedback(
+        self, request: robot_command_pb2.RobotCommandFeedbackRequest, context: grpc.ServicerContext
+    ) -> robot_command_pb2.RobotCommandFeedbackResponse:
+        with self._state.alive() as state:
+            kind = state.commands.get(request.robot_command_id, "")
+            feedback = robot_command_pb2.RobotCommandFeedback()
+            if kind == "safe-power-off":
+                done = full_body_command_pb2.FullBodyCommand.Feedback(status=PROCESSING)
+                done.safe_power_off_feedback.status = (
+                    basic_command_pb2.SafePowerOffCommand.Feedback.STATUS_POWERED_OFF
+                )
+                feedback.full_body_feedback.CopyFrom(done)
+            elif kind == "stop":
+                feedback.full_body_feedback.status = PROCESSING
+                feedback.full_body_feedback.stop_feedback.SetInParent()
+            else:
+                feedback.synchronized_feedback.CopyFrom(_feedback(state, kind, request.robot_command_id))
+            return robot_command_pb2.RobotCommandFeedbackResponse(header=header_of(state, request), feedback=feedback)
+
+    def ClearBehaviorFault(
+        self, request: robot_command_pb2.ClearBehaviorFaultRequest, context: grpc.ServicerContext
+    ) -> robot_command_pb2.ClearBehaviorFaultResponse:
+        answer = robot_command_pb2.ClearBehaviorFaultResponse
+        return answer(header=header_of(self._state, request), status=answer.STATUS_CLEARED)
+
+    def _obey(self, state: RobotState, command: robot_command_pb2.RobotCommand) -> int | None:
+        body, full, sync = state.body, command.full_body_command, command.synchronized_command
+        if full.HasField("safe_power_off_request"):
+            body.power_off()
+            return state.number("safe-power-off")
+        if full.HasField("stop_request") or full.HasField("freeze_request"):
+            body.halt(WalkState.STOPPED)
+            return state.number("stop")
+        number = None
+        if sync.HasField("mobility_command"):
+            number = self._move(state, sync.mobility_command)
+        if sync.HasField("arm_command"):
+            state.arm_deployed = not sync.arm_command.HasField("named_arm_position_command") or (
+                sync.arm_command.named_arm_position_command.position
+                != arm_command_pb2.NamedArmPositionsCommand.POSITIONS_STOW
+            )
+            state.arm_busy_until_s = body.lived_s + PLACE_S
+            number = state.number("arm")
+            if sync.arm_command.HasField("arm_cartesian_command"):
+                sent = sync.arm_command.arm_cartesian_command
+                to = sent.pose_trajectory_in_task.points[-1].pose.position
+                state.arm_goal = (sent.root_frame_name, to.x, to.y, to.z)
+                state.commands[number] = "arm-pose"
+        if sync.HasField("gripper_command"):
+            points = sync.gripper_command.claw_gripper_command.trajectory.points
+            if points and abs(points[-1].point) > 0.2:
+                state.open_gripper()
+            else:
+                state.gripper_open = False
+            number = number or state.number("gripper")
+        return number
+
+    def _move(self, state: RobotState, command: mobility_command_pb2.MobilityCommand.Request) -> int | None:
+        body = state.body
+        if command.HasField("se2_trajectory_request"):
+            wanted = command.se2_trajectory_request
+            goal = wanted.trajectory.points[-1].pose
+            pose = pose_in_map(body, wanted.se2_frame_name, goal.position.x, goal.position.y, goal.angle)
+            if pose is None:
+                return None
+            lasts = lasts_s(state, wanted.end_time) if wanted.HasField("end_time") else inf
+            return state.walk_to(pose, speed_mps=None, lasts_s=lasts)
+        if command.HasField("stand_request"):
+            body.stand(True)
+            return state.number("stand")
+        if command.HasField("sit_request"):
+            body.halt(WalkState.STOPPED)
+            body.stand(False)
+            return state.number("sit")
+        if command.HasField("stop_request") or command.HasField("se2_velocity_request"):
+            body.halt(WalkState.STOPPED)
+            return state.number("stop")
+        return None
+
+
+def lasts_s(state: RobotState, end_time: Timestamp) -> float:
+    """Remaining time of a command in seconds of body time."""
+    left = (end_time.seconds * NANO + end_time.nanos - state.clock.robot_ns()) / NANO
+    return left * getattr(state.clock, "speed_up", 1.0)
+
+
+def _feedback(state: RobotState, kind: str, number: int) -> synchronized_command_pb2.SynchronizedCommand.Feedback:
+    body = state.body
+    feedback = synchronized_command_pb2.SynchronizedCommand.Feedback()
+    moving = mobility_command_pb2.MobilityCommand.Feedback(status=PROCESSING)
+    if kind == "stand":
+        up = basic_command_pb2.StandCommand.Feedback
+        moving.stand_feedback.status = up.STATUS_IS_STANDING if body.settled else up.STATUS_IN_PROGRESS
+    elif kind == "sit":
+        down = basic_command_pb2.SitCommand.Feedback
+        moving.sit_feedback.status = down.STATUS_IS_SITTING if body.settled else down.STATUS_IN_PROGRESS
+    elif kind == "walk":
+        walk, going = body.walk, basic_command_pb2.SE2TrajectoryCommand.Feedback
+        if walk is None or walk.number != number:
+            moving.status = OVERRIDDEN
+        else:
+            there = walk.state is not WalkState.WALKING
+            moving.se2_trajectory_feedback.status = going.STATUS_AT_GOAL if there else going.STATUS_GOING_TO_GOAL
+    done = body.lived_s >= state.arm_busy_until_s
+    if kind == "arm-pose":
+        pose = arm_command_pb2.ArmCartesianCommand.Feedback
+        there = pose.STATUS_TRAJECTORY_STALLED if state.arm_stalls else pose.STATUS_TRAJECTORY_COMPLETE
+        feedback.arm_command_feedback.status = PROCESSING
+        feedback.arm_command_feedback.arm_cartesian_feedback.status = there if done else pose.STATUS_IN_PROGRESS
+    elif kind == "gripper":
+        claw = gripper_command_pb2.ClawGripperCommand.Feedback
+        there = claw.STATUS_AT_GOAL if done else claw.STATUS_IN_PROGRESS
+        feedback.gripper_command_feedback.status = PROCESSING
+        feedback.gripper_command_feedback.claw_gripper_feedback.status = there
+    elif kind == "arm":
+        arm = arm_command_pb2
+        feedback.arm_command_feedback.status = PROCESSING
+        feedback.arm_command_feedback.named_arm_position_feedback.status = (
+            arm.NamedArmPositionsCommand.Feedback.STATUS_COMPLETE
+            if done
+            else arm.NamedArmPositionsCommand.Feedback.STATUS_IN_PROGRESS
+        )
+    else:
+        feedback.mobility_command_feedback.CopyFrom(moving)
+    return feedback

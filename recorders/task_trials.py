@@ -1,0 +1,77 @@
+"""Recording of task trials while they are evaluated, to OUTPUT/logs/SCENARIO/TRIAL-STRATEGY.mcap."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from recorders.code_revision import revision
+from recorders.run_recorder import RunRecorder
+from workbench import __version__
+from workbench.beliefs.belief import Estimator
+from workbench.evaluation.tasks.names import file_name_of
+from workbench.evaluation.tasks.rows import TaskRow
+from workbench.evaluation.tasks.trials import Staged
+from workbench.execution.events import Event
+from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.log_schema.place import Place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordTo:
+    """A tap that records events. It is pickled for workers, so it holds only a folder and no open file."""
+
+    folder: Path
+
+    def log_of(self, row: TaskRow) -> Path:
+        """The log file of a row's trial."""
+        return log_path(self.folder, row.scenario, row.trial, row.strategy)
+
+    def __call__(
+        self, staged: Staged, strategy: str, estimator: Estimator, events: Iterator[Event]
+    ) -> Iterator[Event]:
+        path = log_path(self.folder, staged.key.scenario, staged.key.trial, strategy)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        first = next(events)
+        with RunRecorder(
+            path,
+            info=_info(staged, strategy, estimator, first),
+            place=Place.of(staged.house.plan, staged.navigation),
+            task=staged.task,
+            costs=staged.costs,
+            truth=staged.house.contents,
+            force=True,
+        ) as recorder:
+            recorder.record(first)
+            yield first
+            for event in events:
+                recorder.record(event)
+                yield event
+
+
+def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
+    """The log file of a trial, unique for every scenario and strategy."""
+    return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
+
+
+def _info(staged: Staged, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
+    code = revision()
+    key = staged.key
+    identity = f"{staged.house.plan.name}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}"
+    return RunInfo(
+        run_id=hashlib.sha256(identity.encode()).hexdigest()[:12],
+        schema_version=SCHEMA_VERSION,
+        place=staged.house.plan.name,
+        scenario=staged.task.scenario,
+        strategy=strategy,
+        estimator=estimator.name,
+        seed=key.seed,
+        started=Stamp.of(first.stamp_ns),
+        title=staged.task.title,
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+        weights_sha256=estimator.name.partition("@")[2],
+    )

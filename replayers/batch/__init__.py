@@ -1,0 +1,1 @@
+"""Many logs: replaying all strategies over them, storing the results and comparing them."""

@@ -1,0 +1,253 @@
+"""Comparison of strategies in pairs, log by log and in the same world: who is better, and whether that is certain.
+
+Two strategies over one log are compared world by world: the bounds of both costs in each group of worlds bound the
+difference over all worlds that are consistent with the log (groups with the same contents of the open containers are
+matched). That is tighter than subtracting the overall bounds. Sampled figures (estimates, probabilities) stay
+separate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.batch.store import StoredAnswer, StoredReplay, StoredTold
+from workbench.evaluation.statistics import Estimate, paired_difference
+
+NEAR = 1e-6
+MOST_PAIRS = 1_000_000
+"""Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
+
+WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """The cost of a minus the cost of b over one log.
+
+    Attributes:
+        least, most: its bounds over every world that is consistent with the log.
+        paired: whether groups of worlds were matched; otherwise from the two bounds alone.
+        verdict: a wins, loses or equals b in every world, or undecided.
+        chance: share of sampled worlds in which a is cheaper, and in which they are equal; None without samples.
+        drawn: mean difference in the sampled worlds; true: in the recorded truth, where requested.
+    """
+
+    log: str
+    house: str
+    least: float
+    most: float
+    paired: bool
+    verdict: str
+    chance: tuple[float, float] | None
+    drawn: float | None
+    true: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pair:
+    """Two strategies over many logs.
+
+    Attributes:
+        wins, loses, equal, undecided: logs on which a wins in every consistent world, and so on.
+        least, most: the mean difference over the logs lies between, whatever the worlds are.
+        drawn, true: mean paired differences with intervals that draw houses, or the logs of the only one, widened
+            (workbench/evaluation/statistics.py); None where no log has them.
+        chance: mean share of drawn worlds in which a is cheaper.
+    """
+
+    a: str
+    b: str
+    logs: int
+    houses: int
+    wins: int
+    loses: int
+    equal: int
+    undecided: int
+    least: float
+    most: float
+    chance: float | None
+    drawn: Estimate | None
+    true: Estimate | None
+    differences: tuple[Difference, ...]
+
+
+def compare(records: Iterable[StoredReplay], *, rng: np.random.Generator) -> tuple[Pair, ...]:
+    """Every pair of strategies that share a log, in the order of first appearance."""
+    by_log: dict[str, dict[str, StoredReplay]] = {}
+    for record in records:
+        if record.bounds is not None:
+            by_log.setdefault(record.sha256, {})[record.strategy] = record
+    names = tuple(dict.fromkeys(name for group in by_log.values() for name in group))
+    pairs: list[Pair] = []
+    for a, b in combinations(names, 2):
+        both = [(g[a], g[b]) for g in by_log.values() if a in g and b in g]
+        if both:
+            pairs.append(_pair(a, b, [difference(x, y) for x, y in both], rng))
+    return tuple(pairs)
+
+
+def difference(a: StoredReplay, b: StoredReplay) -> Difference:
+    """a minus b over the log that both were made from."""
+    assert a.bounds is not None, f"{a.strategy} has no bounds"
+    assert b.bounds is not None, f"{b.strategy} has no bounds"
+    least, most = a.bounds.lower - b.bounds.at_most, a.bounds.at_most - b.bounds.lower
+    paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MOST_PAIRS
+    if paired:
+        lowest, highest = _apart(a.told, b.told)
+        least, most = max(least, lowest), min(most, highest)
+    chance, drawn = None, None
+    common = min(len(a.drawn), len(b.drawn))
+    if common and a.draws == b.draws:
+        costs = np.array(a.drawn[:common]) - np.array(b.drawn[:common])
+        chance = (float(np.mean(costs < -NEAR)), float(np.mean(np.abs(costs) <= NEAR)))
+        drawn = float(costs.mean())
+    return Difference(
+        log=a.log,
+        house=a.place_sha256,
+        least=least,
+        most=most,
+        paired=paired,
+        verdict=_verdict(least, most),
+        chance=chance,
+        drawn=drawn,
+        true=None if a.true_cost is None or b.true_cost is None else a.true_cost - b.true_cost,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunInSeveralLogs:
+    """One recorded run that was replayed from more than one log: parts of a split log, or copies of a log.
+
+    Attributes:
+        run_id, logs: which run, and from which logs.
+        kept: the log that counts for it, where all of them say the same; None where they do not, and none counts.
+    """
+
+    run_id: str
+    logs: tuple[str, ...]
+    kept: str | None
+
+
+def runs_once(records: Iterable[StoredReplay]) -> tuple[tuple[StoredReplay, ...], tuple[RunInSeveralLogs, ...]]:
+    """Replays in which no run counts twice, and what was done about those that would.
+
+    A part of a split log holds but a part of what the run showed: replays of parts contradict each other, and their
+    number is no number of runs. Copies (compressed, filtered) that say the same count once.
+    """
+    listed = tuple(records)
+    by_run: dict[tuple[str, ...], dict[str, list[StoredReplay]]] = {}
+    for r in listed:
+        run = (r.run_id, r.place_sha256, r.scenario, r.recorded_strategy)
+        by_run.setdefault(run, {}).setdefault(r.sha256, []).append(r)
+    left_out: set[str] = set()
+    several: list[RunInSeveralLogs] = []
+    for (run_id, *_), logs in by_run.items():
+        if len(logs) == 1:
+            continue
+        first = next(iter(logs))
+        kept = first if all(_say_the_same(logs[first], other) for other in logs.values()) else None
+        left_out |= {sha256 for sha256 in logs if sha256 != kept}
+        paths = tuple(dict.fromkeys(group[0].log for group in logs.values()))
+        several.append(
+            RunInSeveralLogs(run_id=run_id, logs=paths, kept=logs[first][0].log if kept is not None else None)
+        )
+    return tuple(r for r in listed if r.sha256 not in left_out), tuple(several)
+
+
+def _say_the_same(a: Sequence[StoredReplay], b: Sequence[StoredReplay]) -> bool:
+    """Whether two logs lead to the same bounds of every strategy that was replayed over both."""
+    first, second = ({r.strategy: (r.status, r.bounds) for r in group} for group in (a, b))
+    common = first.keys() & second.keys()
+    return bool(common) and all(first[name] == second[name] for name in common)
+
+
+def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
+    """Houses of one name whose plan or travel costs differ between logs: they count as different houses."""
+    plans: dict[str, set[str]] = {}
+    for record in records:
+        plans.setdefault(record.place, set()).add(record.place_sha256)
+    return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
+
+
+def _apart(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> tuple[float, float]:
+    """The least and the greatest cost difference over the groups of worlds that both strategies share."""
+    together = _together(a, b)
+    least = np.array([x.least for x in a])[:, None] - np.array([y.at_most for y in b])[None, :]
+    most = np.array([x.at_most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
+    return float(least[together].min()), float(most[together].max())
+
+
+def _together(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> npt.NDArray[np.bool_]:
+    """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
+    possible = np.ones((len(a), len(b)), dtype=bool)
+    told_a, told_b = _by_container(a), _by_container(b)
+    for container in told_a.keys() & told_b.keys():
+        answers_a, which_a = told_a[container]
+        answers_b, which_b = told_b[container]
+        alike = np.ones((len(answers_a) + 1, len(answers_b) + 1), dtype=bool)
+        for i, x in enumerate(answers_a):
+            alike[i, :-1] = [agree(x, y) for y in answers_b]
+        possible &= alike[which_a][:, which_b]
+    return possible
+
+
+def _by_container(
+    groups: Sequence[StoredTold],
+) -> dict[str, tuple[tuple[StoredAnswer, ...], npt.NDArray[np.int64]]]:
+    """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
+    found: dict[str, tuple[dict[StoredAnswer, int], npt.NDArray[np.int64]]] = {}
+    for g, group in enumerate(groups):
+        for answer in group.filled:
+            known, which = found.setdefault(answer.container, ({}, np.full(len(groups), -1, dtype=np.int64)))
+            which[g] = known.setdefault(answer, len(known))
+    return {container: (tuple(known), which) for container, (known, which) in found.items()}
+
+
+def agree(a: StoredAnswer, b: StoredAnswer) -> bool:
+    """Whether one container can have given both answers: equal in every type that mattered to both."""
+    both = set(a.live) & set(b.live)
+    return all(a.answer.count(t) == b.answer.count(t) for t in both)
+
+
+def _verdict(least: float, most: float) -> str:
+    if most < -NEAR:
+        return WINS
+    if least > NEAR:
+        return LOSES
+    return EQUAL if max(abs(least), abs(most)) <= NEAR else UNDECIDED
+
+
+def _pair(a: str, b: str, differences: list[Difference], rng: np.random.Generator) -> Pair:
+    houses = [d.house for d in differences]
+    drawn = [(d.drawn, d.house) for d in differences if d.drawn is not None]
+    true = [(d.true, d.house) for d in differences if d.true is not None]
+    chances = [d.chance[0] for d in differences if d.chance is not None]
+    verdicts = [d.verdict for d in differences]
+    return Pair(
+        a=a,
+        b=b,
+        logs=len(differences),
+        houses=len(set(houses)),
+        wins=verdicts.count(WINS),
+        loses=verdicts.count(LOSES),
+        equal=verdicts.count(EQUAL),
+        undecided=verdicts.count(UNDECIDED),
+        least=float(np.mean([d.least for d in differences])),
+        most=float(np.mean([d.most for d in differences])),
+        chance=float(np.mean(chances)) if chances else None,
+        drawn=_interval(drawn, rng),
+        true=_interval(true, rng),
+        differences=tuple(differences),
+    )
+
+
+def _interval(values: list[tuple[float, str]], rng: np.random.Generator) -> Estimate | None:
+    if not values:
+        return None
+    apart = np.array([value for value, _ in values])
+    return paired_difference(apart, np.zeros_like(apart), [house for _, house in values], rng=rng)

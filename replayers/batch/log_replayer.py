@@ -1,0 +1,245 @@
+"""Replays of strategies over one log, with those kept from before; the log is prepared when first needed.
+
+What is kept already under the same key (log, strategy, settings, version) is read and not made again. A planner or an
+estimator from outside always runs again, since its code may have changed. A log that cannot be replayed is a row that
+says so.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Generator, Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import final
+
+from replayers.batch.store import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
+from replayers.counterfactual.prepared_log import Ground, Settings, ground_of
+from replayers.counterfactual.replay import WORLDS, Replay, over_log_alone, replay_on
+from replayers.counterfactual.sandbox import is_foreign
+from replayers.runs.run import Run, read
+from workbench.beliefs.estimators import ESTIMATORS
+from workbench.errors import FileMissing, LiosError, MalformedFile
+from workbench.execution.events import RunStatus
+from workbench.planning.strategies import needs_truth, strategy
+from workbench.plugins import ESTIMATOR, NameOrigin, installed_names
+
+NEW_OBJECTS = 500_000
+"""Allocations before the garbage collector runs again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What to replay and where to keep it.
+
+    Attributes:
+        strategies: by name; "all" has been spelt out.
+        origin: who gives these names.
+        output: the folder that keeps replays; None keeps nothing.
+        write_logs: also record each replay as MCAP in the folder.
+        worlds: of replay.WORLDS, those in which the run is recorded besides.
+    """
+
+    strategies: tuple[str, ...]
+    settings: Settings
+    output: Path | None = None
+    write_logs: bool = False
+    worlds: tuple[str, ...] = ()
+    origin: NameOrigin = NameOrigin.LOG
+
+    def is_foreign(self, name: str) -> bool:
+        """Whether one of the strategies is a planner from outside."""
+        return is_foreign(name, origin=self.origin)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogFailed:
+    """A log that could not be replayed, or a strategy that could not be run over it."""
+
+    log: str
+    strategy: str
+    reason: str
+
+
+Outcome = StoredReplay | LogFailed
+
+
+@final
+class OneLog:
+    """One log for all strategies to be replayed over it.
+
+    Attributes:
+        failure: why it cannot be read; None if it can.
+    """
+
+    def __init__(self, log: Path, wanted: Wanted) -> None:
+        self.failure: LogFailed | None = None
+        self._log = str(log)
+        self._wanted = wanted
+        self._run: Run | None = None
+        self._ground: Ground | LiosError | None = None
+        try:
+            self._run = read(log, with_truth=wanted.settings.with_truth)
+        except LiosError as error:
+            self.failure = LogFailed(log=self._log, strategy="", reason=str(error))
+
+    def without_work(self, name: str) -> Outcome | None:
+        """What is known of a strategy over this log without running it: stored, or impossible. None if it must be
+        run."""
+        if needs_truth(name) and not self._wanted.settings.with_truth:
+            reason = "it knows the whole house: give --with-truth"
+            return LogFailed(log=self._log, strategy=name, reason=reason)
+        path = self._path(name)
+        return _kept(path, self._key(name), self._wanted) if path and not self._may_have_changed(name) else None
+
+    def made(self, name: str) -> Outcome:
+        """A strategy replayed over this log, and stored where that is wanted."""
+        ground = self.ground
+        if not isinstance(ground, Ground):
+            return LogFailed(log=self._log, strategy=name, reason=str(ground))
+        path, key = self._path(name), self._key(name)
+        same = path is not None and not self._may_have_changed(name) and _is_of(path, key)
+        return _one(ground, name, key, path, self._wanted, same=same)
+
+    @property
+    def ground(self) -> Ground | LiosError:
+        """The prepared log, or the reason why it cannot be prepared."""
+        if self._ground is None:
+            try:
+                self._ground = ground_of(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
+            except LiosError as error:
+                self._ground = error
+        return self._ground
+
+    @property
+    def run(self) -> Run:
+        assert self._run is not None, "a log that cannot be read has a failure"
+        return self._run
+
+    def load(self, name: str) -> None:
+        """Runs a strategy over the log alone to load its code, so that forked processes have it."""
+        with suppress(LiosError):  # it will be told where the strategy is replayed
+            if isinstance(self.ground, Ground) and not self._wanted.is_foreign(name):
+                over_log_alone(self.ground, strategy(name, origin=self._wanted.origin))
+
+    def _may_have_changed(self, name: str) -> bool:
+        """Whether the strategy or the estimator is code or a file from outside, which no key tells apart."""
+        believer = self._wanted.settings.estimator
+        if believer == "log":
+            changes = self.run.info.estimator.partition("@")[0] in installed_names(ESTIMATOR)
+        else:
+            changes = believer != "first" and believer not in ESTIMATORS
+        return changes or self._wanted.is_foreign(name)
+
+    def _key(self, name: str) -> str:
+        return key_of(self.run.sha256, name, self._wanted.settings)
+
+    def _path(self, name: str) -> Path | None:
+        output = self._wanted.output
+        return path_of(output, self.run.sha256, self.run.info.run_id, name) if output else None
+
+
+def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
+    """Replays every strategy over one log, one by one."""
+    with what_is_loaded_stays():
+        yield from replayed(OneLog(log, wanted), wanted)
+
+
+def replayed(
+    one: OneLog, wanted: Wanted, elsewhere: Mapping[str, Future[dict[str, Outcome]]] = MappingProxyType({})
+) -> Iterator[Outcome]:
+    """Replays every strategy over a log that was read; a single row where the log cannot be replayed.
+
+    Args:
+        elsewhere: strategies that another process replays.
+    """
+    if one.failure is not None:
+        yield one.failure
+        return
+    for name in wanted.strategies:
+        if name in elsewhere:
+            yield elsewhere[name].result()[name]
+        else:
+            yield one.without_work(name) or one.made(name)
+
+
+@contextmanager
+def what_is_loaded_stays() -> Generator[None]:
+    """Meanwhile the garbage collector ignores what exists already and runs less often: what a replay makes is either
+    kept or freed by reference counts."""
+    before = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(max(before[0], NEW_OBJECTS) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+        gc.unfreeze()
+
+
+def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted, *, same: bool) -> Outcome:
+    try:
+        made = replay_on(ground, name, origin=wanted.origin, worlds=wanted.worlds)
+    except LiosError as error:
+        return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
+    record = stored(ground, made, key=key)
+    if path is not None:
+        if wanted.write_logs and made.status is RunStatus.NOT_REPRODUCED:
+            for world in ("", *WORLDS):
+                log_path(path, world).unlink(missing_ok=True)
+        elif wanted.write_logs:
+            _write_logs(path, ground, made, same=same)
+        write_replay(path, record)
+    return record
+
+
+def _write_logs(path: Path, ground: Ground, made: Replay, *, same: bool) -> None:
+    """Writes the recordings of a stored replay; recordings in worlds are removed first if they are of an earlier
+    replay."""
+    from replayers.batch.replay_log import write_replay_log
+
+    if not same:
+        for world in WORLDS:
+            log_path(path, world).unlink(missing_ok=True)
+    write_replay_log(log_path(path), ground, made, force=True)
+    for world in made.worlds:
+        write_replay_log(log_path(path, world), ground, made, world=world, force=True)
+
+
+def _is_of(path: Path, key: str) -> bool:
+    """Whether the stored replay at a path has that key."""
+    with suppress(FileMissing, MalformedFile):
+        return read_replay(path).key == key
+    return False
+
+
+def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
+    """A stored replay of the same key, complete with its log if that is wanted."""
+    if wanted.write_logs and not log_path(path).exists():
+        return None
+    try:
+        record = read_replay(path)
+    except (FileMissing, MalformedFile):
+        return None
+    if record.key != key:
+        return None
+    told = [world for world in wanted.worlds if _has_run_in(world, record)]
+    return record if all(log_path(path, world).exists() for world in told) else None
+
+
+def _has_run_in(world: str, record: StoredReplay) -> bool:
+    """Whether a replay has a run in such a world to record: a run was followed to its end, or worlds were sampled."""
+    if record.bounds is None:
+        return False
+    if world == "drawn":
+        return record.estimate is not None
+    return (record.bounds.least_found if world == "best" else record.bounds.largest_found) is not None
+
+
+def log_path(path: Path, world: str = "") -> Path:
+    """Path of the recording of a stored replay: beside it; in a world, with the world's name before the suffix."""
+    stem = path.name.removesuffix(SUFFIX)
+    return path.with_name(f"{stem}.{world}.replay.mcap" if world else f"{stem}.replay.mcap")

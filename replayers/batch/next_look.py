@@ -1,0 +1,135 @@
+"""Ranks unopened containers by how many strategy comparisons their contents are expected to settle.
+
+For every open container, the sampled worlds are grouped by what it holds; within each group the strategies' costs
+vary less than over all. Reported are how many undecided comparisons a look is expected to settle (the doubt of a
+comparison is the probability that its likeliest result is wrong), and by how much it narrows the costs. The ranking
+rests on sampled worlds, so it is an estimate; the bounds show afterwards what a look really settled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds
+from workbench.errors import LiosError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from replayers.counterfactual.prepared_log import Settings
+
+Floats = npt.NDArray[np.float64]
+NEAR = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """What a look into one container is expected to reveal.
+
+    Attributes:
+        settles: how much doubt about the better strategy it removes, summed over pairs of strategies; the doubt of a
+            pair is 1 - max(P(a wins), P(b wins), P(equal)), at most 2/3.
+        doubt: that doubt before the look.
+        narrows: expected decrease of the standard deviation of a strategy's cost, mean over strategies, in cost
+            units.
+        chance_found: probability that it holds something relevant to the task.
+    """
+
+    container: str
+    settles: float
+    doubt: float
+    narrows: float
+    chance_found: float
+
+
+def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collection[str]) -> tuple[Look, ...]:
+    """Open containers, the most informative first.
+
+    Args:
+        costs: per strategy, its cost in each drawn world, shape (worlds,); the first ones where lengths differ.
+        asked: containers that some strategy searches; the others carry no information about these strategies.
+    """
+    common = min((len(drawn) for drawn in costs.values()), default=0)
+    if not common:
+        return ()
+    table = np.array([costs[name][:common] for name in sorted(costs)])
+    doubt, spread = _doubt(table), _spread(table)
+    looks: list[Look] = []
+    for j, container in enumerate(worlds.containers):
+        if container not in asked:
+            continue
+        inside = worlds.inside[:common, :, j]
+        groups = _groups(inside)
+        shares = [len(g) / common for g in groups]
+        looks.append(
+            Look(
+                container=container,
+                settles=doubt - sum(s * _doubt(table[:, g]) for s, g in zip(shares, groups, strict=True)),
+                doubt=doubt,
+                narrows=spread - sum(s * _spread(table[:, g]) for s, g in zip(shares, groups, strict=True)),
+                chance_found=float(inside.any(axis=1).mean()),
+            )
+        )
+    return tuple(sorted(looks, key=lambda look: (-round(look.settles, 9), -round(look.narrows, 9), look.container)))
+
+
+def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
+    """The most informative look for each replayed log, from the costs stored with its replays."""
+    from replayers.batch.store import StoredReplay
+    from replayers.counterfactual.prepared_log import ground_of
+    from replayers.runs.run import read
+
+    by_log: dict[str, list[StoredReplay]] = {}
+    for outcome in outcomes:
+        if isinstance(outcome, StoredReplay) and outcome.drawn:
+            by_log.setdefault(outcome.sha256, []).append(outcome)
+    found: list[dict[str, Any]] = []
+    for path in files:
+        try:
+            run = read(path, with_truth=settings.with_truth)
+        except LiosError:
+            continue  # its row says why it was not replayed
+        replays = by_log.get(run.sha256, [])
+        worlds = ground_of(run, settings, with_ways=False).worlds if replays else None
+        if worlds is None:
+            continue
+        costs = {r.strategy: np.array(r.drawn) for r in replays}
+        looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
+        if looks:
+            found.append({"log": str(path), **asdict(looks[0]), "words": _words(looks[0])})
+    return found
+
+
+def _words(look: Look) -> str:
+    if look.doubt <= NEAR and look.narrows <= NEAR:
+        return "no look would change what is known of these strategies"
+    return (
+        f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow the costs "
+        f"by {look.narrows:.1f} (drawn worlds)"
+    )
+
+
+def _doubt(table: Floats) -> float:
+    """The doubt about which strategy is better, summed over pairs; table has shape (strategies, worlds)."""
+    total = 0.0
+    for a, b in combinations(range(len(table)), 2):
+        apart = table[a] - table[b]
+        wins, loses = float(np.mean(apart < -NEAR)), float(np.mean(apart > NEAR))
+        total += 1 - max(wins, loses, 1 - wins - loses)
+    return total
+
+
+def _spread(table: Floats) -> float:
+    return float(table.std(axis=1).mean())
+
+
+def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
+    """Groups of worlds that agree on what a container holds; inside has shape (worlds, types)."""
+    codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
+    return [np.flatnonzero(codes == code) for code in np.unique(codes)]

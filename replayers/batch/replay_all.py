@@ -1,0 +1,152 @@
+"""Replays many strategies over many logs, in several processes, with the outcomes in the order of the logs.
+
+Each process takes one log at a time. Where there are fewer logs than processes, the strategies over a log are spread
+over the processes: the results are the same, in the same order. A log that cannot be replayed does not stop the
+others.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import chain
+from pathlib import Path
+
+from replayers.batch.log_replayer import (
+    LogFailed,
+    OneLog,
+    Outcome,
+    Wanted,
+    log_path,
+    replay_log,
+    replayed,
+    what_is_loaded_stays,
+)
+from replayers.batch.work_split import Share, shares_of
+from replayers.counterfactual.prepared_log import Ground
+from workbench.errors import BadValue, FileMissing, MalformedFile
+from workbench.planning.strategies import resolved_name, strategy_names
+from workbench.process_pool import can_inherit, process_pool
+
+__all__ = ["LogFailed", "Outcome", "Wanted", "log_path", "logs_among", "replay_all", "replay_log", "strategies_named"]
+
+FEW_OPEN = 6
+"""With fewer open containers, one process replays a log before others would have started."""
+
+Handed = Iterator[Outcome | None]
+"""None once all work has been handed out; then the outcomes."""
+
+
+def logs_among(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """The logs that paths name: files as given, and every .mcap below a folder that is no replay; sorted.
+
+    Raises:
+        FileMissing: a path that is not there.
+        MalformedFile: a folder without a log.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        if path.is_dir():
+            inside = [p for p in sorted(path.rglob("*.mcap")) if not p.name.endswith(".replay.mcap")]
+            if not inside:
+                raise MalformedFile(path, "no .mcap file in this folder", "Give a log, or a folder of logs")
+            found.update(dict.fromkeys(inside))
+        elif path.exists():
+            found[path] = None
+        else:
+            raise FileMissing(path)
+    return tuple(found)
+
+
+def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
+    """The strategies that a comma-separated list means; "all" is every one that can be replayed here.
+
+    Raises:
+        BadValue: the list names none.
+    """
+    names: dict[str, None] = {}
+    for part in (p.strip() for p in text.split(",")):
+        if part == "all":
+            names.update(dict.fromkeys(strategy_names(with_truth=with_truth)))
+        elif part:
+            names[resolved_name(part)] = None
+    if not names:
+        raise BadValue("--strategies", text, "all, or names with commas between them")
+    return tuple(names)
+
+
+def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = None) -> Iterator[Outcome]:
+    """Replays every strategy over every log, in the order of the logs and then the strategies.
+
+    Processes start at once, before the first outcome is asked for: they can be copies of this one only while no other
+    thread runs here, such as a progress bar's.
+    """
+    count = workers or os.cpu_count() or 1
+    if len(logs) < count and len(wanted.strategies) > 1 and can_inherit():
+        return _at_work(_in_shares(logs, wanted, count))
+    if min(count, len(logs)) <= 1:
+        return chain.from_iterable(replay_log(log, wanted) for log in logs)
+    return _at_work(_log_by_log(logs, wanted, min(count, len(logs))))
+
+
+def _at_work(handed: Handed) -> Iterator[Outcome]:
+    next(handed)
+    return (outcome for outcome in handed if outcome is not None)
+
+
+def _log_by_log(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
+    with process_pool(count, inherit=True) as pool:
+        made = [pool.submit(_all_of, log, wanted) for log in logs]
+        yield None
+        for outcomes in made:
+            yield from outcomes.result()
+
+
+def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
+    """Processes share the strategies over a log; they inherit what was read and prepared here."""
+    with what_is_loaded_stays():
+        opened = {log: OneLog(log, wanted) for log in logs}
+        shares = shares_of({log: _much_to_make(one, wanted) for log, one in opened.items()})
+        if len(shares) <= 1:
+            yield None
+            for log in logs:
+                yield from replayed(opened[log], wanted)
+            return
+        last = shares[-1]
+        opened[last.log].load(last.strategies[0])
+        with process_pool(min(count, len(shares)), inherit=True, initializer=partial(_inherit, opened)) as pool:
+            made = {share: pool.submit(_share_of, share) for share in shares}
+            ahead = {(share.log, name): made[share] for share in shares for name in share.strategies}
+            yield None
+            for log in logs:
+                elsewhere = {name: ahead[log, name] for name in wanted.strategies if (log, name) in ahead}
+                yield from replayed(opened[log], wanted, elsewhere)
+
+
+def _much_to_make(one: OneLog, wanted: Wanted) -> tuple[str, ...]:
+    """The strategies over a log that are worth starting another process for."""
+    if one.failure is not None:
+        return ()
+    names = tuple(name for name in wanted.strategies if one.without_work(name) is None)
+    if not names or not isinstance(one.ground, Ground) or len(one.ground.evidence.open) < FEW_OPEN:
+        return ()
+    return names
+
+
+def _all_of(log: Path, wanted: Wanted) -> list[Outcome]:
+    return list(replay_log(log, wanted))
+
+
+_opened: Mapping[Path, OneLog] = {}
+"""In a worker that shares logs: the logs as the parent process prepared them."""
+
+
+def _inherit(opened: Mapping[Path, OneLog]) -> None:
+    global _opened
+    _opened = opened
+
+
+def _share_of(share: Share) -> dict[str, Outcome]:
+    one = _opened[share.log]
+    return {name: one.made(name) for name in share.strategies}

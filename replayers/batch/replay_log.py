@@ -1,0 +1,71 @@
+"""Records a replay as a run like any other, with the log that it was made from as its origin.
+
+The recording holds the run over the log alone; it ends as "undetermined" where the robot would have looked into a
+container that nobody opened. On request, the run in a consistent world is recorded as well: the cheapest or the most
+expensive that was found, or a sampled one. Every action carries its support: logged, implied or imputed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import msgspec
+
+from recorders.code_revision import revision
+from recorders.run_recorder import RunRecorder
+from replayers.counterfactual.prepared_log import Ground
+from replayers.counterfactual.replay import Replay
+from workbench import __version__
+from workbench.log_schema.events import SCHEMA_VERSION, RunInfo
+
+IN_WORDS = {
+    "": "over the log alone",
+    "best": "in the cheapest world found",
+    "worst": "in the most expensive world found",
+    "drawn": "in a drawn world",
+}
+
+
+def write_replay_log(path: Path, ground: Ground, made: Replay, *, world: str = "", force: bool = False) -> None:
+    """Records a replay as MCAP.
+
+    Args:
+        world: "log" for the run over the log alone, or one of made.worlds.
+
+    Raises:
+        OutputExists: the file exists and force is not given.
+    """
+    evidence = ground.evidence
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with RunRecorder(
+        path,
+        info=replay_info(ground, made, world),
+        place=evidence.place,
+        task=evidence.task,
+        costs=evidence.costs,
+        force=force,
+    ) as recorder:
+        for event in made.worlds[world] if world else made.events:
+            recorder.record(event)
+
+
+def replay_info(ground: Ground, made: Replay, world: str = "") -> RunInfo:
+    """The identity of a replay: the run's, with another strategy and its origin."""
+    info = ground.evidence.info
+    code = revision()
+    identity = (ground.evidence.sha256, made.strategy, ground.draws, *([world] if world else []))
+    return msgspec.structs.replace(
+        info,
+        schema_version=SCHEMA_VERSION,
+        run_id=hashlib.sha256(" ".join(identity).encode()).hexdigest()[:12],
+        strategy=made.strategy,
+        estimator=ground.estimator.name,
+        source="replay",
+        origin_run=info.run_id,
+        origin_sha256=ground.evidence.sha256,
+        title=f"{made.strategy} {IN_WORDS[world]} of {info.run_id}: {info.title}".strip(": "),
+        code_version=__version__,
+        code_revision=code.commit,
+        code_dirty=code.dirty,
+    )

@@ -1,0 +1,339 @@
+"""Stored replays: one JSON file for each log and strategy, complete enough to compare without running again.
+
+The file's key covers everything that the result depends on; a replay with the same key is not repeated.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from replayers.counterfactual.estimates.intervals import finite
+from workbench import __version__
+from workbench.errors import FileMissing, MalformedFile, WrongKind
+from workbench.execution.events import Acted
+
+if TYPE_CHECKING:  # stored replays are read without importing what makes them
+    from replayers.counterfactual.bounds.bounds import Bounds
+    from replayers.counterfactual.durations import Durations
+    from replayers.counterfactual.prepared_log import Ground, Settings
+    from replayers.counterfactual.replay import Replay
+    from replayers.counterfactual.run_tree import Filled
+
+RECORD_VERSION = 5
+SUFFIX = ".replay.json"
+
+
+class StepRow(msgspec.Struct, frozen=True, kw_only=True):
+    """One action of the run over the log alone."""
+
+    index: int
+    decision: int
+    action: str
+    origin: str
+    target: str
+    items: tuple[str, ...]
+    cost: float
+    success: bool
+    support: str
+    seconds: float
+
+
+class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """What an open container answered, restricted to the types that still mattered."""
+
+    container: str
+    live: tuple[str, ...]
+    answer: tuple[str, ...]
+
+
+class StoredTold(msgspec.Struct, frozen=True, kw_only=True):
+    """What the run is charged, from least to most, in all worlds whose open containers answer so.
+
+    A most of None is no bound.
+    """
+
+    filled: tuple[StoredAnswer, ...]
+    least: float
+    most: float | None
+
+    @property
+    def at_most(self) -> float:
+        """most; infinite where there is no bound."""
+        return inf if self.most is None else self.most
+
+
+class _Versioned(msgspec.Struct, frozen=True):
+    version: int = 0
+
+
+class StoredDurations(msgspec.Struct, frozen=True, kw_only=True):
+    """Durations of actions as fitted to a robot's log: figures, root mean square residuals and samples of each
+    kind."""
+
+    move_s: float
+    metre_s: float
+    look_s: float
+    manipulation_s: float
+    residual_s: dict[str, float]
+    samples: dict[str, int]
+
+
+class StoredBounds(msgspec.Struct, frozen=True, kw_only=True):
+    """Bounds; upper is None where none is known, the found ones where no run was followed to its end."""
+
+    lower: float
+    upper: float | None
+    lower_proof: str
+    upper_proof: str
+    least_found: float | None
+    largest_found: float | None
+    complete: bool
+    can_fail: bool
+
+    @property
+    def at_most(self) -> float:
+        """upper; infinite where no upper bound is known."""
+        return inf if self.upper is None else self.upper
+
+
+class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
+    mean: float
+    ci95: tuple[float, float]
+    interval90: tuple[float, float]
+    interval90_mass: float
+    success: float
+    worlds: int
+
+
+class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
+    """One replay as it is kept.
+
+    Attributes:
+        key: everything that the answer depends on, hashed.
+        log, run_id, sha256, complete_log: which log.
+        place, place_sha256: which house, and its plan and travel costs hashed: two houses of one name that differ
+            are two houses.
+        source: simulation, spot, import: what was driven; a robot's seconds are predicted by its own speeds.
+        recorded_strategy, recorded_status, recorded_cost: what was driven.
+        reproduced: whether the recorded strategy, replayed, does what was recorded; None where it cannot be replayed
+            here. Where it does not, status is "not-reproduced" and nothing is claimed, unless other beliefs than the
+            run's were asked for.
+        seconds, seconds_rms, durations: predicted duration of the run over the log alone; for a robot's log by its
+            own speeds, with the root mean square error that their residuals leave.
+        steady_beliefs: what else lies in an open container cannot move the beliefs (docs/replay.md, Whose beliefs).
+        told: what is known of the cost in each group of worlds; all groups together are every consistent world.
+        if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
+            bounds hold without that.
+        imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
+        drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
+    """
+
+    version: int = RECORD_VERSION
+    key: str
+    log: str
+    run_id: str
+    sha256: str
+    complete_log: bool
+    place: str
+    place_sha256: str
+    scenario: str
+    source: str
+    recorded_strategy: str
+    recorded_status: str
+    recorded_cost: float | None
+    reproduced: bool | None
+    strategy: str
+    status: str
+    reason: str
+    unseen: str | None
+    exact: bool
+    cost: float | None
+    bounds: StoredBounds | None
+    estimate: StoredEstimate | None
+    support: dict[str, int]
+    searches: int
+    seconds: float
+    seconds_rms: float | None
+    durations: StoredDurations | None
+    true_cost: float | None
+    true_status: str | None
+    told: tuple[StoredTold, ...]
+    if_beliefs_stand: StoredBounds | None
+    drawn: tuple[float, ...]
+    draws: str
+    asked: tuple[str, ...]
+    steady_beliefs: bool
+    steps: tuple[StepRow, ...]
+    notes: tuple[str, ...]
+    imputed: tuple[str, ...] = ()
+
+
+def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
+    """A replay in the form in which it is stored."""
+    evidence = ground.evidence
+    outcome = ground.recorded
+    bounds = made.bounds
+    return StoredReplay(
+        key=key,
+        log=evidence.path,
+        run_id=evidence.info.run_id,
+        sha256=evidence.sha256,
+        complete_log=evidence.complete,
+        place=evidence.info.place,
+        place_sha256=ground.place_sha256,
+        scenario=evidence.info.scenario,
+        source=evidence.info.source,
+        recorded_strategy=evidence.info.strategy,
+        recorded_status=outcome.status if outcome else "cut off",
+        recorded_cost=outcome.cost if outcome else None,
+        reproduced=ground.reproduction.same,
+        strategy=made.strategy,
+        status=made.status.value,
+        reason=made.reason,
+        unseen=made.unseen,
+        exact=made.exact,
+        cost=made.cost,
+        bounds=_bounds(bounds) if bounds else None,
+        estimate=msgspec.convert(_fields(made.estimate), StoredEstimate) if made.estimate else None,
+        support=dict(made.support),
+        searches=made.searches,
+        seconds=made.seconds,
+        seconds_rms=ground.durations.spread_s(made.events) if ground.is_fitted else None,
+        durations=_durations(ground.durations) if ground.is_fitted else None,
+        true_cost=made.true_cost,
+        true_status=made.true_status,
+        told=tuple(
+            StoredTold(filled=_answers(group.filled), least=group.least, most=finite(group.most))
+            for group in (bounds.told if bounds else ())
+        ),
+        if_beliefs_stand=_bounds(made.if_beliefs_stand) if made.if_beliefs_stand else None,
+        drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
+        draws=ground.draws,
+        asked=made.asked,
+        steady_beliefs=ground.steady,
+        steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),
+        notes=made.notes,
+        imputed=evidence.imputed,
+    )
+
+
+def key_of(sha256: str, strategy: str, settings: Settings) -> str:
+    """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version."""
+    parts = (__version__, RECORD_VERSION, sha256, strategy, repr(settings))
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def path_of(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
+    """Where a replay is stored: one folder for each log, one file for each strategy."""
+    safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in strategy)
+    return folder / f"{_safe(run_id)}-{sha256[:8]}" / f"{safe}{SUFFIX}"
+
+
+def write_replay(path: Path, record: StoredReplay) -> None:
+    """Writes a replay atomically: concurrent readers see the old file or the new one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(f"{path.name}.{os.getpid()}.part")
+    aside.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=1))
+    os.replace(aside, path)
+
+
+def read_replay(path: Path) -> StoredReplay:
+    """Reads a stored replay.
+
+    Raises:
+        FileMissing: no such file.
+        MalformedFile: not a replay, or one of another version.
+    """
+    try:
+        data = path.read_bytes()
+        version = msgspec.json.decode(data, type=_Versioned).version
+        if version != RECORD_VERSION:
+            raise MalformedFile(
+                path,
+                f"a replay kept by another release (version {version}, this one writes {RECORD_VERSION})",
+                "Make it again: lios replay LOG -o DIR",
+            )
+        return msgspec.json.decode(data, type=StoredReplay)
+    except FileNotFoundError:
+        raise FileMissing(path) from None
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        raise MalformedFile(path, f"this is no kept replay ({error})", "Make it again: lios replay -o DIR") from error
+
+
+def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | None = None) -> Iterator[StoredReplay]:
+    """All replays stored in a folder, in the order of their paths.
+
+    Args:
+        on_skipped: called for a file that is not a replay or of another version; the others are read.
+
+    Raises:
+        FileMissing, WrongKind: no such folder, or a file.
+        MalformedFile: such a file, and on_skipped is not given.
+    """
+    if not folder.is_dir():
+        raise WrongKind(folder, needed="folder") if folder.exists() else FileMissing(folder)
+    for path in sorted(folder.rglob(f"*{SUFFIX}")):
+        try:
+            yield read_replay(path)
+        except MalformedFile as error:
+            if on_skipped is None:
+                raise
+            on_skipped(error)
+
+
+def _answers(filled: tuple[Filled, ...]) -> tuple[StoredAnswer, ...]:
+    return tuple(StoredAnswer(container=f.container, live=f.live, answer=f.answer) for f in filled)
+
+
+def _bounds(bounds: Bounds) -> StoredBounds:
+    return StoredBounds(
+        lower=bounds.lower,
+        upper=finite(bounds.upper),
+        lower_proof=bounds.lower_proof.value,
+        upper_proof=bounds.upper_proof.value,
+        least_found=finite(bounds.least_found),
+        largest_found=finite(bounds.largest_found),
+        complete=bounds.complete,
+        can_fail=bounds.can_fail,
+    )
+
+
+def _durations(fitted: Durations) -> StoredDurations:
+    return StoredDurations(
+        move_s=fitted.move_s,
+        metre_s=fitted.metre_s,
+        look_s=fitted.look_s,
+        manipulation_s=fitted.manipulation_s,
+        residual_s=dict(fitted.residual_s),
+        samples=dict(fitted.samples),
+    )
+
+
+def _fields(value: object) -> dict[str, object]:
+    return {name: getattr(value, name) for name in StoredEstimate.__struct_fields__}
+
+
+def _step(event: Acted) -> StepRow:
+    return StepRow(
+        index=event.index,
+        decision=event.decision,
+        action=event.step.action,
+        origin=event.step.origin,
+        target=event.step.target,
+        items=event.items,
+        cost=event.cost,
+        success=event.success,
+        support=event.support,
+        seconds=(event.stamp_ns - event.start_ns) / 1e9,
+    )
+
+
+def _safe(name: str) -> str:
+    return "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in name) or "run"

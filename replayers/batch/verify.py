@@ -1,0 +1,295 @@
+"""Verification: the recorded strategy runs again over its own log and is compared decision by decision.
+
+For a simulated run every observation, belief, find cost, plan and action must come out the same. For a robot's log
+the first divergence is named, and why: a container that was skipped, an operator's intervention, another belief.
+Stamps, ways and timings are not compared: they are the robot's, not the strategy's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+
+import msgspec
+
+from recorders.code_revision import revision
+from replayers.batch.recorded_strategy import known_here
+from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.logged_belief import RecordedBeliefs
+from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.run_tree import no_time
+from replayers.counterfactual.sandbox import Sandboxed, is_foreign
+from replayers.runs.run import Run
+from workbench import __version__
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.errors import LiosError, Unsupported
+from workbench.execution.events import Event
+from workbench.execution.loop import run_task
+from workbench.log_schema.codec import to_wire
+from workbench.log_schema.events import (
+    ActionFinished,
+    BeliefUpdate,
+    DomainEvent,
+    FindCosts,
+    Observation,
+    Outcome,
+    PlanComputed,
+)
+from workbench.planning.strategies import needs_truth, strategy
+from workbench.planning.strategy import Strategy
+from workbench.plugins import NameOrigin
+
+TOLERANCE = 2e-6
+"""Numbers closer than this are equal: the log rounds to six decimals."""
+
+NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note"})
+"""Fields that depend on the world or the machine, or are words for people; not compared."""
+
+MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
+"""The same for a robot's log: there the walked distance is measured, while a replay reads it off the map."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Divergence:
+    """Where a replay first differs from its log.
+
+    Attributes:
+        decision: in which decision; topic: in which kind of event; index: of how many events before.
+        field: which field differs; "event" when one side has an event that the other lacks.
+        logged, replayed: the two values, shortened.
+        why: the likely cause, in words.
+    """
+
+    decision: int
+    topic: str
+    index: int
+    field: str
+    logged: str
+    replayed: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verification:
+    """The result of a verification.
+
+    Attributes:
+        same: everything compared is the same.
+        decisions, events: how many were compared.
+        complete: the log holds its end; otherwise what it holds was compared.
+    """
+
+    same: bool
+    decisions: int
+    events: int
+    complete: bool
+    strategy: str
+    divergence: Divergence | None = None
+    notes: tuple[str, ...] = ()
+
+
+def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin.LOG) -> Verification:
+    """Runs the recorded strategy again and compares.
+
+    Args:
+        strategy_name: under which the recorded strategy is found here, where that is not the name in the log: logs
+            of "module:Class" hold what the planner calls itself.
+        origin: who gives strategy_name. The name in the log is the log's in any case.
+
+    Raises:
+        RecordedBySomebodyElse: the strategy is neither built in nor installed here.
+        UnknownName, NotFromLog: no strategy of the name given.
+        Unsupported: the oracle, and the log was read without its truth.
+    """
+    evidence = evidence_of(run)
+    name = strategy_name or known_here(run)
+    origin = origin if strategy_name else NameOrigin.LOG
+    if needs_truth(name):
+        return _compared(run, _with_truth(run, name, origin), ())
+    estimator, note = _believer(run, evidence)
+    notes = tuple(n for n in (*evidence.notes, note) if n)
+
+    def again(planner: Strategy) -> Iterator[Event]:
+        world = LoggedWorld(evidence, with_ways=False)
+        return run_task(
+            world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=no_time
+        )
+
+    if is_foreign(name, origin=origin):
+        with Sandboxed(name, origin=origin) as planner:
+            return _compared(run, tuple(again(planner)), notes)
+    return _compared(run, again(strategy(name, origin=origin)), notes)
+
+
+def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
+    """The estimator of the run, if it is available with the same weights; else its beliefs as logged."""
+    recorded = run.info.estimator
+    try:
+        found = estimator_named(recorded.partition("@")[0], origin=NameOrigin.LOG)
+    except LiosError:
+        found = None
+    if found is not None and found.name == recorded:
+        return found, ""
+    return RecordedBeliefs(evidence, run.beliefs), f"beliefs as logged: {recorded} is not here"
+
+
+def _with_truth(run: Run, name: str, origin: NameOrigin) -> Iterable[Event]:
+    from replayers.counterfactual.prepared_log import Settings, ground_of
+    from replayers.counterfactual.replay import in_truth
+
+    if run.truth is None:
+        raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
+    ground = ground_of(run, Settings(worlds=0, with_truth=True))
+    ground = replace(ground, estimator=_believer(run, ground.evidence)[0])
+    return in_truth(ground, strategy(name, origin=origin, house=ground.truth))
+
+
+def _compared(run: Run, events: Iterable[Event], notes: tuple[str, ...]) -> Verification:
+    logged = _in_order(run)
+    replayed = (wire for event in events for wire in to_wire(event) if type(wire) in _ORDER)
+    ignored = NOT_COMPARED if run.info.source in ("simulation", "replay") else MEASURED
+    count, decisions = 0, 0
+    for index, (was, now) in enumerate(zip_longest(logged, replayed)):
+        if was is None and run.outcome is None:
+            break
+        divergence = _difference(was, now, index, ignored, _recorded_by(run))
+        if divergence is not None:
+            return Verification(
+                same=False,
+                decisions=decisions,
+                events=count,
+                complete=run.complete,
+                strategy=run.info.strategy,
+                divergence=divergence,
+                notes=notes,
+            )
+        count += 1
+        decisions += isinstance(was, PlanComputed)
+    return Verification(
+        same=True, decisions=decisions, events=count, complete=run.complete, strategy=run.info.strategy, notes=notes
+    )
+
+
+_ORDER: dict[type[DomainEvent], int] = {
+    BeliefUpdate: 0,
+    FindCosts: 1,
+    PlanComputed: 2,
+    ActionFinished: 3,
+    Observation: 4,
+    Outcome: 5,
+}
+
+
+def _in_order(run: Run) -> list[DomainEvent]:
+    """The log's events in the order of the loop: by decision, then as the loop yields them."""
+    start = sorted((o for o in run.observations if o.known_at_start), key=lambda o: o.container)
+    rest: list[tuple[tuple[int, int, int, int], DomainEvent]] = []
+    for group in (run.beliefs, run.find_costs, run.plans):
+        rest += [((e.decision, 0, 0, _ORDER[type(e)]), e) for e in group]
+    rest += [((a.decision, 1, a.stamp.ns, 2 * a.index), a) for a in run.actions]
+    searched = {(a.decision, a.target): a.index for a in run.actions if a.action == "search"}
+    for o in run.observations:
+        if not o.known_at_start:
+            after = searched.get((o.decision, o.container), len(run.actions))
+            rest.append(((o.decision, 1, o.stamp.ns, 2 * after + 1), o))
+    rest.sort(key=lambda pair: pair[0])
+    end = [run.outcome] if run.outcome is not None else []
+    return [*start, *(event for _, event in rest), *end]
+
+
+def _recorded_by(run: Run) -> str:
+    """The code version that made the log, if it differs from this one; empty otherwise."""
+    here = revision()
+    if (run.info.code_revision, run.info.code_version) == (here.commit, __version__) and not run.info.code_dirty:
+        return ""
+    then = f"{run.info.code_version} {run.info.code_revision[:10]}".strip() or "another release"
+    return f" (recorded by {then}{' with changes' if run.info.code_dirty else ''})"
+
+
+def _difference(
+    was: DomainEvent | None, now: DomainEvent | None, index: int, ignored: frozenset[str], recorded_by: str
+) -> Divergence | None:
+    if was is None or now is None or type(was) is not type(now):
+        both = [event for event in (was, now) if event is not None]
+        return Divergence(
+            decision=min(int(getattr(event, "decision", 0)) for event in both),
+            topic=type(both[0]).__name__,
+            index=index,
+            field="event",
+            logged=_short(was),
+            replayed=_short(now),
+            why=_why(was, now, "event", recorded_by),
+        )
+    before, after = msgspec.to_builtins(was), msgspec.to_builtins(now)
+    for name in before:
+        ignore = ignored if isinstance(was, ActionFinished | Outcome) else NOT_COMPARED
+        if name not in ignore and not _same(before[name], after[name]):
+            return Divergence(
+                decision=int(getattr(was, "decision", 0)),
+                topic=type(was).__name__,
+                index=index,
+                field=name,
+                logged=_shortened(before[name]),
+                replayed=_shortened(after[name]),
+                why=_why(was, now, name, recorded_by),
+            )
+    return None
+
+
+def _why(was: DomainEvent | None, now: DomainEvent | None, field: str, recorded_by: str) -> str:
+    """The likely cause of a divergence, from what differs."""
+    if was is None:
+        return "the log ends here; the strategy would have gone on"
+    if now is None:
+        return "the strategy ends here; the robot went on (an operator, or another strategy)"
+    if isinstance(now, Outcome) and now.status == "undetermined":
+        return f"the strategy looks into {now.unseen}, which the robot skipped"
+    if isinstance(was, ActionFinished) and not was.success:
+        return f"the robot's {was.action} failed: {was.reason or 'no reason logged'}"
+    if isinstance(was, ActionFinished) and isinstance(now, ActionFinished):
+        return f"the robot did '{was.action} {was.target}' where the strategy does '{now.action} {now.target}'"
+    if isinstance(was, BeliefUpdate):
+        return f"the beliefs differ: another estimator, or other weights{recorded_by}"
+    if isinstance(was, PlanComputed) and isinstance(now, PlanComputed) and _same_step(was, now):
+        return f"the same next step from different figures ({field}): other code, weights or solver{recorded_by}"
+    if isinstance(was, FindCosts | PlanComputed):
+        return f"the strategy decides differently ({field}): other code, weights or solver{recorded_by}"
+    return f"the {field} differs"
+
+
+def _same_step(was: PlanComputed, now: PlanComputed) -> bool:
+    """Whether two plans begin alike: the same first step, and the same first look of its find."""
+
+    def first(plan: PlanComputed) -> tuple[object, ...]:
+        step = plan.steps[0] if plan.steps else None
+        look = plan.search_order[0].container if plan.search_order else None
+        return (step.action, step.target, step.items, look) if step else ()
+
+    return first(was) == first(now)
+
+
+def _same(a: object, b: object) -> bool:
+    if isinstance(a, float | int) and isinstance(b, float | int) and not isinstance(a, bool):
+        return abs(a - b) <= TOLERANCE * max(1.0, abs(a))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_same(a[k], b[k]) for k in a)
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        return len(a) == len(b) and all(_same(x, y) for x, y in zip(a, b, strict=True))
+    return a == b
+
+
+def _short(event: DomainEvent | None) -> str:
+    if event is None:
+        return "nothing"
+    if isinstance(event, ActionFinished):
+        return f"{event.action} {event.target}"
+    if isinstance(event, Outcome):
+        return f"the end: {event.status}"
+    return type(event).__name__
+
+
+def _shortened(value: object) -> str:
+    text = msgspec.json.encode(value).decode()
+    return text if len(text) <= 100 else text[:97] + "..."

@@ -1,0 +1,242 @@
+"""Which branches settle the least and the largest cost over every world that agrees with the log?
+
+Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
+outside where nobody has been yet (lower_bound.py, upper_bound.py), and from its children otherwise. The search
+goes where the interval of the whole can still shrink: down the branch that could be cheapest, then down the branch
+that could be dearest. When the budget is spent, the intervals that are left are bounds all the same, and the result
+says which side is exact.
+
+Where beliefs follow all that is seen (unfolding.Unfolding.certain), a run that goes by them is not followed beyond
+its first open container: what else lay there would have moved them, and nobody can list that. Its interval from
+outside holds whatever is believed. Where the log rounded beliefs, the same holds from the start on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from math import inf
+from typing import Literal, final
+
+from replayers.counterfactual.bounds.bounds import MOST_TOLD, NEAR, Bounds, Budget, Proof
+from replayers.counterfactual.bounds.search_cache import Memory
+from replayers.counterfactual.bounds.state_bounds import FromOutside
+from replayers.counterfactual.estimates.intervals import Interval
+from replayers.counterfactual.relevance import Answer
+from replayers.counterfactual.run_tree import Filled, Leaf, Node, Question, Told, Unfolding
+
+Side = Literal["low", "high"]
+
+
+def bounds_of(
+    tree: Unfolding, *, budget: Budget, whatever_is_believed: bool = True, memory: Memory | None = None
+) -> Bounds:
+    """The bounds of a strategy's cost over one log.
+
+    Args:
+        whatever_is_believed: follow a run only as far as it does not depend on what else open containers hold;
+            otherwise assume that they hold nothing but the task's types.
+        memory: cache of the searches over one log; strategies may share it.
+    """
+    outside = (memory if memory is not None else Memory()).outside(
+        tree.evidence,
+        tree.relevance,
+        nearest_first=tree.nearest_first,
+        empty_handed=tree.empty_handed,
+    )
+    return Settling(tree, budget, outside, only_certain=whatever_is_believed).bounds()
+
+
+@final
+class Settling:
+    """One branch-and-bound search for both ends of the interval."""
+
+    def __init__(self, tree: Unfolding, budget: Budget, outside: FromOutside, *, only_certain: bool) -> None:
+        self._tree = tree
+        self._only_certain = only_certain
+        self._is_straight = True
+        self._budget = budget
+        self._failure = tree.evidence.task.failure_cost
+        self._outside = outside
+        self._most = outside.most
+        self._intervals: dict[Node, Interval] = {}
+        self._others: dict[Node, Interval] = {}
+        self._followed: set[Node] = set()
+        self._waiting: dict[Node, float] = {}  # with the most that each can cost, by the first path to it
+
+    def bounds(self) -> Bounds:
+        root = self._tree.root
+        self._expand(root)
+        began = self._tree.stretches
+        while not self._intervals[root].spent:
+            spent = self._tree.stretches - began
+            side = self._open_side()
+            if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
+                break
+            if side == "high" and self._could_be_dearest() > self._budget.stretches - spent:
+                break  # the maximum is certain only when each of these was followed: not worth trying
+            self._deepen(side)
+        return self._result()
+
+    def _open_side(self) -> Side | None:
+        """The end of the root's interval that is not settled; of two, the one with the larger gap."""
+        whole = self._intervals[self._tree.root]
+        below = whole.least_found(0, self._failure) - whole.lower(0, self._failure)
+        above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
+        if max(below, above) <= NEAR:
+            return None
+        if below > NEAR and (self._tree.stretches % 2 or above <= NEAR):
+            return "low"
+        return "high" if above > NEAR else "low"
+
+    def _could_be_dearest(self) -> int:
+        """How many unexplored branches could cost more than the largest cost found (by the first path to each)."""
+        largest = self._intervals[self._tree.root].largest_found(0, self._failure)
+        return sum([most > largest + NEAR for most in self._waiting.values()])
+
+    def _deepen(self, side: Side | None) -> None:
+        """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
+        up."""
+        node, cost, way = self._tree.root, 0.0, list[Node]()
+        while node in self._followed:
+            way.append(node)
+            stretch = self._tree.advance(node)
+            if stretch.question is None or not self._opened(node):
+                break
+            cost += stretch.cost
+            node = self._tree.child(node, self._choice(node, stretch.question, side, cost))
+        self._expand(node)
+        for passed in reversed(way):
+            self._gather(passed)
+
+    def _choice(self, node: Node, question: Question, side: Side | None, cost: float) -> Answer:
+        """The answer whose branch decides an end of the root's interval."""
+        below = {a: self._intervals[node.children[a]] for a in question.options}
+        left = [a for a in question.options if not below[a].spent]
+        among = left or list(question.options)
+        if side == "low":
+            return min(among, key=lambda a: below[a].lower(cost, self._failure))
+        if side == "high":
+            return max(among, key=lambda a: below[a].upper(cost, self._failure))
+        return among[0]
+
+    def _expand(self, node: Node) -> None:
+        """Runs on from a node and gives its children outer bounds."""
+        if node in self._followed:
+            return
+        self._followed.add(node)
+        self._waiting.pop(node, None)
+        before = self._intervals.get(node)
+        if not self._opened(node):
+            if before is None:  # the start: beliefs that were rounded decide from there on
+                before = self._intervals[node] = self._outside.interval(node.knowledge)
+            before.spent = True
+            return
+        stretch = self._tree.advance(node)
+        question = stretch.question
+        if question is None:
+            self._intervals[node] = Interval.at_end(stretch.cost, done=stretch.done)
+        else:
+            self._is_straight = self._is_straight and not self._most.nothing_missing(question.knowledge)
+            for answer in question.options:
+                child = self._tree.child(node, answer)
+                if child not in self._intervals:
+                    interval = self._intervals[child] = self._outside.interval(child.knowledge)
+                    self._waiting[child] = interval.upper(child.cost, self._failure)
+            if question.others:
+                self._others[node] = self._outside.interval(question.knowledge)
+                self._others[node].spent = True
+            self._gather(node)
+        after = self._intervals[node]
+        if before is not None and (after.found_high > before.high + NEAR or (after.fails and not before.may_fail)):
+            self._is_straight = False
+
+    def _gather(self, node: Node) -> None:
+        """A node's interval from those of its children."""
+        stretch = self._tree.advance(node)
+        question = stretch.question
+        if question is None or not self._opened(node):
+            return
+        cost = stretch.cost
+        below = [self._intervals[node.children[a]] for a in question.options]
+        below += [self._others[node]] if question.others else []
+        self._intervals[node] = Interval.over(below, cost)
+
+    def _reaching(self, side: Side) -> Leaf | None:
+        """A run end with the least, or the greatest, cost found."""
+
+        def choose(question: Question) -> Answer:
+            nonlocal node, cost
+            cost += self._tree.advance(node).cost
+            below = {a: self._intervals[node.children[a]] for a in question.options}
+            answer = (
+                min(question.options, key=lambda a: below[a].least_found(cost, self._failure))
+                if side == "low"
+                else max(question.options, key=lambda a: below[a].largest_found(cost, self._failure))
+            )
+            node = self._tree.child(node, answer)
+            return answer
+
+        node, cost = self._tree.root, 0.0
+        whole = self._intervals[node]
+        if not whole.fails and whole.found_low == inf:
+            return None
+        return self._tree.follow(choose)
+
+    def _told(self) -> Iterator[Told]:
+        """The bounds of the cost for each group of worlds."""
+        waiting: list[tuple[Node, float, tuple[Filled, ...]]] = [(self._tree.root, 0.0, ())]
+        while waiting:
+            node, cost, filled = waiting.pop()
+            open_node = node in self._followed and self._opened(node)
+            question = self._tree.advance(node).question if open_node else None
+            if question is None:
+                yield self._group(self._intervals[node], cost, filled)
+                continue
+            cost += self._tree.advance(node).cost
+            if question.others:
+                yield self._group(self._others[node], cost, filled)
+            for answer in reversed(question.options):
+                told = Filled(container=question.container, live=question.live, answer=answer)
+                waiting.append((node.children[answer], cost, (*filled, told)))
+
+    def _opened(self, node: Node) -> bool:
+        """Whether the search may continue below a node."""
+        return not (self._only_certain and not self._tree.certain(node))
+
+    def _group(self, interval: Interval, cost: float, filled: tuple[Filled, ...]) -> Told:
+        lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)
+        if not interval.whole and not self._straight:
+            lower = min(lower, self._failure)
+            upper = inf
+        return Told(filled=filled, least=lower, most=upper)
+
+    @property
+    def _straight(self) -> bool:
+        picks = self._tree.largest_picks <= self._most.most_picks
+        return self._most.fits_straight and picks and self._is_straight
+
+    def _result(self) -> Bounds:
+        whole, failure = self._intervals[self._tree.root], self._failure
+        lower, upper = whole.lower(0, failure), whole.upper(0, failure)
+        least, largest = whole.least_found(0, failure), whole.largest_found(0, failure)
+        straight = self._straight
+        if not whole.whole and not straight:
+            upper = inf
+            lower = min(lower, failure)
+        told = tuple(islice(self._told(), MOST_TOLD + 1))
+        above = Proof.NONE if upper == inf else Proof.STRAIGHT
+        return Bounds(
+            lower=least if least - lower <= NEAR else lower,
+            upper=largest if upper - largest <= NEAR else upper,
+            lower_proof=Proof.EXACT if least - lower <= NEAR else Proof.OUTER,
+            upper_proof=Proof.EXACT if upper - largest <= NEAR else above,
+            least_found=least,
+            largest_found=largest,
+            complete=whole.whole,
+            stretches=self._tree.stretches,
+            can_fail=whole.fails,
+            cheapest=self._reaching("low"),
+            dearest=self._reaching("high"),
+            told=told if len(told) <= MOST_TOLD else (),
+        )

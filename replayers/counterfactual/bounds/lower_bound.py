@@ -1,0 +1,150 @@
+"""A lower bound: the least that must still be paid to meet the goal in any world that is consistent with the log.
+
+It holds for every strategy: each missing delivery must at least be carried from the best place where its item can be.
+Travel costs are the shortest paths over the logged costs, so that the bound also holds where a logged matrix violates
+the triangle inequality. Infinite where no world can meet the goal any more: the run then fails.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable
+from math import inf
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.relevance import Relevance
+from workbench.execution.goal_check import is_met
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
+from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+Containers = tuple[ContainerId, ...]
+
+MOST_PARTS = 50_000
+"""Bounds of single parts in the cache; beyond this, it is cleared."""
+
+ROUNDING = 1e-12
+"""Relative slack: sums of legs in another order must not exceed a bound by rounding."""
+
+
+@final
+class StillToWalk:
+    """The lower bound for one log and one task, in metres and their equivalents."""
+
+    def __init__(self, evidence: Evidence, relevance: Relevance) -> None:
+        travel = evidence.place.travel
+        self._evidence = evidence
+        self._relevance = relevance
+        self._index = {name: i for i, name in enumerate(travel.locations)}
+        self._metres = shortest_metres(np.asarray(travel.metres))
+        self._handle = evidence.costs.manipulation
+        self._may = frozenset(relevance.types)
+        self._open = tuple(LocationId(c) for c in evidence.open)
+        self._unknown: Containers = (*evidence.contents, *evidence.open)
+        self._parts: dict[Hashable, tuple[float, float]] = {}
+        self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
+        for container, items in evidence.contents.items():
+            for item in items:
+                self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
+
+    def from_here(self, knowledge: Knowledge) -> float:
+        """The least that is still to pay from a state on; infinite when the goal cannot be met any more."""
+        left = tuple([c for c in self._unknown if c not in knowledge.first_seen])
+        return self._least(self._evidence.task.goal, knowledge, left)
+
+    def certainly_possible(self, knowledge: Knowledge) -> bool:
+        """Whether every world that is consistent with the log still has, within reach, all that the goal needs."""
+        return self._certain(self._evidence.task.goal, knowledge, Counter())
+
+    def _least(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
+        """left: containers that this run has not looked into yet."""
+        if isinstance(goal, AnyOf):
+            return min((self._least(part, knowledge, left) for part in goal.parts), default=0.0)
+        if isinstance(goal, AllOf):
+            parts = [self._least(part, knowledge, left) for part in goal.parts]
+            return max([*parts, sum(self._carried(part, knowledge, left) for part in goal.parts)], default=0.0)
+        return self._alone(goal, knowledge, left)[0]
+
+    def _carried(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
+        """Loaded metres and manipulations of one part alone; those of different parts add up, since there is one
+        hand."""
+        return self._alone(goal, knowledge, left)[1] if isinstance(goal, Delivered) else 0.0
+
+    def _alone(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
+        """The least that one part alone costs from here, and the loaded share of it. Siblings differ in few parts."""
+        held = knowledge.holding is not None and knowledge.holding.type == part.item_type
+        key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left
+        found = self._parts.get(key)
+        if found is None:
+            if len(self._parts) >= MOST_PARTS:
+                self._parts.clear()
+            found = self._parts[key] = self._bound(part, knowledge, held=held)
+        return found
+
+    def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
+        if is_met(part, knowledge):
+            return 0.0, 0.0
+        here, to = self._index.get(knowledge.robot_at), self._index.get(part.at)
+        if here is None or to is None:
+            return inf, inf
+        place = self._handle if isinstance(part, Delivered) else 0.0
+        if held:
+            return float(self._metres[here, to]) + place, self._handle
+        at = self._sources(part.item_type, knowledge)
+        if not len(at):
+            return inf, inf
+        least = float((self._metres[here, at] + self._metres[at, to]).min()) + self._handle + place
+        if isinstance(part, Delivered) and to in at:
+            return min(least, float(self._metres[here, to])), 0.0
+        return least, float(self._metres[at, to].min()) + 2 * self._handle
+
+    def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
+        """Where an instance may stand: known, shown by the log, or in a container that is still open."""
+        places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
+        places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
+        if item_type in self._may:
+            places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
+        return np.array([self._index[p] for p in places if p in self._index], dtype=np.intp)
+
+    def _told(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
+        """Instances that the log shows in containers that this run has not searched yet."""
+        return tuple(
+            (at, item)
+            for at, container, item in self._logged.get(item_type, ())
+            if container not in knowledge.first_seen
+        )
+
+    def _certain(self, goal: Goal, knowledge: Knowledge, taken: Counter[ItemType]) -> bool:
+        """Parts of an AllOf need an instance each; the first part to be asked takes the first."""
+        if isinstance(goal, AnyOf):
+            return any(self._certain(part, knowledge, taken.copy()) for part in goal.parts)
+        if isinstance(goal, AllOf):
+            return all(self._certain(part, knowledge, taken) for part in goal.parts)
+        if (isinstance(goal, Delivered) and goal.properties) or goal.at not in self._index:
+            return False
+        taken[goal.item_type] += 1
+        return taken[goal.item_type] <= self._certain_instances(goal.item_type, knowledge)
+
+    def _certain_instances(self, item_type: ItemType, knowledge: Knowledge) -> int:
+        stuck, barred = self._evidence.stuck, self._evidence.barred
+        held = knowledge.holding is not None and knowledge.holding.type == item_type
+        places = (*((at, item.id) for at, item in knowledge.where(item_type)), *self._told(item_type, knowledge))
+        within_reach = [i for at, i in places if at in self._index and at not in barred and i not in stuck]
+        count = len(within_reach) + held
+        if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
+            return int(any(c not in knowledge.first_seen for c in self._open))
+        return count
+
+
+def shortest_metres(metres: Floats) -> Floats:
+    """All-pairs shortest path lengths in metres: at most the logged costs, and a metric (Floyd-Warshall)."""
+    found = np.array(metres, dtype=np.float64)
+    for via in range(len(found)):
+        np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
+    return found * (1 - ROUNDING)

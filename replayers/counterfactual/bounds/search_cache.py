@@ -1,0 +1,115 @@
+"""Caches of the searches over one log, each computed once and shared by all strategies.
+
+Thousands of branches differ in what was found and where it was brought, yet request the same search: the same item
+type, from the same place to the same place, among the same containers with the same probabilities. A policy's answer
+depends on its query alone, so that caching changes no result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import final
+
+from replayers.counterfactual.bounds.state_bounds import FromOutside
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.relevance import Relevance
+from workbench.beliefs.belief import Belief
+from workbench.planning.find_pricing import FindPricing, FindQuestion
+from workbench.search.find_costs import FindCosts, SearchStop
+from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
+from workbench.worlds.house import ContainerId, LocationId
+
+MOST_REMEMBERED = 20_000
+"""Searches in the cache; beyond this, it is cleared."""
+
+Order = tuple[SearchStop, ...]
+
+
+@final
+@dataclass(slots=True)
+class Memory:
+    """The cache of searches over one log: its travel costs are the same for every query."""
+
+    orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
+    firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
+    prices: dict[Hashable, FindCosts] = field(default_factory=dict[Hashable, FindCosts])
+    outsides: dict[Hashable, FromOutside] = field(default_factory=dict[Hashable, FromOutside])
+
+    def outside(
+        self,
+        evidence: Evidence,
+        relevance: Relevance,
+        *,
+        nearest_first: bool,
+        empty_handed: bool,
+    ) -> FromOutside:
+        """The outer bounds over the log, cached for every kind of strategy."""
+        key = (relevance.types, nearest_first, empty_handed)
+        if key not in self.outsides:
+            self.outsides[key] = FromOutside(
+                evidence, relevance, nearest_first=nearest_first, empty_handed=empty_handed
+            )
+        return self.outsides[key]
+
+    def forget_if_full(self) -> None:
+        if len(self.orders) + len(self.firsts) + len(self.prices) >= MOST_REMEMBERED:
+            self.orders.clear()
+            self.firsts.clear()
+            self.prices.clear()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Remembered:
+    """A policy that computes each search once."""
+
+    policy: SearchPolicy
+    memory: Memory
+
+    @property
+    def name(self) -> str:
+        return self.policy.name
+
+    def order(self, query: SearchQuery) -> Order:
+        key = self._key(query)
+        found = self.memory.orders.get(key)
+        if found is None:
+            self.memory.forget_if_full()
+            found = self.memory.orders[key] = self.policy.order(query)
+        return found
+
+    def first(self, query: SearchQuery) -> ContainerId | None:
+        """Where the policy looks first."""
+        key = self._key(query)
+        if key not in self.memory.firsts:
+            self.memory.forget_if_full()
+            self.memory.firsts[key] = first_stop(self.policy, query)
+        return self.memory.firsts[key]
+
+    def _key(self, query: SearchQuery) -> Hashable:
+        belief = query.belief
+        chances = belief.of(query.item_type).tobytes()
+        return (self.policy, query.item_type, query.origin, query.target, belief.containers, chances, query.costs)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RememberedPricing:
+    """A find cost that computes each table once."""
+
+    pricing: FindPricing
+    memory: Memory
+
+    def price(self, question: FindQuestion) -> FindCosts:
+        belief = question.belief
+        about = (belief.item_types, belief.containers, belief.probability.tobytes(), belief.estimator)
+        key = (self.pricing, about, tuple(question.origins), tuple(question.targets), question.costs)
+        found = self.memory.prices.get(key)
+        if found is None:
+            self.memory.forget_if_full()
+            found = self.memory.prices[key] = self.pricing.price(question)
+        return found
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return self.pricing.meeting_places(belief)

@@ -1,0 +1,70 @@
+"""Bounds of the cost from a state on without running the strategy, cached for each state.
+
+The lower bound is what must still be paid in the luckiest world, the upper bound what can still be paid in the
+unluckiest. Both depend only on what is known of the goal's items and on which containers are left, so that strategies
+over one log that reach the same state share them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from math import inf
+from typing import final
+
+from replayers.counterfactual.bounds.lower_bound import StillToWalk
+from replayers.counterfactual.bounds.upper_bound import MostToWalk
+from replayers.counterfactual.estimates.intervals import Interval
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.relevance import Relevance
+from workbench.planning.tasks import goal_types
+from workbench.worlds.knowledge import Knowledge
+
+MOST_STATES = 20_000
+"""Entries in the cache; beyond this, it is cleared."""
+
+
+@final
+class FromOutside:
+    """The bounds for one log, one task and one kind of strategy; arguments as for MostToWalk and StillToWalk.
+
+    Attributes:
+        least, most: the lower and the upper bound.
+    """
+
+    def __init__(
+        self,
+        evidence: Evidence,
+        relevance: Relevance,
+        *,
+        nearest_first: bool = False,
+        empty_handed: bool = False,
+    ) -> None:
+        self.least = StillToWalk(evidence, relevance)
+        self.most = MostToWalk(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
+        self._types = goal_types(evidence.task.goal)
+        self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
+        self._bounded: dict[Hashable, tuple[float, float, bool]] = {}
+
+    def interval(self, knowledge: Knowledge) -> Interval:
+        """Bounds of the cost from a state on."""
+        key = self._key(knowledge)
+        found = self._bounded.get(key)
+        if found is None:
+            if len(self._bounded) >= MOST_STATES:
+                self._bounded.clear()
+            found = self._bounded[key] = self._bound(knowledge)
+        low, high, certain = found
+        return Interval(low, high, may_fail=not certain)
+
+    def _bound(self, knowledge: Knowledge) -> tuple[float, float, bool]:
+        """From below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
+        low = self.least.from_here(knowledge)
+        if not self.most.fits_straight:
+            return low, inf, False
+        return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)
+
+    def _key(self, knowledge: Knowledge) -> Hashable:
+        """Everything in a state that the two bounds depend on."""
+        left = tuple([c for c in self._searchable if c not in knowledge.first_seen])
+        stand = tuple([knowledge.where(t) for t in self._types])
+        return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts

@@ -1,0 +1,189 @@
+"""What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
+
+The bounds hold for strategies that go *straight*: besides looks they only fetch what a part of the goal asks for and
+bring it there, each part once; they look only while something is missing; and they do not give up while all that is
+needed can be found. Every run that is explored is checked against that; a strategy that breaks it has no upper bound.
+A closer one is for those that look into the nearest container first (nearest_legs).
+
+Where things are to be prepared there is no such bound. After every look a cook may change its mind about what to
+prepare, with what, and where, and carry things once more: nothing that is known of a strategy says how often.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.counterfactual.bounds.max_assignment import dearest_pairs
+from replayers.counterfactual.estimates.complete_linkage import merge_widths
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.relevance import most_instances
+from workbench.execution.goal_check import is_met
+from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
+from workbench.worlds.house import ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge
+
+Floats = npt.NDArray[np.float64]
+
+
+@final
+class MostToWalk:
+    """The upper bounds for one log and one task, in metres and their equivalents.
+
+    Args:
+        nearest_first: for a strategy whose looks go to the nearest unsearched container.
+        empty_handed: for one that looks only with an empty hand; others may look on the way with what they fetched.
+    """
+
+    def __init__(self, evidence: Evidence, *, nearest_first: bool = False, empty_handed: bool = False) -> None:
+        travel = evidence.place.travel
+        self._metres: Floats = np.asarray(travel.metres)
+        self._index = {name: i for i, name in enumerate(travel.locations)}
+        self._costs = evidence.costs
+        self._goal = evidence.task.goal
+        self._nearest_first = nearest_first
+        self._empty_handed = empty_handed
+        self._stuck, self._barred = evidence.stuck, evidence.barred
+        self._one_way = not _has_ways(self._goal)
+        self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
+        self._parts = _leaves(self._goal)
+        self._wanted = Counter(part.item_type for part in self._parts)
+        self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
+        self.fits_straight = _plain(self._goal)
+        self.most_picks = most_instances(self._goal)
+
+    def nothing_missing(self, knowledge: Knowledge) -> bool:
+        """Whether a distinct reachable instance is known for every part that is left: no look is needed."""
+        return self._all_known(self._left(knowledge), knowledge)
+
+    def going_straight(self, knowledge: Knowledge) -> float:
+        """For strategies that go straight, from a state on: every look that is left, and every fetch.
+
+        Such a run is a chain of legs: into a container to look, to an item to pick it, to a place to bring it. A leg
+        to a look or to an item starts where the leg before ended: here, at a look (each is made once), where a part
+        was brought (once a part), or, with the hand full, where an item stood (once a part). So the most
+        expensive assignment of distinct starts to these legs bounds their sum from above (an assignment problem); the
+        most expensive delivery of each part is added.
+        """
+        left = self._left(knowledge)
+        looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
+        if self._all_known(left, knowledge):
+            looks = []
+        parts = [part for part in left if part.at in self._index]
+        stand = [self._stand(part, knowledge) for part in parts]
+        here = [self._index[knowledge.robot_at]] if knowledge.robot_at in self._index else []
+        ends = [self._index[part.at] for part in parts]
+        starts = [*here, *looks, *ends]
+        if not starts:
+            return 0.0
+        among = self._metres[starts]
+        fetches = min(self.most_picks, len(parts))
+        stood = sorted({at for places in stand for at in places}.difference(looks))
+        if stood and not self._empty_handed:
+            among = np.vstack([among, *[self._metres[stood].max(axis=0)] * fetches])
+        into_looks = among[:, looks]
+        to_looks = into_looks.max(axis=1, initial=0.0)
+        to_items = [np.maximum(to_looks, among[:, at].max(axis=1)) if at else to_looks for at in stand]
+        from_looks = self._metres[np.ix_(looks, ends)].max(axis=0, initial=0.0).tolist()
+        brought = [
+            max([far, *(float(self._metres[at, end]) for at in places)])
+            for far, end, places in zip(from_looks, ends, stand, strict=True)
+        ]
+        carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
+        to_fetch = np.reshape(_dearest(to_items, fetches), (-1, len(among)))
+        legs = _dearest_legs(np.concatenate([into_looks.T, to_fetch]))
+        if self._nearest_first and looks:
+            into = self._nearest_legs(tuple(looks), (*here, *ends))
+            fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
+            legs = min(legs, into + fetched)
+        return legs + self._costs.search * len(looks) + carried
+
+    def _left(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
+        """The parts of the goal that are not met."""
+        return tuple([part for part in self._parts if not is_met(part, knowledge)])
+
+    def _all_known(self, left: tuple[Delivered | Holding, ...], knowledge: Knowledge) -> bool:
+        types = {part.item_type for part in left}
+        return self._one_way and all(self._known(t, knowledge) >= self._wanted[t] for t in types)
+
+    def _nearest_legs(self, looks: tuple[int, ...], starts: tuple[int, ...]) -> float:
+        """nearest_legs, cached for states that differ only in what was found where."""
+        key = looks, starts
+        if key not in self._into:
+            self._into[key] = nearest_legs(self._metres, list(looks), list(starts))
+        return self._into[key]
+
+    def _known(self, item_type: ItemType, knowledge: Knowledge) -> int:
+        held = knowledge.holding is not None and knowledge.holding.type == item_type
+        places = knowledge.where(item_type)
+        return held + sum(
+            at in self._index and at not in self._barred and item.id not in self._stuck for at, item in places
+        )
+
+    def _stand(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:
+        """Where an instance for a part is known to stand or is in hand; others may be in any container that is
+        left."""
+        held = knowledge.holding is not None and knowledge.holding.type == part.item_type
+        places = [at for at, _ in knowledge.where(part.item_type)]
+        places += [knowledge.robot_at] if held else []
+        return list(dict.fromkeys(self._index[at] for at in places if at in self._index))
+
+
+def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
+    """The most metres that looks can take if each goes to the nearest place left, in any number of runs of looks.
+
+    Of two looks, the leg that leaves the earlier is no longer than the distance between them, since the later place
+    was still left. So looks whose next leg is longer than t are more than t apart from one another, and lie in
+    distinct clusters wherever no cluster is wider than t (complete linkage). Integrated over t, all legs that leave
+    looks sum to at most the diameters of the merges plus the largest distance; legs from elsewhere are added, each to
+    the farthest look. (Nearest-neighbour tours are bounded alike: Rosenkrantz, Stearns and Lewis, SIAM J. Comput. 6,
+    1977.)
+
+    Args:
+        looks: indices of the places that are left.
+        starts: indices of the other places from which a leg to a look can begin, each once.
+    """
+    if not looks:
+        return 0.0
+    from_elsewhere = float(metres[np.ix_(starts, looks)].max(axis=1).sum())
+    if len(looks) < 2:
+        return from_elsewhere
+    between = metres[np.ix_(looks, looks)]
+    widths = merge_widths(np.maximum(between, between.T))
+    return from_elsewhere + float(widths[1:].sum() + widths[-1])  # no leg leaves the last look: not widths[0]
+
+
+def _dearest_legs(legs: Floats) -> float:
+    """The most expensive assignment of distinct starts (columns) to legs (rows)."""
+    if not legs.size:
+        return 0.0
+    rows, columns = dearest_pairs(legs)
+    return float(legs[rows, columns].sum())
+
+
+def _dearest(to_items: list[Floats], count: int) -> list[Floats]:
+    """For `count` fetches of any of the parts: the most expensive way to an item from each start, so many times."""
+    if len(to_items) <= count:
+        return to_items
+    return [np.max(to_items, axis=0)] * count
+
+
+def _plain(goal: Goal) -> bool:
+    """Whether there are only deliveries and finds: without preparation, each part needs one fetch."""
+    return all(isinstance(leaf, Holding) or not leaf.properties for leaf in _leaves(goal))
+
+
+def _has_ways(goal: Goal) -> bool:
+    """Whether the goal has alternatives: then a strategy may seek one item though another is known."""
+    if isinstance(goal, AllOf):
+        return any(_has_ways(part) for part in goal.parts)
+    return isinstance(goal, AnyOf)
+
+
+def _leaves(goal: Goal) -> tuple[Delivered | Holding, ...]:
+    if isinstance(goal, AllOf | AnyOf):
+        return tuple(leaf for part in goal.parts for leaf in _leaves(part))
+    return (goal,)

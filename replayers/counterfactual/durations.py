@@ -1,0 +1,118 @@
+"""Durations of actions: the simulator's figures, or figures fitted to a robot's own log.
+
+A move takes a start-up time `move_s` and `metre_s` for each metre; looks and manipulations take their means.
+Residuals are kept with the figures: a fit is a prediction, not a measurement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from workbench.execution.events import Acted, Event
+from workbench.log_schema.events import NANO, ActionFinished
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Durations:
+    """Durations of actions, in seconds.
+
+    Attributes:
+        move_s, metre_s: a move of x metres takes move_s + metre_s * x.
+        look_s, manipulation_s: means.
+        residual_s: root mean square residual of the fit for each kind ("move", "look", "manipulation").
+        samples: how many recorded actions each was fitted to; 0 means that the simulator's figure is used.
+    """
+
+    metre_s: float = 1.0
+    move_s: float = 0.0
+    look_s: float = 2.0
+    manipulation_s: float = 5.0
+    residual_s: tuple[tuple[str, float], ...] = ()
+    samples: tuple[tuple[str, int], ...] = ()
+
+    def move_ns(self, metres: float) -> int:
+        return round((self.move_s * (metres > 0) + self.metre_s * metres) * NANO)
+
+    def words(self) -> str:
+        """The figures with their residuals, in one line."""
+        left, counted = dict(self.residual_s), dict(self.samples)
+        return (
+            f"seconds by the log's own speeds: a move {self.move_s:.1f} s and {self.metre_s:.2f} s a metre "
+            f"(residual {left.get('move', 0):.1f} s over {counted.get('move', 0)}), "
+            f"a look {self.look_s:.1f} s ({left.get('look', 0):.1f} s over {counted.get('look', 0)}), "
+            f"a manipulation {self.manipulation_s:.1f} s "
+            f"({left.get('manipulation', 0):.1f} s over {counted.get('manipulation', 0)})"
+        )
+
+    def spread_s(self, events: Iterable[Event]) -> float:
+        """Root mean square error of a predicted duration, if each action errs independently by the residual of its
+        kind."""
+        left = dict(self.residual_s)
+        kinds = {"move": "move", "search": "look"}
+        acted = (e for e in events if isinstance(e, Acted) and e.success)
+        return sqrt(sum(left.get(kinds.get(e.step.action, "manipulation"), 0.0) ** 2 for e in acted))
+
+    @property
+    def look_ns(self) -> int:
+        return round(self.look_s * NANO)
+
+    @property
+    def manipulation_ns(self) -> int:
+        return round(self.manipulation_s * NANO)
+
+
+SIMULATED = Durations()
+"""The simulated world's: 1 s a metre, 2 s a look, 5 s a manipulation."""
+
+FEWEST = 3
+"""With fewer recorded actions of a kind, its spread cannot be estimated; without any, the simulator's figure is
+used."""
+
+
+def fitted_durations(actions: Iterable[ActionFinished]) -> Durations:
+    """Durations fitted to the successful actions of a log."""
+    done = [a for a in actions if a.success and a.stamp.ns >= a.start.ns]
+    moves = [(a.travel_m, _seconds(a)) for a in done if a.action == "move" and a.travel_m > 0]
+    looks = [_seconds(a) for a in done if a.action == "search"]
+    handled = [_seconds(a) for a in done if a.action not in ("move", "search")]
+    move_s, metre_s, move_left = _line(moves)
+    look_s, look_left = _mean(looks, SIMULATED.look_s)
+    manipulation_s, manipulation_left = _mean(handled, SIMULATED.manipulation_s)
+    return Durations(
+        metre_s=metre_s,
+        move_s=move_s,
+        look_s=look_s,
+        manipulation_s=manipulation_s,
+        residual_s=(("move", move_left), ("look", look_left), ("manipulation", manipulation_left)),
+        samples=(("move", len(moves)), ("look", len(looks)), ("manipulation", len(handled))),
+    )
+
+
+def _seconds(action: ActionFinished) -> float:
+    return (action.stamp.ns - action.start.ns) / NANO
+
+
+def _line(moves: list[tuple[float, float]]) -> tuple[float, float, float]:
+    """Start-up time, seconds for each metre, and residual of a least-squares line; the first two are never
+    negative."""
+    if not moves:
+        return SIMULATED.move_s, SIMULATED.metre_s, 0.0
+    metres, seconds = np.array(moves, dtype=np.float64).T
+    start, slope = 0.0, float(seconds @ metres / (metres @ metres))
+    if len(moves) >= FEWEST and np.ptp(metres) > 0:
+        fitted_slope, fitted_start = np.polyfit(metres, seconds, 1)
+        if fitted_start > 0 and fitted_slope > 0:
+            start, slope = float(fitted_start), float(fitted_slope)
+    left = seconds - start - slope * metres
+    return start, slope, sqrt(float(np.mean(left**2)))
+
+
+def _mean(seconds: list[float], otherwise: float) -> tuple[float, float]:
+    if not seconds:
+        return otherwise, 0.0
+    values = np.array(seconds, dtype=np.float64)
+    return float(values.mean()), float(values.std())

@@ -1,0 +1,1 @@
+"""Mean costs and intervals over worlds drawn from the belief."""

@@ -1,0 +1,104 @@
+"""What would it have cost on average, over worlds drawn from the belief?
+
+Everything here is sampled and says so: means with a Monte-Carlo interval, a predictive interval of the cost itself.
+Bounds stand elsewhere (bounds.py), and how often such
+estimates come true is measured by calibration.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds
+from replayers.counterfactual.run_tree import Unfolding
+from workbench.execution.events import RunStatus
+
+Floats = npt.NDArray[np.float64]
+
+FEWEST_WORLDS = 50
+Z95 = 1.959964
+MASS = 0.9
+"""The nominal share of sampled worlds in the predictive interval."""
+SAME = 1e-6
+"""Costs closer than this are equal."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """A mean over sampled worlds.
+
+    Attributes:
+        mean: mean charged cost, in metres and their equivalents.
+        ci95: 95 % Monte Carlo confidence interval of that mean: more worlds make it narrower.
+        interval90: the shortest interval that contains the cost in at least 90 % of the sampled worlds, ends
+            included.
+        interval90_mass: the share of sampled worlds that it contains: more than 90 % where costs are discrete.
+        success: share of worlds in which the task was done.
+        worlds: how many were sampled.
+    """
+
+    mean: float
+    ci95: tuple[float, float]
+    interval90: tuple[float, float]
+    interval90_mass: float
+    success: float
+    worlds: int
+
+
+def costs_in(
+    worlds: DrawnWorlds, tree: Unfolding, *, most_stretches: int | None = None
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """A strategy's cost in each world, shape (worlds,), and whether it did the task there, bool, shape (worlds,).
+
+    Args:
+        most_stretches: after so many new segments of the loop the remaining worlds are left out, but never below
+            FEWEST_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
+    """
+    costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
+    began = tree.stretches
+    for world in range(len(worlds)):
+        spent = tree.stretches - began
+        if most_stretches is not None and world >= FEWEST_WORLDS and spent >= most_stretches:
+            return costs[:world], done[:world]
+
+        leaf = tree.follow(worlds.chooser(world))
+        costs[world], done[world] = leaf.cost, leaf.status is RunStatus.DONE
+    return costs, done
+
+
+def estimate_of(costs: Floats, done: npt.NDArray[np.bool_]) -> Estimate:
+    """The estimate from the costs in sampled worlds."""
+    mean, half = float(costs.mean()), Z95 * float(costs.std(ddof=1)) / sqrt(len(costs)) if len(costs) > 1 else 0.0
+    interval = predictive_interval(costs)
+    return Estimate(
+        mean=mean,
+        ci95=(mean - half, mean + half),
+        interval90=interval,
+        interval90_mass=mass_within(costs, interval),
+        success=float(done.mean()),
+        worlds=len(costs),
+    )
+
+
+def predictive_interval(costs: Floats, mass: float = MASS) -> tuple[float, float]:
+    """The shortest closed interval that contains at least `mass` of the sampled costs; the lowest of equally short
+    ones.
+
+    A highest-density region restricted to a single interval (Hyndman, "Computing and Graphing Highest Density
+    Regions", The American Statistician 50, 1996).
+    """
+    ordered = np.sort(costs)
+    held = min(max(1, ceil(mass * len(ordered) - 1e-9)), len(ordered))
+    widths = ordered[held - 1 :] - ordered[: len(ordered) - held + 1]
+    first = int(np.argmax(widths <= widths.min() + SAME))
+    return float(ordered[first]), float(ordered[first + held - 1])
+
+
+def mass_within(costs: Floats, interval: tuple[float, float]) -> float:
+    """The share of sampled costs in a closed interval."""
+    low, high = interval
+    return float(np.mean((costs >= low - SAME) & (costs <= high + SAME)))

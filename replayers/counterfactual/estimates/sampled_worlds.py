@@ -1,0 +1,108 @@
+"""Which worlds are likely, given all that the log saw? Draws from the belief, for estimates; never for bounds.
+
+Open containers hold each relevant type independently with the belief's probability. A type of which the log shows
+no instance, but which is known to exist, is in at least one of them: drawn exactly, container by container, by the
+chance that it is in none of those still to come (the `exists` model of docs/concepts/belief-models.md, as a
+sampler). One world is a table of answers, the same for every strategy: comparisons are paired.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.relevance import Answer, Relevance
+from replayers.counterfactual.run_tree import Choose, Question
+from workbench.beliefs.belief import Belief
+from workbench.worlds.house import ContainerId, ItemType
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrawnWorlds:
+    """Worlds that are consistent with a log, sampled from the belief.
+
+    Attributes:
+        containers: the open ones.
+        item_types: the relevant types.
+        inside: shape (worlds, item types, containers), read-only: whether an instance is there.
+    """
+
+    containers: tuple[ContainerId, ...]
+    item_types: tuple[ItemType, ...]
+    inside: Bools
+
+    def __len__(self) -> int:
+        return self.inside.shape[0]
+
+    def answer(self, world: int, container: ContainerId, live: tuple[ItemType, ...]) -> Answer:
+        """What a container holds in a world, restricted to the types that still matter."""
+        column = self.inside[world, :, self.containers.index(container)]
+        return tuple(t for t, there in zip(self.item_types, column, strict=True) if there and t in live)
+
+    def chooser(self, world: int) -> Choose:
+        """A function that gives the contents of each open container of a run as they are in one world."""
+
+        def choose(question: Question) -> Answer:
+            answer = self.answer(world, question.container, question.live)
+            return answer if question.allows(answer) else question.options[0]
+
+        return choose
+
+
+def draw_worlds(
+    evidence: Evidence,
+    relevance: Relevance,
+    belief: Belief,
+    *,
+    count: int,
+    rng: np.random.Generator,
+    exists: frozenset[ItemType],
+) -> DrawnWorlds:
+    """Samples worlds.
+
+    Args:
+        belief: over at least the open containers and the relevant types; a pair that it does not name has probability
+            0.
+        exists: types of which an instance is somewhere.
+    """
+    containers = evidence.open
+    inside = np.zeros((count, len(relevance.types), len(containers)), dtype=bool)
+    for i, item_type in enumerate(relevance.types):
+        probability = _row(belief, item_type, containers)
+        somewhere = item_type in exists and item_type not in evidence.seen_types()
+        inside[:, i, :] = _draw(probability, count, rng, at_least_one=somewhere)
+    inside.flags.writeable = False
+    return DrawnWorlds(containers=containers, item_types=relevance.types, inside=inside)
+
+
+def _row(belief: Belief, item_type: ItemType, containers: tuple[ContainerId, ...]) -> Floats:
+    if item_type not in belief.item_types:
+        return np.zeros(len(containers))
+    known: Mapping[ContainerId, float] = dict(zip(belief.containers, belief.of(item_type).tolist(), strict=True))
+    return np.array([known.get(c, 0.0) for c in containers])
+
+
+def _draw(probability: Floats, count: int, rng: np.random.Generator, *, at_least_one: bool) -> Bools:
+    """Presence in each container, bool, shape (count, containers). With at least one, each draw is conditioned on
+    those to come."""
+    chance = rng.random((count, len(probability)))
+    if not at_least_one or not len(probability):
+        return np.asarray(chance < probability)
+    if not probability.any():
+        probability = np.full(len(probability), 1.0 / len(probability))
+    none_later = np.cumprod((1.0 - probability)[::-1])[::-1]
+    drawn = np.zeros_like(chance, dtype=bool)
+    found = np.zeros(count, dtype=bool)
+    for j, p in enumerate(probability):
+        some_from_here = 1.0 - none_later[j]
+        here = p / some_from_here if some_from_here > 0 else 1.0
+        drawn[:, j] = chance[:, j] < np.where(found, p, here)
+        found |= drawn[:, j]
+    return drawn

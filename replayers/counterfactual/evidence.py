@@ -1,0 +1,146 @@
+"""What a log makes certain about its place, and what it leaves open: the basis of every counterfactual.
+
+Certain are the contents, at the start of the run, of containers that were known or searched; the map and the travel
+costs; and which actions were refused. Open are the other containers that can be reached: every assignment of contents
+to them is a consistent world (docs/replay.md states the assumptions).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from replayers.counterfactual.evidence_rules import (
+    IMPUTED,
+    Deed,
+    Leg,
+    contents_at_start,
+    deeds,
+    first_belief,
+    refused,
+    refused_looks,
+)
+from replayers.runs.run import Run
+from workbench.errors import Unsupported
+from workbench.log_schema.events import ROUNDED_BEFORE, RunInfo
+from workbench.log_schema.place import Place
+from workbench.planning.tasks import AllOf, Task
+from workbench.search.costs import ActionCosts
+from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
+
+
+class NothingWasTried(Unsupported):
+    """The log of a session in which no task was attempted: every planner would be done before it began."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(
+            f"{run.path}: no task was tried in it, so there is nothing to replay. "
+            "Record a run, or a session with --site and --task."
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What one log makes certain.
+
+    Attributes:
+        path, sha256, info, complete: which log; whether it was closed in order.
+        known: containers whose contents the robot knew before it started.
+        contents: every container whose contents are certain (the known ones too), as at the start of the run.
+        shut: containers that could not be searched, with the reason; they refuse again.
+        barred: locations to which every recorded move was refused; they refuse again.
+        stuck: items of which every recorded pick was refused; they refuse again.
+        walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
+        first_belief: per (item type, container), the first probability that the log holds.
+        steady: whether no later belief of the log differs from the first one about the same pair.
+        imputed: containers whose contents nobody saw: the log is of a replay in an imagined world.
+        rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
+            robot believed.
+        notes: what was odd and how it is read, one line each.
+    """
+
+    path: str
+    sha256: str
+    info: RunInfo
+    complete: bool
+    place: Place
+    task: Task
+    costs: ActionCosts
+    known: Contents
+    contents: Contents
+    shut: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
+    barred: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
+    stuck: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
+    walked: frozenset[Leg] = frozenset()
+    done: frozenset[Deed] = frozenset()
+    first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
+    steady: bool = True
+    imputed: tuple[ContainerId, ...] = ()
+    rounded: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def open(self) -> tuple[ContainerId, ...]:
+        """Containers that can be reached and whose contents nobody saw, in the order of the floor plan."""
+        return tuple(
+            c.id
+            for c in self.place.plan.containers
+            if c.id not in self.contents
+            and c.id not in self.shut
+            and LocationId(c.id) not in self.barred
+            and self.place.travel.reaches(LocationId(c.id))
+        )
+
+    def seen_types(self) -> frozenset[ItemType]:
+        """Item types of which the log shows an instance."""
+        return frozenset(item.type for items in self.contents.values() for item in items)
+
+
+def evidence_of(run: Run) -> Evidence:
+    """The evidence in the log of a run.
+
+    Raises:
+        NothingWasTried: a session without a task.
+    """
+    if run.task.goal == AllOf(parts=()):
+        raise NothingWasTried(run)
+    containers = tuple(c.id for c in run.place.plan.containers)
+    contents, odd = contents_at_start(run.observations, run.actions, containers)
+    rounded = run.info.schema_version < ROUNDED_BEFORE
+    probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
+    cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
+    imputed = tuple(sorted({ContainerId(o.container) for o in run.observations if o.support == IMPUTED}))
+    known = {ContainerId(o.container) for o in run.observations if o.known_at_start}
+    return Evidence(
+        path=str(run.path),
+        sha256=run.sha256,
+        info=run.info,
+        complete=run.complete,
+        place=run.place,
+        task=run.task,
+        costs=run.costs,
+        known=MappingProxyType({c: contents[c] for c in sorted(known) if c in contents}),
+        contents=MappingProxyType(contents),
+        shut=refused_looks(run.actions, contents),
+        barred=MappingProxyType({LocationId(k): v for k, v in refused(run.actions, "move").items()}),
+        stuck=MappingProxyType({ItemId(k): v for k, v in refused(run.actions, "pick").items()}),
+        walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
+        done=deeds(run.actions),
+        first_belief=probabilities,
+        steady=steady,
+        rounded=rounded,
+        imputed=imputed,
+        notes=(*cut, *_imagined(imputed), *odd, *strange),
+    )
+
+
+def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:
+    """The note on a log that a replay in an imagined world wrote."""
+    if not imputed:
+        return ()
+    named = ", ".join(imputed[:3]) + (f" and {len(imputed) - 3} more" if len(imputed) > 3 else "")
+    return (
+        f"the log is of an imagined world: what lies in {named} is imputed, nobody saw it; "
+        "costs and bounds are those of that imagined world",
+    )

@@ -1,0 +1,116 @@
+"""Reads a log's events as facts about the place at the start of the run, with one fixed meaning for each odd case.
+
+An item belongs where it was first seen: what the robot put down later is not counted again, and an item seen in two
+places without having been carried is read as standing where it was seen first, with a note. Of two looks into one
+container the first counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
+from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
+
+LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
+"""What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
+on a filling of a container that nobody opened."""
+
+Leg = tuple[LocationId, LocationId]
+Deed = tuple[str, LocationId, tuple[ItemId, ...]]
+"""A manipulation: its kind, its place, its items."""
+
+SAME_ROUNDED = 2e-6
+"""Two probabilities of a log that rounds them to six decimals are one if they are closer than this."""
+
+
+def contents_at_start(
+    observations: Iterable[Observation], actions: Iterable[ActionFinished], containers: tuple[ContainerId, ...]
+) -> tuple[dict[ContainerId, tuple[Item, ...]], tuple[str, ...]]:
+    """Contents of each searched container at the start of the run, and notes on what was odd."""
+    placed = _first_time_handled(actions)
+    home: dict[str, str] = {}
+    contents: dict[ContainerId, tuple[Item, ...]] = {}
+    notes: dict[str, None] = {}
+    for seen in sorted(observations, key=lambda o: (o.stamp.ns, o.decision)):
+        container = ContainerId(seen.container)
+        if container not in containers:
+            notes[f"{container} was searched but is not a container of this place; left out"] = None
+            continue
+        again = container in contents
+        items: list[Item] = []
+        for item in seen.items:
+            first = home.setdefault(item.id, seen.container)
+            carried = item.id in placed and placed[item.id] <= seen.stamp.ns
+            if first != seen.container and not carried:
+                notes[f"{item.id} was seen in {first} and in {container}; it is read as standing in {first}"] = None
+            if first == seen.container and not any(i.id == item.id for i in items):
+                items.append(Item(id=ItemId(item.id), type=ItemType(item.type)))
+        if not again:
+            contents[container] = tuple(items)
+        elif not {i.id for i in items} <= {i.id for i in contents[container]}:
+            notes[f"{container} was searched twice with different contents; the first search counts"] = None
+    return contents, tuple(notes)
+
+
+def refused_looks(
+    actions: Iterable[ActionFinished], contents: Mapping[ContainerId, object]
+) -> Mapping[ContainerId, str]:
+    """Containers whose searches were all refused, with the reason."""
+    failed = {
+        ContainerId(a.target): a.reason or "it could not be searched"
+        for a in actions
+        if a.action == "search" and not a.success and a.target not in contents
+    }
+    return MappingProxyType(failed)
+
+
+def refused(actions: Iterable[ActionFinished], action: str) -> dict[str, str]:
+    """Targets of moves, or items of picks, of which every recorded attempt was refused, with the reason."""
+    attempts = [a for a in actions if a.action == action and (action == "move" or a.items)]
+    key = {id(a): a.target if action == "move" else a.items[0] for a in attempts}
+    worked = {key[id(a)] for a in attempts if a.success}
+    return {key[id(a)]: a.reason or "it was refused" for a in attempts if not a.success and key[id(a)] not in worked}
+
+
+def deeds(actions: Iterable[ActionFinished]) -> frozenset[Deed]:
+    """The manipulations that succeeded: kind, place, items."""
+    return frozenset(
+        (a.action, LocationId(a.target), tuple(ItemId(i) for i in a.items))
+        for a in actions
+        if a.success and a.action not in ("move", "search")
+    )
+
+
+def first_belief(
+    beliefs: Iterable[BeliefUpdate], containers: tuple[ContainerId, ...], *, rounded: bool = False
+) -> tuple[Mapping[tuple[str, str], float], bool, tuple[str, ...]]:
+    """The first logged probability of each (item type, container); whether it stayed; notes on strange containers.
+
+    Args:
+        rounded: the log holds six decimals, so that what differs in the last of them may be the same.
+    """
+    near = SAME_ROUNDED if rounded else 0.0
+    first: dict[tuple[str, str], float] = {}
+    steady = True
+    strange: dict[str, None] = {}
+    for update in beliefs:
+        for item_type, row in zip(update.item_types, update.probability, strict=False):
+            for container, probability in zip(update.containers, row, strict=False):
+                if container not in containers:
+                    strange[f"the log has a belief for {container}, which this place does not have; left out"] = None
+                    continue
+                before = first.setdefault((item_type, container), probability)
+                steady = steady and abs(before - probability) <= near
+    return MappingProxyType(first), steady, tuple(strange)
+
+
+def _first_time_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:
+    """When each item was first picked up, in nanoseconds since the epoch."""
+    handled: dict[str, int] = {}
+    for action in actions:
+        if action.action == "pick" and action.success:
+            for item in action.items:
+                handled.setdefault(item, action.stamp.ns)
+    return handled

@@ -1,0 +1,200 @@
+"""The estimator of a replay: the log's own first belief, the estimator that the log names, or one that a user names.
+
+A counterfactual asks what another planner would have done with the same belief. Where the log's beliefs never
+changed about a pair (the estimators that go by names alone), its first one is all there is to know; otherwise, and
+where an old log rounded them, the estimator that the log names is asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from replayers.counterfactual.evidence import Evidence
+from workbench.beliefs.belief import Belief, Estimator
+from workbench.errors import LiosError, Unsupported
+from workbench.log_schema.events import BeliefUpdate
+from workbench.plugins import NameOrigin, quoted
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge
+
+NAMES_ALONE = ("counts", "fcnn")
+"""Estimators that no observation of a run changes."""
+
+LEARNING = ("best",)
+"""Estimators that every observation changes, even where a short run does not show it."""
+
+MOST_BELIEFS = 10_000
+"""Entries in the cache; beyond this, it is cleared."""
+
+ROUNDED = (
+    "the log rounds beliefs to six decimals, and the estimator that made them is not asked: a decision that goes by "
+    "them may have been another one, so lower and upper hold whatever is believed; 'if beliefs stand' and the "
+    "estimate take the rounded beliefs as they are"
+)
+"""Half a millionth can flip a decision: then nothing that goes by beliefs is certain."""
+
+HELD = "the log's first belief is held fixed: the estimator that made it, with these weights, is not here"
+
+
+class NoBelief(Unsupported):
+    """A replay needs beliefs that neither the log nor an estimator can supply."""
+
+    def __init__(self, log: str, estimator: str, reason: str) -> None:
+        super().__init__(
+            f"{log}: its beliefs do not cover this task and its estimator {quoted(estimator)} cannot be had here "
+            f"({reason}). Name another with --estimator."
+        )
+
+
+@final
+class RecordedBeliefs:
+    """The log's beliefs one after the other, for verification, which takes the very same steps."""
+
+    def __init__(self, evidence: Evidence, beliefs: Sequence[BeliefUpdate]) -> None:
+        self._otherwise = LoggedBelief(evidence)
+        self._left = list(beliefs)
+
+    @property
+    def name(self) -> str:
+        return self._otherwise.name
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        """The next one if it is about the same containers and types; the first one otherwise."""
+        if self._left:
+            update = self._left.pop(0)
+            if update.containers == knowledge.unsearched and update.item_types == item_types:
+                return Belief(
+                    item_types=item_types,
+                    containers=knowledge.unsearched,
+                    probability=np.array(update.probability).reshape(len(item_types), len(knowledge.unsearched)),
+                    estimator=self.name,
+                )
+        return self._otherwise.believe(knowledge, item_types)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LoggedBelief:
+    """Answers with the first probability in the log; 0 for a pair that the log does not name.
+
+    Attributes:
+        made: cache of beliefs, at most MOST_BELIEFS.
+    """
+
+    evidence: Evidence
+    made: dict[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief] = field(
+        default_factory=dict[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief], repr=False, compare=False
+    )
+
+    @property
+    def name(self) -> str:
+        return self.evidence.info.estimator or "logged"
+
+    def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
+        containers = knowledge.unsearched
+        made = self.made.get((containers, item_types))
+        if made is None:
+            if len(self.made) >= MOST_BELIEFS:
+                self.made.clear()
+            made = self.made[containers, item_types] = self._about(containers, item_types)
+        return made
+
+    def _about(self, containers: tuple[ContainerId, ...], item_types: tuple[ItemType, ...]) -> Belief:
+        first = self.evidence.first_belief
+        rows = [[first.get((t, c), 0.0) for c in containers] for t in item_types]
+        probability = np.array(rows, dtype=np.float64).reshape(len(item_types), len(containers))
+        return Belief(item_types=item_types, containers=containers, probability=probability, estimator=self.name)
+
+
+def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
+    """Whether the log's first beliefs name, for these types, every container that a run may search."""
+    places = [c for c in (*evidence.contents, *evidence.open, *evidence.shut) if c not in evidence.known]
+    reachable = [c for c in places if evidence.place.travel.reaches(LocationId(c))]
+    return all((t, c) in evidence.first_belief for t in item_types for c in reachable)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Believer:
+    """Who believes in a replay.
+
+    Attributes:
+        estimator: what is asked.
+        steady: it goes by names alone; otherwise it learns from all that is seen, and what else lies in an open
+            container would move it.
+        rounded: it answers with beliefs that the log rounded; decisions by them may have been others.
+        hypothetical: somebody asked for these beliefs, whatever the run's were; the recorded strategy need not do
+            with them what it did.
+        note: where it is not who believed in the run.
+    """
+
+    estimator: Estimator
+    steady: bool
+    rounded: bool = False
+    hypothetical: bool = False
+    note: str = ""
+
+
+LEARNS = (
+    "beliefs follow all that is seen, so that what else lies in an unopened container moves them: beyond the first "
+    "such look bounds are outer ones; 'if beliefs stand' and the estimate take it as if nothing but the task's types "
+    "were there, and --estimator first holds the log's first belief fixed instead"
+)
+
+
+def estimator_for(
+    evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log", origin: NameOrigin = NameOrigin.LOG
+) -> Believer:
+    """Who believes in a replay.
+
+    Args:
+        name: "log" takes the log's first belief where it never changed and was not rounded, and the estimator that
+            the log names otherwise; "first" holds the log's first belief fixed; another name is an estimator.
+        origin: who gives another name. The estimator that the log names is the log's in any case.
+
+    Raises:
+        NoBelief: nothing suffices.
+        UnknownName, NotFromLog: no such estimator, or one that only a user may name.
+    """
+    from workbench.beliefs.estimators import estimator
+
+    whole, recorded = covers(evidence, item_types), evidence.info.estimator
+    if name == "first":
+        if not whole:
+            raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
+        return _first_of(evidence, hypothetical=not evidence.steady)
+    if name != "log":
+        found = estimator(name, origin=origin)
+        other = found.name != recorded
+        note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
+        return Believer(estimator=found, steady=name in NAMES_ALONE, hypothetical=other, note=note)
+    kind = recorded.partition("@")[0]
+    stays = evidence.steady and whole and kind not in LEARNING
+    if stays and not evidence.rounded:
+        return _first_of(evidence)
+    try:
+        found = estimator(kind, origin=NameOrigin.LOG)
+    except LiosError as error:
+        if whole:
+            return _first_of(evidence, note="" if stays else HELD)
+        raise NoBelief(evidence.path, recorded, str(error)) from error
+    if found.name != recorded and whole:
+        return _first_of(evidence, note="" if stays else HELD)
+    steady = kind in NAMES_ALONE
+    other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
+    return Believer(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
+
+
+def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> Believer:
+    """The log's first belief, held fixed, with a note where the log rounded it."""
+    words = ". ".join(w for w in (note, ROUNDED if evidence.rounded else "") if w)
+    return Believer(
+        estimator=LoggedBelief(evidence),
+        steady=True,
+        rounded=evidence.rounded,
+        hypothetical=hypothetical,
+        note=words,
+    )

@@ -1,0 +1,181 @@
+"""A World that answers from a recorded log: what the log holds, and Unseen for the rest.
+
+The third World beside the simulation and the robot. Contents are as at the start of the run, map and travel costs
+as logged, what was refused is refused again, and every other action succeeds. With a `filling` it is a world that
+agrees with the log: containers that nobody opened hold what the filling says, and those answers are tagged
+"imputed". It mirrors what the robot knows, so that bounds can be computed at any moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import final
+
+from replayers.counterfactual.durations import SIMULATED, Durations
+from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.evidence_rules import IMPLIED, IMPUTED, LOGGED
+from replayers.runs.run import Run
+from workbench.planning.actions import EFFECTS
+from workbench.worlds.geometry import Point, Pose
+from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.travel import Paths, TravelCosts
+from workbench.worlds.world import Done, Looked, Refused, Unseen
+
+Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
+"""What an open container holds, given what the robot knows when it looks; None when it cannot be told."""
+
+
+def untold(container: ContainerId, knowledge: Knowledge) -> None:
+    """The assignment for a log alone: the contents of no open container are known."""
+    return
+
+
+@final
+class LoggedWorld:
+    """A World that answers from a log.
+
+    Args:
+        log: a run as read, or its evidence.
+        filling: the contents of open containers; by default they are unknown.
+        durations: how long actions take; the simulator's by default.
+        with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
+        paths: what finds those ways, where several worlds of one log share it.
+        knowledge: state from which to continue a run; the start by default.
+    """
+
+    def __init__(
+        self,
+        log: Run | Evidence,
+        *,
+        filling: Filling = untold,
+        durations: Durations = SIMULATED,
+        with_ways: bool = True,
+        paths: Paths | None = None,
+        knowledge: Knowledge | None = None,
+    ) -> None:
+        self.evidence = log if isinstance(log, Evidence) else evidence_of(log)
+        self.imputed: dict[ContainerId, tuple[Item, ...]] = {}
+        place = self.evidence.place
+        self.knowledge = knowledge or knowledge_at_start(place.plan, place.travel, self.evidence.known)
+        self._filling = filling
+        self._durations = durations
+        self._imputed_items: set[ItemId] = set()
+        self._paths = paths or (place.paths() if with_ways else OnlyStanding(self.evidence))
+        self._now_ns = self.evidence.info.started.ns
+
+    @property
+    def plan(self) -> FloorPlan:
+        return self.evidence.place.plan
+
+    @property
+    def travel(self) -> TravelCosts:
+        return self.evidence.place.travel
+
+    @property
+    def paths(self) -> Paths:
+        return self._paths
+
+    def now_ns(self) -> int:
+        return self._now_ns
+
+    def known_at_start(self) -> Contents:
+        return self.evidence.known
+
+    def go_to(self, location: LocationId) -> Done | Refused:
+        here, start = self.knowledge.robot_at, self._now_ns
+        metres = self.travel.between(here, location)
+        if metres is None:
+            return Refused(start_ns=start, end_ns=start, reason=f"{location} cannot be reached")
+        if location in self.evidence.barred:
+            return Refused(start_ns=start, end_ns=start, reason=self.evidence.barred[location])
+        way = self._paths.path(here, location) or ()
+        self._now_ns += self._durations.move_ns(metres)
+        self.knowledge = self.knowledge.moved(location)
+        support = LOGGED if (here, location) in self.evidence.walked else IMPLIED
+        return Done(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
+
+    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+        start = self._now_ns
+        if self.knowledge.robot_at != container:
+            return Refused(start_ns=start, end_ns=start, reason=f"the robot does not stand at {container}")
+        if container in self.evidence.shut:
+            self._now_ns += self._durations.look_ns
+            self.knowledge = self.knowledge.shut(container)
+            return Refused(start_ns=start, end_ns=self._now_ns, reason=self.evidence.shut[container])
+        support = LOGGED if container in self.evidence.contents else IMPUTED
+        inside = self.evidence.contents.get(container)
+        if inside is None:
+            inside = self._filling(container, self.knowledge)
+            if inside is None:
+                return Unseen(start_ns=start, container=container)
+            self.imputed[container] = inside
+            self._imputed_items |= {item.id for item in inside}
+        self._now_ns += self._durations.look_ns
+        there = self._now_there(container, inside)
+        self.knowledge = self.knowledge.seen(container, there)
+        return Looked(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
+
+    def pick(self, item: ItemId) -> Done | Refused:
+        start = self._now_ns
+        if item in self.evidence.stuck:
+            self.knowledge = self.knowledge.lost(item)
+            return Refused(start_ns=start, end_ns=start, reason=self.evidence.stuck[item])
+        here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
+        found = next((i for i in here if i.id == item), None)
+        if found is None or self.knowledge.holding is not None:
+            why = f"{item} is not here" if found is None else "the hand is not free"
+            return Refused(start_ns=start, end_ns=start, reason=why)
+        self.knowledge = self.knowledge.picked(found)
+        return self._handled("pick", (item,), start)
+
+    def place(self, item: ItemId) -> Done | Refused:
+        start = self._now_ns
+        held = self.knowledge.holding
+        if held is None or held.id != item:
+            return Refused(start_ns=start, end_ns=start, reason=f"the hand does not hold {item}")
+        self.knowledge = self.knowledge.placed()
+        return self._handled("place", (item,), start)
+
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+        start = self._now_ns
+        held = self.knowledge.holding
+        here = {i.id for i in self.knowledge.items_at.get(self.knowledge.robot_at, ())} | {held.id if held else ""}
+        missing = [item for item in items if item not in here]
+        if missing or action not in EFFECTS:
+            why = f"{missing[0]} is not at hand" if missing else f"there is no action {action!r}"
+            return Refused(start_ns=start, end_ns=start, reason=why)
+        prop, index = EFFECTS[action]
+        self.knowledge = self.knowledge.with_facts(self.knowledge.facts | {(prop, (items[index],))})
+        return self._handled(action, items, start)
+
+    def _handled(self, action: str, items: tuple[ItemId, ...], start: int) -> Done:
+        self._now_ns += self._durations.manipulation_ns
+        return Done(start_ns=start, end_ns=self._now_ns, support=self._support(action, items))
+
+    def _support(self, action: str, items: tuple[ItemId, ...]) -> str:
+        if any(item in self._imputed_items for item in items):
+            return IMPUTED
+        return LOGGED if (action, self.knowledge.robot_at, items) in self.evidence.done else IMPLIED
+
+    def _now_there(self, container: ContainerId, inside: tuple[Item, ...]) -> tuple[Item, ...]:
+        """What the container holds now: its contents at the start, minus what was taken, plus what was put there."""
+        if container in self.knowledge.first_seen:
+            return self.knowledge.items_at.get(LocationId(container), ())
+        put = self.knowledge.items_at.get(LocationId(container), ())
+        ids = {item.id for item in inside}
+        return (*inside, *(item for item in put if item.id not in ids))
+
+
+@final
+class OnlyStanding:
+    """A path finder that gives no paths, for runs that need only where the robot stands."""
+
+    def __init__(self, evidence: Evidence) -> None:
+        self._standing = evidence.place.standing
+
+    def path(self, a: LocationId, b: LocationId) -> tuple[Point, ...] | None:
+        return None
+
+    def standing_pose(self, location: LocationId) -> Pose | None:
+        return self._standing.get(location)

@@ -1,0 +1,191 @@
+"""A log prepared for replay: its evidence, its beliefs and its sampled worlds, computed once for all strategies.
+
+Sharing them among all strategies makes comparisons paired: every strategy meets the same worlds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from replayers.counterfactual.bounds.bounds import Budget
+from replayers.counterfactual.bounds.search_cache import Memory
+from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
+from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds, draw_worlds
+from replayers.counterfactual.evidence import Evidence, evidence_of
+from replayers.counterfactual.logged_belief import Believer, estimator_for
+from replayers.counterfactual.logged_world import OnlyStanding
+from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
+from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
+from replayers.runs.run import Run
+from workbench.beliefs.belief import Estimator
+from workbench.errors import Unsupported
+from workbench.log_schema.events import GroundTruth, Outcome
+from workbench.log_schema.place import place_to_json
+from workbench.planning.actions import relevant_types
+from workbench.planning.scenarios.added_items import with_added
+from workbench.plugins import NameOrigin
+from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
+from workbench.worlds.knowledge import knowledge_at_start
+from workbench.worlds.travel import Paths
+
+
+class TruthNotRecorded(Unsupported):
+    """The recorded truth was requested, and the log does not hold it."""
+
+    def __init__(self, path: object) -> None:
+        super().__init__(f"{path}: this log holds no ground truth. Leave --with-truth out.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """How replays are made.
+
+    Attributes:
+        estimator: "log", "first", or an estimator's name (logged_belief.py).
+        estimator_origin: who gives that name; no answer depends on it, so it is in no replay's key.
+        worlds: how many worlds the estimate draws; 0 leaves it out.
+        budget: how far the tree of runs is followed.
+        assumptions: what is taken for granted beyond the log.
+        with_truth: also run in the recorded truth.
+        timeout_s: the longest that a planner from outside may take for one decision.
+        seed: of the drawn worlds. The strategies' own seed is the run's.
+    """
+
+    estimator: str = "log"
+    estimator_origin: NameOrigin = field(default=NameOrigin.LOG, repr=False)
+    worlds: int = 200
+    budget: Budget = field(default_factory=Budget)
+    assumptions: Assumptions = field(default_factory=Assumptions)
+    with_truth: bool = False
+    timeout_s: float = 10.0
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ground:
+    """One log prepared for any number of strategies.
+
+    Attributes:
+        evidence: what the log makes certain.
+        estimator, steady: who believes, and whether it goes by names alone (logged_belief.py).
+        worlds: drawn once for all strategies, so that comparisons are paired.
+        truth: the recorded truth, where it may be used.
+        recorded: the end of the recorded run; None where the log is cut off before it.
+        exact_beliefs: the estimator answers what the robot believed, not what a log made of it by rounding.
+        reproduction: whether the recorded strategy does with these beliefs what was recorded.
+        claims: whether a replay says anything: not where the recorded strategy does something else, unless other
+            beliefs than the run's were asked for.
+        place_sha256: the plan and its travel costs, hashed.
+        draws: names the drawn worlds; only replays with the same draws are paired.
+        memory: what strategies over this log have asked for.
+        paths: the ways between locations, each found once.
+    """
+
+    evidence: Evidence
+    estimator: Estimator
+    steady: bool
+    worlds: DrawnWorlds | None
+    durations: Durations
+    truth: House | None
+    settings: Settings
+    recorded: Outcome | None
+    place_sha256: str
+    draws: str
+    paths: Paths
+    exact_beliefs: bool = True
+    reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
+    claims: bool = True
+    notes: tuple[str, ...] = ()
+    memory: Memory = field(default_factory=Memory, compare=False)
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether the durations were fitted to the log, as they are for a robot's."""
+        return bool(self.durations.samples)
+
+
+def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground:
+    """Prepares a log.
+
+    Args:
+        with_ways: whether runs over the log include the paths walked; only recordings and drawings need them.
+
+    Raises:
+        NoBelief, UnknownName: no beliefs are available.
+        TruthNotRecorded: the truth was requested and is not in the log.
+    """
+    evidence = evidence_of(run)
+    if settings.with_truth and run.truth is None:
+        raise TruthNotRecorded(run.path)
+    types = relevant_types(evidence.task.goal)
+    believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
+    estimator = believer.estimator
+    robot = evidence.info.source not in SIMULATED_SOURCES
+    reproduction = reproduce(run, evidence, estimator)
+    durations = fitted_durations(run.actions) if robot else SIMULATED
+    ground = Ground(
+        evidence=evidence,
+        estimator=estimator,
+        steady=believer.steady,
+        worlds=None,
+        durations=durations,
+        truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
+        settings=settings,
+        recorded=run.outcome,
+        place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
+        draws=_draws(evidence, settings, estimator),
+        paths=evidence.place.paths() if with_ways else OnlyStanding(evidence),
+        exact_beliefs=not believer.rounded,
+        reproduction=reproduction,
+        claims=believer.hypothetical or reproduction.same is not False,
+        notes=tuple(n for n in _notes(evidence, believer, durations if robot else None, reproduction) if n),
+    )
+    return replace(ground, worlds=_worlds(ground, types))
+
+
+def _notes(
+    evidence: Evidence, believer: Believer, durations: Durations | None, reproduction: Reproduction
+) -> tuple[str, ...]:
+    """What is to be known of all replays over a log; an empty one says nothing."""
+    words = (*evidence.notes, believer.note, durations.words() if durations else "")
+    if reproduction.same is not False:
+        return words
+    if believer.hypothetical:
+        return (*words, f"with these beliefs {evidence.info.strategy} itself does not do what was recorded")
+    return (*words, reproduction.why)
+
+
+def house_of(evidence: Evidence, truth: GroundTruth) -> House:
+    """The house of a recorded truth, by its containers' true contents."""
+    contents = {
+        ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
+        for c, items in truth.contents.items()
+    }
+    return House(plan=evidence.place.plan, contents=contents)
+
+
+def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
+    """Worlds for the estimate, sampled from the belief given all that the log shows."""
+    evidence, settings = ground.evidence, ground.settings
+    if settings.worlds <= 0:
+        return None
+    relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
+    all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
+    believed = ground.estimator.believe(all_seen, relevance.types)
+    belief = with_added(believed, evidence.task, evidence.place.plan)
+    return draw_worlds(
+        evidence,
+        relevance,
+        belief,
+        count=settings.worlds,
+        rng=np.random.default_rng(settings.seed),
+        exists=relevance.must_exist,
+    )
+
+
+def _draws(evidence: Evidence, settings: Settings, estimator: Estimator) -> str:
+    parts = (evidence.sha256, settings.seed, settings.worlds, estimator.name, settings.assumptions)
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

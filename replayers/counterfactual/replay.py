@@ -1,0 +1,368 @@
+"""Counterfactual replay: runs one strategy over one log, with bounds, an estimate and, on request, the true cost.
+
+`replay` runs the strategy over the log alone (which may end undetermined), over every world that is consistent with
+it (bounds), over worlds sampled from the belief (estimate), and, on request, in the recorded truth.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.counterfactual.bounds.bounds import NEAR, Bounds
+from replayers.counterfactual.bounds.branch_and_bound import bounds_of
+from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
+from replayers.counterfactual.fast_strategy import briefly
+from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.prepared_log import Ground, Settings, ground_of
+from replayers.counterfactual.relevance import relevance_of
+from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, Unfolding, no_time
+from replayers.counterfactual.sandbox import Sandboxed, is_foreign
+from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, reads_beliefs
+from replayers.runs.run import Run
+from workbench.errors import Unsupported
+from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
+from workbench.execution.loop import run_task
+from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
+from workbench.planning.strategy import Strategy
+from workbench.plugins import NameOrigin
+from workbench.worlds.house import ContainerId, Item
+from workbench.worlds.knowledge import Knowledge
+
+__all__ = [
+    "Ground",
+    "Replay",
+    "Settings",
+    "ground_of",
+    "in_truth",
+    "over_log_alone",
+    "replay",
+    "replay_on",
+    "replay_strategy",
+]
+
+WORLDS = ("best", "worst", "drawn")
+"""Worlds in which a run can be recorded: the cheapest and the most expensive that were found, and a sampled one."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """One strategy over one log.
+
+    Attributes:
+        status: how the run over the log alone ended; "undetermined" where it looks into what nobody opened;
+            "planner-failed" where the strategy broke there or in any world that was followed; "not-reproduced" where
+            the strategy that drove the run does not do here what was recorded (reproduction.py).
+        reason, unseen: of that end.
+        bounds: over all worlds that agree with the log; None where the strategy broke or the recorded one was not
+            reproduced: nobody can tell what it would have cost.
+        estimate: over drawn worlds; None if not asked for.
+        support: steps of the run over the log alone, by what they rest on.
+        seconds: predicted duration of the run over the log alone, by the log's own speeds.
+        true_cost, true_status: in the recorded truth, where it was asked for.
+        drawn: costs in the drawn worlds, for paired comparisons; shape (worlds,).
+        events: of the run over the log alone.
+        if_beliefs_stand: where beliefs follow all that is seen: the bounds if open containers held nothing but the
+            task's types; where the log rounded them: the bounds of whoever believes the rounded ones; None where the
+            bounds need no such condition.
+        stretches: how many stretches of the loop were run for bounds and estimate.
+        worlds: per kind of world that one can look at ("best", "worst", "drawn"), the events of the run in it.
+        asked: open containers that it looks into in some world, as far as it was followed.
+    """
+
+    strategy: str
+    status: RunStatus
+    reason: str
+    unseen: str | None
+    bounds: Bounds | None
+    estimate: Estimate | None
+    support: Mapping[str, int]
+    searches: int
+    seconds: float
+    true_cost: float | None
+    true_status: str | None
+    drawn: Floats | None
+    events: tuple[Event, ...]
+    if_beliefs_stand: Bounds | None = None
+    stretches: int = 0
+    asked: tuple[ContainerId, ...] = ()
+    worlds: Mapping[str, tuple[Event, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    notes: tuple[str, ...] = ()
+
+    @property
+    def exact(self) -> bool:
+        """Whether every world that is consistent with the log gives the same cost."""
+        return self.bounds is not None and self.bounds.exact
+
+    @property
+    def cost(self) -> float | None:
+        """The cost where it is certain: exact, or run in the recorded truth alone."""
+        if self.status in (RunStatus.PLANNER_FAILED, RunStatus.NOT_REPRODUCED):
+            return None
+        if self.bounds is None:
+            return self.true_cost
+        return self.bounds.lower if self.bounds.exact else None
+
+
+def replay(
+    run: Run, strategy_name: str, settings: Settings | None = None, *, origin: NameOrigin = NameOrigin.LOG
+) -> Replay:
+    """Replays one strategy over one run. For many over one log, prepare it once: ground_of, replay_on."""
+    return replay_on(ground_of(run, settings or Settings()), strategy_name, origin=origin)
+
+
+def replay_on(
+    ground: Ground, strategy_name: str, *, origin: NameOrigin = NameOrigin.LOG, worlds: Sequence[str] = ()
+) -> Replay:
+    """Replays one strategy over a prepared log.
+
+    Args:
+        origin: who gives the name; "module:Class" and solvers by command line are for users alone.
+        worlds: of WORLDS, those in which the run is told from start to end.
+
+    Raises:
+        UnknownName: no such strategy.
+        NotFromLog: a name that only a user may give.
+        Unsupported: the oracle without the truth.
+    """
+    if not ground.claims:
+        return _not_reproduced(ground, resolved_name(strategy_name))
+    if needs_truth(strategy_name):
+        return _in_truth_only(ground, strategy_name, origin)
+    if is_foreign(strategy_name, origin=origin):
+        with Sandboxed(strategy_name, origin=origin, timeout_s=ground.settings.timeout_s) as planner:
+            return replay_strategy(ground, planner, worlds=worlds)
+    return replay_strategy(ground, strategy(strategy_name, origin=origin), worlds=worlds)
+
+
+def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
+    """Replays a strategy over a prepared log."""
+    if not ground.claims:
+        return _not_reproduced(ground, planner.name)
+    evidence, settings = ground.evidence, ground.settings
+    alone = over_log_alone(ground, planner)
+    ended = _ended(alone)
+    tree = _tree(ground, planner)
+    bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
+    standing = None
+    if not bounds.complete and not (ground.steady and ground.exact_beliefs):
+        standing = bounds_of(tree, budget=settings.budget, whatever_is_believed=False, memory=ground.memory)
+    drawn, estimate, ends = None, None, ()
+    if ground.worlds is not None:
+        drawn, done = costs_in(ground.worlds, tree, most_stretches=settings.budget.draws)
+        estimate = estimate_of(drawn, done)
+        ends = tuple(tree.follow(ground.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
+    bounds, standing = _with_all_ends(bounds, standing, ends, tree)
+    true = _ended(in_truth(ground, planner)) if ground.truth is not None and not tree.guesses else None
+    made = Replay(
+        strategy=planner.name,
+        status=ended.status,
+        reason=ended.reason,
+        unseen=ended.unseen,
+        bounds=bounds,
+        estimate=estimate,
+        support=MappingProxyType(support_of(alone)),
+        searches=ended.searches,
+        seconds=(ended.stamp_ns - evidence.info.started.ns) / 1e9,
+        true_cost=true.cost if true else None,
+        true_status=true.status.value if true else None,
+        drawn=drawn,
+        events=alone,
+        if_beliefs_stand=standing,
+        stretches=tree.stretches,
+        asked=tuple(tree.asked),
+        worlds=MappingProxyType(dict(_told_in(worlds, ground, tree, planner, bounds, drawn))),
+        notes=(*ground.notes, *_wavers(tree, ended)),
+    )
+    why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _breaks_later(tree)
+    return _without_claims(made, why_broken) if why_broken else made
+
+
+def _tree(ground: Ground, planner: Strategy) -> Unfolding:
+    """The strategy's runs over the log, to be unfolded."""
+    evidence, built_in = ground.evidence, canonical_name(planner.name)
+    drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)
+    return Unfolding(
+        evidence,
+        briefly(planner, ground.memory),
+        ground.estimator,
+        relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
+        seed=evidence.info.seed,
+        merge=built_in is not None and not isinstance(planner, Sandboxed),
+        steady=ground.steady,
+        exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
+        reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+        nearest_first=looks_nearest_first(planner, evidence.task.goal),
+        empty_handed=looks_empty_handed(planner),
+        durations=ground.durations,
+    )
+
+
+def _with_all_ends(
+    bounds: Bounds, standing: Bounds | None, drawn: Sequence[Leaf], tree: Unfolding
+) -> tuple[Bounds, Bounds | None]:
+    """Bounds that know of every end that was reached: in drawn worlds, and with nothing but the task's types about.
+
+    With rounded beliefs the ends are those of whoever believes so, and say nothing of the strategy itself.
+    """
+    if standing is not None:
+        standing = standing.with_ends(drawn)
+    if tree.guesses:
+        return bounds, standing
+    others = (standing.cheapest, standing.dearest) if standing is not None else ()
+    return bounds.with_ends((*others, *drawn)), standing
+
+
+def _told_in(
+    worlds: Sequence[str], ground: Ground, tree: Unfolding, planner: Strategy, bounds: Bounds, drawn: Floats | None
+) -> Iterator[tuple[str, tuple[Event, ...]]]:
+    """The run in the cheapest and the dearest world that is known, and in the drawn world of median cost."""
+    found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
+    if "drawn" in worlds and drawn is not None and ground.worlds is not None:
+        middle = int(np.argsort(drawn, kind="stable")[len(drawn) // 2])
+        found["drawn"] = tree.follow(ground.worlds.chooser(middle))
+    for name in worlds:
+        leaf = found.get(name)
+        if leaf is not None:
+            yield name, tree.events(leaf, told_by=planner)
+
+
+def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
+    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container."""
+    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
+
+
+def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
+    """The run in the recorded truth."""
+    assert ground.truth is not None, "asked for the truth of a ground without one"
+    contents = ground.truth.contents
+
+    def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
+        return contents[container]
+
+    world = LoggedWorld(ground.evidence, filling=told, durations=ground.durations, paths=ground.paths)
+    return _run(ground, planner, world)
+
+
+def support_of(events: tuple[Event, ...]) -> dict[str, int]:
+    """How many steps have which support: logged, implied, imputed."""
+    counted = Counter(e.support for e in events if isinstance(e, Acted | Observed) and e.support)
+    return dict(sorted(counted.items()))
+
+
+def _run(ground: Ground, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
+    evidence = ground.evidence
+    return tuple(
+        run_task(
+            world,
+            planner,
+            ground.estimator,
+            evidence.task,
+            costs=evidence.costs,
+            seed=evidence.info.seed,
+            max_steps=MAX_STEPS,
+            stopwatch=no_time,
+        )
+    )
+
+
+def _ended(events: tuple[Event, ...]) -> Ended:
+    ended = events[-1]
+    assert isinstance(ended, Ended), "the loop always ends with Ended"
+    return ended
+
+
+def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Replay:
+    """A replay of a strategy that must see the truth: only where the log holds it and it may be used."""
+    if ground.truth is None:
+        raise Unsupported(
+            f"{strategy_name} knows the whole house, so a replay needs the recorded truth. Give --with-truth."
+        )
+    events = in_truth(ground, strategy(strategy_name, origin=origin, house=ground.truth))
+    ended = _ended(events)
+    return Replay(
+        strategy=resolved_name(strategy_name),
+        status=ended.status,
+        reason=ended.reason,
+        unseen=None,
+        bounds=None,
+        estimate=None,
+        support=MappingProxyType(support_of(events)),
+        searches=ended.searches,
+        seconds=(ended.stamp_ns - ground.evidence.info.started.ns) / 1e9,
+        true_cost=ended.cost,
+        true_status=ended.status.value,
+        drawn=None,
+        events=events,
+        notes=ground.notes,
+    )
+
+
+def _not_reproduced(ground: Ground, name: str) -> Replay:
+    """Nothing but the reason: the recorded strategy itself does not do here what was recorded."""
+    return Replay(
+        strategy=name,
+        status=RunStatus.NOT_REPRODUCED,
+        reason=ground.reproduction.why,
+        unseen=None,
+        bounds=None,
+        estimate=None,
+        support=MappingProxyType({}),
+        searches=0,
+        seconds=0.0,
+        true_cost=None,
+        true_status=None,
+        drawn=None,
+        events=(),
+        notes=ground.notes,
+    )
+
+
+def _breaks_later(tree: Unfolding) -> str:
+    """Why the strategy broke in the first explored world in which it did; empty if it broke in none."""
+    waiting: list[tuple[Node, str]] = [(tree.root, "")]
+    met: set[int] = set()
+    for node, where in waiting:
+        stretch = node.stretch
+        if stretch is None or id(node) in met:
+            continue
+        met.add(id(node))
+        if stretch.ended is not None and stretch.ended.status is RunStatus.PLANNER_FAILED:
+            return f"{stretch.ended.reason}{where or ' (asked again)'}"
+        if stretch.question is not None:
+            after = f" (after it looked into {stretch.question.container}, which nobody opened)"
+            waiting += [(child, after) for child in node.children.values()]
+    return ""
+
+
+def _without_claims(made: Replay, why: str) -> Replay:
+    """A replay of a strategy that broke in some world: neither bounds nor an estimate, but the reason."""
+    return replace(
+        made,
+        status=RunStatus.PLANNER_FAILED,
+        reason=why,
+        bounds=None,
+        estimate=None,
+        drawn=None,
+        if_beliefs_stand=None,
+        worlds=MappingProxyType({}),
+    )
+
+
+def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
+    """A note where the strategy, given the same view again, went elsewhere before the first open container."""
+    again = tree.advance(tree.root)
+    unseen = again.question.container if again.question else None
+    look = tree.evidence.costs.search if again.question else 0.0
+    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
+        return ()
+    return (
+        f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",
+    )

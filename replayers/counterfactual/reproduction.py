@@ -1,0 +1,178 @@
+"""Whether the recorded strategy, replayed over its own log with the beliefs of the replay, does what was recorded.
+
+The guard of every claim: where it does not, something that the replay goes by is not what the run went by (beliefs,
+weights, the strategy's code), and what it would say of other strategies is worth nothing either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.runs.run import Run
+from workbench.beliefs.belief import Estimator
+from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
+from workbench.execution.loop import run_task
+from workbench.log_schema.codec import to_wire
+from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
+from workbench.planning.strategies import canonical_name, needs_truth, strategy
+from workbench.plugins import NameOrigin
+
+SAME_COST = 1e-5
+"""The log rounds costs to six decimals."""
+
+NEAR_SUM = 1e-2
+"""The same, added up over a run."""
+
+SIMULATED_SOURCES = ("simulation", "replay")
+
+STOPPED = (RunStatus.ABORTED.value, RunStatus.OUT_OF_BUDGET.value)
+"""Ends that no strategy decides: by an operator, a fault, or the clock. A replay goes on from there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reproduction:
+    """What came of replaying the recorded strategy.
+
+    Attributes:
+        same: it did what was recorded; None where it cannot be replayed here.
+        whole: it did so to the recorded end, and nothing else could have come: the run is what the log says, whatever
+            is believed.
+        why: where it did something else, what; where it cannot be replayed, why.
+    """
+
+    same: bool | None
+    whole: bool = False
+    why: str = ""
+
+
+def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproduction:
+    """Replays the recorded strategy over its own log.
+
+    Built-in strategies only: a log's name for another one is not looked up here, since it could be anybody's code.
+    Of a robot's log only what the strategy decided is compared: it walked as it could, and people stepped in.
+    """
+    name = canonical_name(run.info.strategy)
+    if name is None or needs_truth(name):
+        why = f"{run.info.strategy or 'no strategy'} cannot be replayed from the log alone"
+        return Reproduction(same=None, why=why)
+    if not _holds_every_action(run):
+        return Reproduction(same=None, why="the log lacks some of the run's actions")
+    planner = strategy(name, origin=NameOrigin.LOG)
+    world = LoggedWorld(evidence, with_ways=False)
+    events = run_task(
+        world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=_no_time
+    )
+    return _compared(run, events)
+
+
+def _no_time() -> float:
+    return 0.0
+
+
+def _holds_every_action(run: Run) -> bool:
+    """Whether no action is missing before the log's end: messages may be damaged, dropped or left out."""
+    actions = sorted(run.actions, key=lambda a: a.index)
+    if [a.index for a in actions] != list(range(1, len(actions) + 1)):
+        return False
+    spent = sum(a.cost for a in actions)
+    return run.outcome is None or not _simulated(run) or abs(spent - run.outcome.own_cost) <= NEAR_SUM
+
+
+def _compared(run: Run, events: Iterator[Event]) -> Reproduction:
+    """Action by action in the log's order, then the end."""
+    logged = sorted(run.actions, key=lambda a: a.index)
+    plans = {plan.decision: plan for plan in run.plans}
+    made: PlanComputed | None = None
+    done = 0
+    for event in events:
+        if isinstance(event, Planned):
+            made = next(wire for wire in to_wire(event) if isinstance(wire, PlanComputed))
+        elif isinstance(event, Acted):
+            now = next(wire for wire in to_wire(event) if isinstance(wire, ActionFinished))
+            if done == len(logged):
+                return _beyond(run, now)
+            if _what(now) != _what(logged[done]):
+                return _parted(run, logged[done], now, made, plans)
+            done += 1
+        elif isinstance(event, Ended):
+            return _at_end(run, event, logged[done:], made, plans)
+    raise AssertionError("the loop always ends with Ended")
+
+
+def _what(action: ActionFinished) -> tuple[object, ...]:
+    return action.action, action.target, action.items, action.success
+
+
+def _beyond(run: Run, now: ActionFinished) -> Reproduction:
+    """The log holds no more actions, and the strategy goes on."""
+    if run.outcome is None or run.outcome.status in STOPPED or not _simulated(run):
+        return Reproduction(same=True)
+    return _other(run, f"it goes on with '{now.action} {now.target}' where the run ended ({run.outcome.status})")
+
+
+def _parted(
+    run: Run, was: ActionFinished, now: ActionFinished, made: PlanComputed | None, plans: dict[int, PlanComputed]
+) -> Reproduction:
+    if not _simulated(run) and _decided_alike(was, made, plans):
+        return Reproduction(same=True)
+    return _other(run, f"it does '{now.action} {now.target}' where the log has '{was.action} {was.target}'")
+
+
+def _at_end(
+    run: Run,
+    ended: Ended,
+    left: Sequence[ActionFinished],
+    made: PlanComputed | None,
+    plans: dict[int, PlanComputed],
+) -> Reproduction:
+    outcome = run.outcome
+    if left:
+        if left[0].action == "search" and left[0].target == ended.unseen:
+            return Reproduction(same=None, why=f"the log lacks what was seen in {ended.unseen}")
+        if not _simulated(run) and _decided_alike(left[0], made, plans):
+            return Reproduction(same=True)
+        where = f"looks into {ended.unseen}" if ended.unseen else f"ends ({ended.status.value})"
+        return _other(run, f"it {where} where the log has '{left[0].action} {left[0].target}'")
+    if outcome is None or outcome.status in STOPPED:
+        return Reproduction(same=True)
+    if not _simulated(run):
+        return Reproduction(same=True, whole=ended.status.value == outcome.status)
+    return _same_end(run, outcome, ended)
+
+
+def _same_end(run: Run, outcome: Outcome, ended: Ended) -> Reproduction:
+    if ended.status.value != outcome.status:
+        return _other(run, f"it ends '{ended.status.value}' where the run ended '{outcome.status}'")
+    if abs(ended.cost - outcome.cost) > SAME_COST * max(1.0, abs(outcome.cost)):
+        return _other(run, f"it costs {ended.cost:.2f} where the run cost {outcome.cost:.2f}")
+    return Reproduction(same=True, whole=True)
+
+
+def _simulated(run: Run) -> bool:
+    return run.info.source in SIMULATED_SOURCES
+
+
+def _decided_alike(was: ActionFinished, made: PlanComputed | None, plans: dict[int, PlanComputed]) -> bool:
+    """Whether the robot's plan began as the replay's, or is not in the log: then world or people made it differ."""
+    logged = plans.get(was.decision)
+    if made is None or logged is None:
+        return True
+    return logged.decision != made.decision or _beginning(logged) == _beginning(made)
+
+
+def _beginning(plan: PlanComputed) -> tuple[object, ...]:
+    """The first step, and where its find or the plan looks first."""
+    step = plan.steps[0] if plan.steps else None
+    look = plan.search_order[0].container if plan.search_order else None
+    return (plan.look_on_the_way[:1], step.action, step.target, step.items, look) if step else ()
+
+
+def _other(run: Run, how: str) -> Reproduction:
+    why = (
+        f"{run.info.strategy}, which drove this run, does not do here what was recorded: {how}. Other beliefs, "
+        "weights or code decide it, so nothing is claimed of any strategy; lios replay --verify shows where they part"
+    )
+    return Reproduction(same=False, why=why)

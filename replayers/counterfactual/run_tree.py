@@ -1,0 +1,364 @@
+"""The tree of a strategy's runs over every world that is consistent with a log, expanded lazily.
+
+A node is what the robot knows; from it the ordinary closed loop runs on until the robot looks into a container that
+nobody opened. There the tree branches: one child for every answer that the container can give. Histories that leave
+the robot with the same knowledge of what still matters share a node (for strategies known to decide by that alone),
+so that the tree is a graph and stays small. A strategy must be deterministic: the same view, the same decision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass, field
+from typing import final
+
+from replayers.counterfactual.durations import SIMULATED, Durations
+from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
+from workbench.beliefs.belief import Estimator
+from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
+from workbench.execution.loop import run_task
+from workbench.planning.actions import prepares
+from workbench.planning.strategy import Decision, Strategy, View
+from workbench.planning.tasks import Task
+from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+
+MAX_STEPS = 500
+"""As the closed loop's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """A look into an open container: the log does not hold what it reveals.
+
+    Attributes:
+        container: the container being searched.
+        live: the item types that still matter.
+        options: the answers that it can give, the empty one first.
+        others: whether it can give answers besides the options (relevance.MOST_ANSWERS).
+        knowledge: what the robot knows before the look.
+    """
+
+    container: ContainerId
+    live: tuple[ItemType, ...]
+    options: tuple[Answer, ...]
+    others: bool
+    knowledge: Knowledge
+
+    def allows(self, answer: Answer) -> bool:
+        return self.others or answer in self.options
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """One segment of a run, from a node to the next unobserved look or to the end of the run.
+
+    Attributes:
+        cost: its cost, including the unobserved look.
+        steps, picks: how many actions and picks it takes.
+        question: the look at which it stops; None at the end of the run.
+        ended: how the run ended; None at an unobserved look.
+        leans: whether some decision in it depended on beliefs.
+    """
+
+    cost: float
+    steps: int
+    picks: int
+    question: Question | None
+    ended: Ended | None
+    leans: bool = True
+
+    @property
+    def done(self) -> bool:
+        return self.ended is not None and self.ended.status is RunStatus.DONE
+
+
+@dataclass(slots=True, eq=False)
+class Node:
+    """A state of knowledge in the run tree. Steps, picks and cost count from the start, by the first path to it.
+
+    imputed: an open container was searched on the way here, so that beliefs which depend on every observation are
+    unknown from here on.
+    """
+
+    knowledge: Knowledge
+    imputed: bool = False
+    steps: int = 0
+    picks: int = 0
+    cost: float = 0.0
+    stretch: Stretch | None = None
+    children: dict[Answer, Node] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Filled:
+    """What an open container answered, and for which types it was asked: the others no longer mattered."""
+
+    container: ContainerId
+    live: tuple[ItemType, ...]
+    answer: Answer
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Leaf:
+    """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
+
+    filled: tuple[Filled, ...]
+    cost: float
+    own_cost: float
+    status: RunStatus
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Told:
+    """Bounds of the charged cost in all worlds that answer as `filled` says; both equal at the end of a run."""
+
+    filled: tuple[Filled, ...]
+    least: float
+    most: float
+
+
+Choose = Callable[[Question], Answer]
+
+
+@final
+class Unfolding:
+    """A strategy's runs over one log, remembered as far as they have been followed.
+
+    Args:
+        merge: histories with the same knowledge of what still matters share a node. Right for strategies that
+            decide by that knowledge alone; the built-in ones do (tests hold them to it).
+        steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
+        exact_beliefs: the estimator answers what the robot believed; with rounded beliefs (logged_belief.ROUNDED)
+            nothing that was decided by them is certain, from the start on.
+        reads_beliefs: the strategy's decisions depend on beliefs.
+        nearest_first: its looks go to the nearest unsearched container.
+        empty_handed: it looks only with its hand free.
+        durations: how long actions take where a run is told.
+
+    Attributes:
+        root: the start.
+        stretches: how many stretches were run.
+        largest_picks: the most picks of any way followed.
+        asked: open containers that the strategy was seen to look into, in some world.
+    """
+
+    def __init__(
+        self,
+        evidence: Evidence,
+        strategy: Strategy,
+        estimator: Estimator,
+        relevance: Relevance,
+        *,
+        seed: int = 0,
+        max_steps: int = MAX_STEPS,
+        merge: bool = False,
+        steady: bool = True,
+        exact_beliefs: bool = True,
+        reads_beliefs: bool = True,
+        nearest_first: bool = False,
+        empty_handed: bool = False,
+        durations: Durations = SIMULATED,
+    ) -> None:
+        self.evidence = evidence
+        self.relevance = relevance
+        self.strategy = strategy
+        self.stretches = 0
+        self.largest_picks = 0
+        self.asked: dict[ContainerId, None] = {}
+        self.max_steps = max_steps
+        self.nearest_first = nearest_first
+        self.empty_handed = empty_handed
+        self._key = Telling(relevance, steady)
+        self._planner = Remembering(strategy, self._key) if merge else strategy
+        self._estimator = estimator
+        self._seed = seed
+        self._merge = merge
+        self._durations = durations
+        self._exact_beliefs = exact_beliefs
+        self._reads_beliefs = reads_beliefs and not (steady and exact_beliefs)
+        self._nodes: dict[Hashable, Node] = {}
+        self._seen = evidence.seen_types()
+        self._open = frozenset(evidence.open)
+        place = evidence.place
+        self.root = Node(knowledge=knowledge_at_start(place.plan, place.travel, evidence.known))
+
+    @property
+    def guesses(self) -> bool:
+        """Whether decisions go by beliefs that are not quite the robot's: a log rounded them."""
+        return self._reads_beliefs and not self._exact_beliefs
+
+    def advance(self, node: Node) -> Stretch:
+        """Runs on from a node to its next unobserved look or its end; cached."""
+        if node.stretch is None:
+            node.stretch = self._run(node)
+        return node.stretch
+
+    def child(self, node: Node, answer: Answer) -> Node:
+        """The node after an answer at a node."""
+        found = node.children.get(answer)
+        if found is None:
+            found = node.children[answer] = self._after(node, answer)
+        return found
+
+    def follow(self, choose: Choose) -> Leaf:
+        """Runs to an end, choosing an answer at every unobserved look."""
+        node, cost, filled = self.root, 0.0, list[Filled]()
+        while True:
+            stretch = self.advance(node)
+            cost += stretch.cost
+            question = stretch.question
+            if question is None:
+                return self._leaf(stretch, cost, tuple(filled))
+            answer = choose(question)
+            filled.append(Filled(container=question.container, live=question.live, answer=answer))
+            node = self.child(node, answer)
+
+    def certain(self, node: Node) -> bool:
+        """Whether the run from a node on is the same whatever else the open containers on the way held, and whatever
+        rounding took from beliefs."""
+        return not ((node.imputed or not self._exact_beliefs) and self.advance(node).leans)
+
+    def events(self, leaf: Leaf, *, told_by: Strategy | None = None) -> tuple[Event, ...]:
+        """The events of the run that ends in a leaf, from the start and with the paths walked.
+
+        Args:
+            told_by: the same strategy with its explanations, which the tree's own strategy leaves out.
+        """
+        answers = {f.container: f.answer for f in leaf.filled}
+        world = LoggedWorld(
+            self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c), durations=self._durations
+        )
+        return tuple(self._events(world, planner=told_by))
+
+    def _after(self, node: Node, answer: Answer) -> Node:
+        stretch = self.advance(node)
+        assert stretch.question is not None, "an end has no answers"
+        container = stretch.question.container
+        before = stretch.question.knowledge
+        put = before.items_at.get(LocationId(container), ())
+        knowledge = before.seen(container, (*imputed_items(answer, container), *put))
+        steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
+        self.largest_picks = max(self.largest_picks, picks)
+        cost = node.cost + stretch.cost
+        made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks, cost=cost)
+        return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
+
+    def _run(self, node: Node) -> Stretch:
+        self.stretches += 1
+        world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
+        steps, picks, leans = 0, 0, False
+        ended: Ended | None = None
+        for event in self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps):
+            if isinstance(event, Acted):
+                steps += 1
+                picks += event.success and event.step.action == "pick"
+            elif isinstance(event, Planned):
+                leans = leans or (self._reads_beliefs and self._asks(event.made))
+            elif isinstance(event, Ended):
+                ended = event
+        assert ended is not None, "the loop always ends with Ended"
+        self.largest_picks = max(self.largest_picks, node.picks + picks)
+        if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
+            return Stretch(cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended, leans=leans)
+        question = self._question(ended.unseen, world.knowledge)
+        self.asked[ended.unseen] = None
+        cost = ended.own_cost + self.evidence.costs.search
+        return Stretch(cost=cost, steps=steps + 1, picks=picks, question=question, ended=None, leans=leans)
+
+    def _asks(self, made: Decision) -> bool:
+        """Whether a decision can have depended on beliefs: built-in strategies ask them for what is missing, and
+        for where to prepare things."""
+        return made.find_costs is not None or not self._merge or prepares(self.evidence.task.goal)
+
+    def _events(
+        self,
+        world: LoggedWorld,
+        *,
+        begin_with: Knowledge | None = None,
+        steps_left: int = MAX_STEPS,
+        planner: Strategy | None = None,
+    ) -> Iterator[Event]:
+        return run_task(
+            world,
+            planner or self._planner,
+            self._estimator,
+            self.evidence.task,
+            costs=self.evidence.costs,
+            seed=self._seed,
+            max_steps=max(1, steps_left),
+            stopwatch=no_time,
+            begin_with=begin_with,
+        )
+
+    def _question(self, container: ContainerId, knowledge: Knowledge) -> Question:
+        live = self.relevance.live(knowledge)
+        settled = [c for c in knowledge.first_seen if c in self._open]
+        found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
+        left = len(self._open) - len(settled) - 1
+        options, others = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
+        return Question(container=container, live=live, options=options, others=others, knowledge=knowledge)
+
+    def _leaf(self, stretch: Stretch, own_cost: float, filled: tuple[Filled, ...]) -> Leaf:
+        assert stretch.ended is not None, "a leaf is an end"
+        charged = own_cost if stretch.done else self.evidence.task.failure_cost
+        return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=stretch.ended.status)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Telling:
+    """The key by which states are the same to a strategy: where things that still matter stand, and where one may
+    still look; where beliefs depend on every observation, also all that was found.
+
+    Attributes:
+        relevance: which types still matter.
+        steady: whether beliefs depend on names alone.
+    """
+
+    relevance: Relevance
+    steady: bool
+
+    def __call__(self, knowledge: Knowledge) -> Hashable:
+        live = self.relevance.live_and_shown(knowledge)
+        held = knowledge.holding.id if knowledge.holding else None
+        return (
+            live,
+            knowledge.robot_at,
+            held,
+            tuple([(at, item.id) for t in live for at, item in knowledge.where(t)]),
+            knowledge.unsearched,
+            knowledge.facts,
+            knowledge.closed,
+            () if self.steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
+        )
+
+
+@final
+class Remembering:
+    """A strategy that is asked once for each state that it can distinguish."""
+
+    def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
+        self._strategy = strategy
+        self._key = key
+        self._made: dict[Hashable, Decision] = {}
+
+    @property
+    def name(self) -> str:
+        return self._strategy.name
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        return self._strategy.relevant_types(task)
+
+    def decide(self, view: View) -> Decision:
+        key = self._key(view.knowledge)
+        if key not in self._made:
+            self._made[key] = self._strategy.decide(view)
+        return self._made[key]
+
+
+def no_time() -> float:
+    """A clock that stands still: planning time is not charged in a replay, since it depends on the machine."""
+    return 0.0

@@ -1,0 +1,1 @@
+"""Checks of a log: the container's, the events' and the run's."""

@@ -1,0 +1,283 @@
+"""Checks an MCAP file itself: magic, lengths, checksums, indexes and order, in one streaming pass.
+
+Memory: one record, and a few numbers for each chunk. Checks follow the MCAP specification: a fault in what a reader
+can do without (an index) is at most a loss, a fault that it would misread (a wrong checksum) is an error.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.records import Attachment, Channel, DataEnd, Footer, Header, MessageIndex, Metadata, Schema
+
+from recorders.mcap_io.index import MAGIC, LogIndex
+from replayers.doctor.findings import Findings, Level
+from replayers.mcap_io.messages import Message
+from replayers.mcap_io.records import HEAD, ChunkRecord, Raw, Record, Unreadable, records_in
+from replayers.mcap_io.scan import Damage, scan
+from replayers.mcap_io.summary import read_index
+
+DATA_END_BYTES = 4
+PROFILES = ("", "ros1", "ros2")
+RECOVER = "Save what is intact: lios recover"
+
+
+@dataclass(slots=True)
+class Walk:
+    """State of the pass through a file.
+
+    Attributes:
+        chunk_spans_ns: longest log time between first and last message of a chunk.
+        cut_off: the file ends early.
+    """
+
+    findings: Findings
+    channels: dict[int, Channel] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)
+    chunks: dict[int, tuple[int, int, int]] = field(default_factory=dict)
+    attachments: dict[int, str] = field(default_factory=dict)
+    metadata: dict[int, str] = field(default_factory=dict)
+    chunk_span_ns: int = 0
+    newest_ns: int = 0
+    late_ns: int = 0
+    late: int = 0
+    first: bool = True
+    data_end: tuple[int, int] | None = None
+    footer: Footer | None = None
+    cut_off: bool = False
+    damaged: bool = False
+    indexes_of: tuple[int, dict[int, list[tuple[int, int]]]] | None = None
+
+    def damage(self, damage: Damage) -> None:
+        self.damaged = True
+        where = f"byte {damage.offset}"
+        if damage.cut_off:
+            self.cut_off = True
+            self.findings.add(Level.LOSS, where, damage.what, RECOVER, kind="cut off")
+        elif damage.costs_content:
+            self.findings.error(where, damage.what, RECOVER)
+        else:
+            self.findings.error(where, damage.what, RECOVER, kind="bookkeeping")
+
+
+def walk_container(path: Path, stream: BinaryIO, walk: Walk) -> Iterator[Message | Attachment | Metadata]:
+    """Yields all content of a file; what is wrong with the file is added to the findings of the walk.
+
+    The summary is compared when the iterator ends.
+    """
+    for offset, record in scan(stream, path=path, on_damage=walk.damage):
+        if walk.first:
+            walk.first = False
+            if not isinstance(record, Header):
+                walk.findings.error(f"byte {offset}", "the first record is no header", RECOVER)
+        yield from _take(walk, offset, record)
+    _check_end(walk, stream)
+
+
+def _take(walk: Walk, offset: int, record: Record) -> Iterator[Message | Attachment | Metadata]:
+    findings = walk.findings
+    if walk.data_end is not None and not isinstance(record, Footer):
+        return  # the summary is compared as a whole
+    if walk.indexes_of is not None and not isinstance(record, MessageIndex):
+        _check_indexes_complete(walk)
+    match record:
+        case Header():
+            if record.profile not in PROFILES:
+                findings.warning("header", f"profile {record.profile[:40]!r} is none that tools know")
+        case ChunkRecord():
+            yield from _chunk(walk, offset, record)
+        case Raw():
+            yield from _message(walk, offset, record)
+        case Schema() | Channel():
+            _declare(walk, offset, record)
+        case MessageIndex():
+            _check_index(walk, offset, record)
+        case Attachment():
+            walk.attachments[offset] = record.name
+            yield record
+        case Metadata():
+            walk.metadata[offset] = record.name
+            yield record
+        case DataEnd():
+            walk.data_end = (offset, record.data_section_crc)
+        case Footer():
+            walk.footer = record
+        case _:
+            pass
+
+
+def _chunk(walk: Walk, offset: int, chunk: ChunkRecord) -> Iterator[Message]:
+    where = f"chunk at byte {offset}"
+    try:
+        data = chunk.unpack()
+    except Unreadable as error:
+        walk.damaged = True
+        walk.findings.error(where, str(error), RECOVER, kind="chunk")
+        try:
+            data = chunk.unpack_anyhow()
+        except Unreadable:
+            return
+    if not chunk.uncompressed_crc:
+        walk.findings.add(Level.INFO, where, "it has no checksum", kind="no checksum")
+    index: dict[int, list[tuple[int, int]]] = {}
+    stamps: list[int] = []
+    try:
+        for at, inner in records_in(data):
+            if isinstance(inner, Raw):
+                index.setdefault(inner.channel_id, []).append((inner.log_time, at))
+                stamps.append(inner.log_time)
+                yield from _message(walk, offset, inner)
+            elif isinstance(inner, Schema | Channel):
+                _declare(walk, offset, inner)
+    except Unreadable as error:
+        walk.damaged = True
+        walk.findings.error(where, str(error), RECOVER, kind="chunk")
+    first, last = (min(stamps), max(stamps)) if stamps else (0, 0)
+    if stamps and (chunk.start_ns, chunk.end_ns) != (first, last):
+        walk.findings.error(where, "its times are not those of its messages", RECOVER, kind="chunk times")
+    walk.chunk_span_ns = max(walk.chunk_span_ns, last - first)
+    walk.chunks[offset] = (first, last, len(stamps))
+    walk.indexes_of = (offset, index)
+
+
+def _message(walk: Walk, offset: int, raw: Raw) -> Iterator[Message]:
+    channel = walk.channels.get(raw.channel_id)
+    if channel is None:
+        what = f"a message of channel {raw.channel_id}, which is declared nowhere before"
+        walk.findings.error(f"byte {offset}", what, RECOVER, kind="undeclared channel")
+        walk.damaged = True
+        return
+    walk.counts[channel.id] = walk.counts.get(channel.id, 0) + 1
+    if raw.log_time < walk.newest_ns:
+        walk.late += 1
+        walk.late_ns = max(walk.late_ns, walk.newest_ns - raw.log_time)
+    walk.newest_ns = max(walk.newest_ns, raw.log_time)
+    yield Message(
+        channel=channel,
+        schema=walk.schemas.get(channel.schema_id),
+        log_time=raw.log_time,
+        publish_time=raw.publish_time,
+        sequence=raw.sequence,
+        data=raw.data,
+    )
+
+
+def _declare(walk: Walk, offset: int, record: Schema | Channel) -> None:
+    where = f"byte {offset}"
+    known = walk.schemas.get(record.id) if isinstance(record, Schema) else walk.channels.get(record.id)
+    kind = "schema" if isinstance(record, Schema) else "channel"
+    if known is not None and known != record:
+        walk.findings.error(where, f"{kind} {record.id} is declared again and differently", kind="redeclared")
+    if isinstance(record, Schema):
+        if record.id == 0:
+            walk.findings.error(where, "a schema has the id 0, which means none")
+        walk.schemas[record.id] = record
+    else:
+        if record.schema_id and record.schema_id not in walk.schemas:
+            what = f"channel {record.topic[:60]!r} names schema {record.schema_id}, which is declared nowhere before"
+            walk.findings.error(where, what, RECOVER, kind="missing schema")
+        walk.channels[record.id] = record
+
+
+def _check_index(walk: Walk, offset: int, record: MessageIndex) -> None:
+    if walk.indexes_of is None:
+        walk.findings.error(f"byte {offset}", "a message index that follows no chunk", RECOVER)
+        return
+    chunk, index = walk.indexes_of
+    found = index.pop(record.channel_id, [])
+    if sorted(found) != sorted(record.records):
+        what = f"the message index of channel {record.channel_id} does not fit its messages"
+        walk.findings.error(f"chunk at byte {chunk}", what, RECOVER, kind="message index")
+
+
+def _check_indexes_complete(walk: Walk) -> None:
+    if walk.indexes_of is not None and walk.indexes_of[1] and not walk.damaged:
+        where = f"chunk at byte {walk.indexes_of[0]}"
+        walk.findings.add(Level.WARNING, where, "messages without a message index", RECOVER, kind="no message index")
+    walk.indexes_of = None
+
+
+def _check_end(walk: Walk, stream: BinaryIO) -> None:
+    findings = walk.findings
+    _check_indexes_complete(walk)
+    if walk.late:
+        stand = "1 message stands" if walk.late == 1 else f"{walk.late} messages stand"
+        what = f"{stand} after a later one, by {walk.late_ns / 1e9:.3f} s at most"
+        findings.add(Level.INFO, "order", what)
+    if walk.data_end is None or walk.footer is None:
+        if not walk.cut_off and not walk.damaged:
+            findings.error("end", "the file has no footer", RECOVER)
+        return
+    _check_data_crc(walk, stream)
+    stream.seek(-len(MAGIC), 2)
+    if stream.read() != MAGIC:
+        findings.error("end", "the closing magic is missing or something follows it", RECOVER)
+    if walk.footer.summary_start == 0:
+        findings.add(Level.WARNING, "summary", "the file has no index", RECOVER)
+        return
+    stream.seek(walk.data_end[0])
+    if (
+        HEAD.unpack(stream.read(HEAD.size))[1] != DATA_END_BYTES
+        or walk.footer.summary_start != stream.tell() + DATA_END_BYTES
+    ):
+        findings.error("summary", "it does not begin where the data end", RECOVER)
+    index = read_index(stream)
+    if index is None:
+        findings.error("summary", "the index at the end is damaged", RECOVER)
+    elif not walk.damaged:
+        _compare(walk, index)
+
+
+def _check_data_crc(walk: Walk, stream: BinaryIO) -> None:
+    assert walk.data_end is not None
+    end, expected = walk.data_end
+    if not expected:
+        return
+    stream.seek(0)
+    crc, left = 0, end
+    while left and (block := stream.read(min(left, 1 << 20))):
+        crc = zlib.crc32(block, crc)
+        left -= len(block)
+    if crc != expected and not walk.damaged:
+        walk.findings.error("data", "the checksum over all data is wrong, though every chunk is right", RECOVER)
+
+
+def _compare(walk: Walk, index: LogIndex) -> None:
+    """Compares the index with what the pass has seen of the file."""
+    findings = walk.findings
+
+    def differ(what: str) -> None:
+        findings.error("summary", what, RECOVER, kind="summary")
+
+    statistics = index.statistics
+    if statistics is not None:
+        counts = {channel: count for channel, count in statistics.channel_message_counts.items() if count}
+        if counts != walk.counts:
+            differ("its message counts are not those of the file")
+        for name, said, seen in (
+            ("chunks", statistics.chunk_count, len(walk.chunks)),
+            ("attachments", statistics.attachment_count, len(walk.attachments)),
+            ("metadata records", statistics.metadata_count, len(walk.metadata)),
+        ):
+            if said != seen:
+                differ(f"it counts {said} {name}, and there are {seen}")
+    if sorted(c.chunk_start_offset for c in index.chunks) != sorted(walk.chunks):
+        differ("its chunk offsets are not those of the file")
+    for chunk in index.chunks:
+        first, last, messages = walk.chunks.get(chunk.chunk_start_offset, (0, 0, 0))
+        if messages and (chunk.message_start_time, chunk.message_end_time) != (first, last):
+            differ(f"its times of the chunk at byte {chunk.chunk_start_offset} are wrong")
+    for said, seen, name in (
+        ({a.offset: a.name for a in index.attachments}, walk.attachments, "attachments"),
+        ({m.offset: m.name for m in index.metadata}, walk.metadata, "metadata records"),
+    ):
+        if said != seen:
+            differ(f"its index of {name} does not fit the file")
+    for channel in walk.channels.values():
+        if index.channels.get(channel.id) != channel:
+            differ(f"channel {channel.id} is missing or another one")

@@ -1,0 +1,85 @@
+"""Every check of a log, of the file and of the run in it, with a verdict and what to do.
+
+fine    nothing is wrong that matters
+lossy   what is there is sound, but something is missing: it was cut off, or messages were dropped
+faulty  something in it is not what it should be
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.records import Attachment, Metadata
+
+from replayers.doctor.container_checks import Walk, walk_container
+from replayers.doctor.findings import Finding, Findings, Level, Verdict
+from replayers.doctor.run_checks import RunChecks
+from replayers.log_tools.multi_run import taken_out
+from replayers.mcap_io.messages import Message
+from replayers.mcap_io.scan import open_log
+
+Told = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Examination:
+    """What the doctor says.
+
+    Attributes:
+        loss_window_s: the most that a crash could have lost while this was recorded: for logs recorded in real time,
+            the longest span of log time that one chunk held in memory; where log times are those of a simulated
+            world, the longest time that the recorder waits before it syncs.
+        loss_window_measured: whether it is the former, measured from the log.
+        longest_chunk_s: the longest span of log time in one chunk.
+        messages: how many are intact.
+    """
+
+    file: Path
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    loss_window_s: float
+    loss_window_measured: bool
+    longest_chunk_s: float
+    messages: int
+    holds_run: bool
+
+
+def examine(path: Path | str, *, told: Told = iter) -> Examination:
+    """Examines a log, streaming.
+
+    Args:
+        told: wraps the records as they are read, for a progress bar.
+
+    Raises:
+        FileMissing, NoMcap: there is nothing to examine.
+    """
+    path, findings = Path(path), Findings()
+    walk, runs, count = Walk(findings), dict[int | None, RunChecks](), 0
+    with open_log(path) as stream:
+        for part in told(walk_container(path, stream, walk)):
+            count += isinstance(part, Message)
+            run, plain = taken_out(part)
+            if run not in runs:
+                runs[run] = RunChecks(findings)
+            runs[run].take(plain)
+    if len(runs) > 1:
+        runs.pop(None, None)  # what was added to a log of several runs
+    if None not in runs and runs:
+        findings.add(Level.INFO, "runs", f"{len(runs)} in one log", "Take them apart: lios log split --by run")
+    checks = next(iter(runs.values()), RunChecks(findings))
+    for each in runs.values() or (checks,):
+        each.finish(cut_off=walk.cut_off, damaged=walk.damaged)
+    longest_s, promised_s = walk.chunk_span_ns / 1e9, checks.promised_s
+    measured = checks.real_time or promised_s is None
+    return Examination(
+        file=path,
+        verdict=findings.verdict,
+        findings=tuple(findings.all()),
+        loss_window_s=longest_s if measured or promised_s is None else promised_s,
+        loss_window_measured=measured,
+        longest_chunk_s=longest_s,
+        messages=count,
+        holds_run=checks.holds_run,
+    )

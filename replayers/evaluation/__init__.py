@@ -1,0 +1,1 @@
+"""Experiments on replay itself: coverage, calibration, and the Spot experiment."""

@@ -1,0 +1,253 @@
+"""Measures replay against hidden truth: runs are recorded, their truth is hidden, and every other strategy is
+replayed.
+
+One counterfactual is one log and one strategy other than the one that drove it. What it truly costs is found by
+running it in the simulator; the replayer reads the log file alone. Measured: whether the truth lies within the
+bounds, how many are exact or narrow, and how often the estimate's interval covers the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from recorders.simulated_run import Trial, Wish, record_trial, trial_events, trial_for
+from replayers.counterfactual.prepared_log import Settings, ground_of
+from replayers.counterfactual.replay import replay_on
+from replayers.evaluation.calibration import Stretch, pit_stretch, share_within
+from replayers.runs.run import read
+from workbench.errors import BadValue, LiosError, Unsupported
+from workbench.evaluation.splits import split_indices
+from workbench.execution.events import RunStatus
+from workbench.execution.loop import outcome_of
+from workbench.planning.scenarios.paper import make_task, prepare_house
+from workbench.plugins import NameOrigin
+from workbench.process_pool import process_pool
+from workbench.worlds.house import House
+from workbench.worlds.procthor.load import load_house, load_houses
+from workbench.worlds.shipped import shipped_houses
+
+NEAR = 1e-6
+"""Truth and bounds are compared with this much room: sums of the same legs in another order."""
+
+MOST_TRIED = 20
+"""Houses tried in turn for each task, at most, since not every house supports every scenario."""
+
+NARROW = 0.1
+"""Within 10 %: (upper - lower) / lower."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """One task to run: a house, a scenario, a seed."""
+
+    house: str
+    scenario: str
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """The settings of a measurement.
+
+    Attributes:
+        strategies: each records a log of every task, and is replayed over the logs of the others.
+        estimator: the estimator whose beliefs the runs use.
+    """
+
+    places: tuple[Place, ...]
+    strategies: tuple[str, ...]
+    settings: Settings
+    estimator: str = "counts"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Counterfactual:
+    """One measured replay; an infinite upper is none."""
+
+    estimator: str
+    house: str
+    scenario: str
+    seed: int
+    recorded: str
+    strategy: str
+    true_cost: float
+    true_status: str
+    status: str
+    lower: float
+    upper: float
+    lower_proof: str
+    upper_proof: str
+    complete: bool
+    estimate: float | None
+    interval: tuple[float, float] | None
+    pit: Stretch | None
+    mass: float | None
+    lower_if_beliefs_stand: float
+    upper_if_beliefs_stand: float
+    open: int
+    stretches: int
+
+    @property
+    def inside(self) -> bool:
+        return self.lower - NEAR <= self.true_cost <= self.upper + NEAR
+
+    @property
+    def inside_if_beliefs_stand(self) -> bool:
+        return self.lower_if_beliefs_stand - NEAR <= self.true_cost <= self.upper_if_beliefs_stand + NEAR
+
+    @property
+    def exact_if_beliefs_stand(self) -> bool:
+        return self.upper_if_beliefs_stand - self.lower_if_beliefs_stand <= 1e-6
+
+    @property
+    def exact(self) -> bool:
+        return self.upper - self.lower <= 1e-6
+
+    @property
+    def narrow(self) -> bool:
+        return self.exact or (self.lower > 0 and (self.upper - self.lower) / self.lower <= NARROW)
+
+    @property
+    def within(self) -> float | None:
+        """The share of the truth's PIT interval in the central 90 % of the sampled costs."""
+        return None if self.pit is None else share_within(self.pit)
+
+    @property
+    def covered(self) -> bool | None:
+        if self.interval is None:
+            return None
+        return self.interval[0] - NEAR <= self.true_cost <= self.interval[1] + NEAR
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Skipped:
+    """A task that could not be set in a house, or a replay whose strategy broke.
+
+    Attributes:
+        fault: the replayer's own: a run just recorded that it does not reproduce.
+    """
+
+    place: Place
+    reason: str
+    fault: bool = False
+
+
+def places_for(
+    houses: Path | None, part: str, scenarios: Sequence[str], *, count: int, per_place: int, seed: int
+) -> tuple[Place, ...]:
+    """Enough tasks for `count` counterfactuals: houses in turn, scenarios in turn, then the next seed.
+
+    Raises:
+        BadValue: no scenarios, or fewer than two strategies.
+        FileMissing, Malformed, UnknownName: the houses cannot be read.
+    """
+    if not scenarios or per_place < 1:
+        raise BadValue(
+            "scenarios and strategies", (list(scenarios), per_place), "a scenario and two strategies or more"
+        )
+    path = houses or shipped_houses()
+    loaded = load_houses(path)
+    indices = split_indices(path, part, houses=len(loaded))
+    places: list[Place] = []
+    wanted = -(-count // per_place)
+    for k in range(MOST_TRIED * wanted):
+        turn, index = divmod(k, len(indices))
+        scenario = scenarios[(len(places) + turn) % len(scenarios)]
+        place = Place(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn)
+        if _supports(loaded[indices[index]], place):
+            places.append(place)
+        if len(places) == wanted:
+            break
+    if not places:
+        raise BadValue("scenarios", ", ".join(scenarios), f"some that a house of {path} ({part}) can support")
+    return tuple(places)
+
+
+def _supports(house: House, place: Place) -> bool:
+    """Whether a house holds what a scenario needs."""
+    try:
+        make_task(place.scenario, prepare_house(place.scenario, house, seed=place.seed), seed=place.seed)
+    except Unsupported:
+        return False
+    return True
+
+
+def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual | Skipped]:
+    """Measures task by task, in order, for any number of workers."""
+    if workers <= 1:
+        for place in plan.places:
+            yield from measure(place, plan)
+        return
+    with process_pool(workers) as pool:
+        for found in pool.map(_measured, [(place, plan) for place in plan.places]):
+            yield from found
+
+
+def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
+    """All counterfactuals of one task."""
+    try:
+        trials = [_trial(place, plan, strategy) for strategy in plan.strategies]
+        truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
+    except LiosError as error:
+        yield Skipped(place=place, reason=str(error))
+        return
+    with TemporaryDirectory(prefix="lios-replay-") as folder:
+        for trial in trials:
+            log = Path(folder) / f"{trial.strategy}.mcap"
+            record_trial(trial, log)
+            ground = ground_of(read(log), plan.settings)
+            for other in plan.strategies:
+                if other == trial.strategy:
+                    continue
+                made = replay_on(ground, other, origin=NameOrigin.USER)
+                if made.bounds is None:
+                    reason = f"{other} over a log of {trial.strategy}: {made.reason}"
+                    yield Skipped(place=place, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
+                    continue
+                standing = made.if_beliefs_stand or made.bounds
+                yield Counterfactual(
+                    estimator=plan.estimator,
+                    house=place.house,
+                    scenario=place.scenario,
+                    seed=place.seed,
+                    recorded=str(trial.strategy),
+                    strategy=other,
+                    true_cost=truth[other].cost,
+                    true_status=truth[other].status.value,
+                    status=made.status.value,
+                    lower=made.bounds.lower,
+                    upper=made.bounds.upper,
+                    lower_proof=made.bounds.lower_proof.value,
+                    upper_proof=made.bounds.upper_proof.value,
+                    complete=made.bounds.complete,
+                    estimate=made.estimate.mean if made.estimate else None,
+                    interval=made.estimate.interval90 if made.estimate else None,
+                    pit=None if made.drawn is None else pit_stretch(made.drawn, truth[other].cost),
+                    mass=made.estimate.interval90_mass if made.estimate else None,
+                    lower_if_beliefs_stand=standing.lower,
+                    upper_if_beliefs_stand=standing.upper,
+                    open=len(ground.evidence.open),
+                    stretches=made.stretches,
+                )
+
+
+def outside(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
+    """Counterfactuals whose true cost lies outside the bounds: each is a fault."""
+    return tuple(c for c in found if not c.inside)
+
+
+def _trial(place: Place, plan: Plan, strategy: str) -> Trial:
+    return trial_for(
+        Wish(scenario=place.scenario),
+        load_house(place.house),
+        strategy=strategy,
+        estimator=plan.estimator,
+        seed=place.seed,
+    )
+
+
+def _measured(task: tuple[Place, Plan]) -> list[Counterfactual | Skipped]:
+    return list(measure(*task))

@@ -1,0 +1,1 @@
+"""Tools on log files: info, list, filter, merge, split, recover, convert and notes."""

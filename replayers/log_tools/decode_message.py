@@ -1,0 +1,114 @@
+"""Messages as JSON values, whatever their encoding, as far as the log describes it."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, final
+
+import msgspec
+from google.protobuf.json_format import MessageToDict
+from google.protobuf.message import DecodeError
+from mcap.exceptions import McapError
+from mcap.records import Schema
+
+from replayers.mcap_io.messages import Message
+
+SHORT_BYTES = 120
+"""Longer byte fields are shown as their length, unless all bytes are requested."""
+
+
+@final
+@dataclass(slots=True)
+class Shown:
+    """Turns messages into values that JSON can hold; decoders are created once for each schema.
+
+    Attributes:
+        whole: show all bytes, in base64.
+    """
+
+    whole: bool = False
+    _decoders: dict[tuple[str, int, int], Callable[[bytes], Any] | None] = field(default_factory=dict)
+
+    def value(self, message: Message) -> Any:
+        """The decoded message; its bytes, in base64 or counted, where it cannot be decoded."""
+        try:
+            if message.channel.message_encoding == "json":
+                return msgspec.json.decode(message.data)
+            decoder = self._decoder(message)
+            if decoder is not None:
+                return self._plain(decoder(message.data))
+        except (
+            msgspec.MsgspecError,
+            DecodeError,
+            McapError,
+            UnicodeDecodeError,
+            ValueError,
+            RecursionError,
+        ) as error:
+            return {"undecodable": str(error)[:200], **self._bytes(message.data)}
+        return self._bytes(message.data)
+
+    def line(self, message: Message) -> dict[str, Any]:
+        """A message with its topic and times."""
+        return {
+            "topic": message.topic,
+            "sequence": message.sequence,
+            "log_time": message.log_time,
+            "publish_time": message.publish_time,
+            "data": self.value(message),
+        }
+
+    def _decoder(self, message: Message) -> Callable[[bytes], Any] | None:
+        schema = message.schema
+        if schema is None:
+            return None
+        key = (message.channel.message_encoding, schema.id, hash(schema.data))
+        if key not in self._decoders:
+            self._decoders[key] = _decoder_for(message.channel.message_encoding, schema)
+        return self._decoders[key]
+
+    def _plain(self, value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: self._plain(part) for key, part in value.items()}
+        if isinstance(value, list | tuple):
+            return [self._plain(part) for part in value]
+        if isinstance(value, bytes | bytearray):
+            return self._bytes(bytes(value))
+        if isinstance(value, str) and not self.whole and len(value) > 10 * SHORT_BYTES:
+            return f"{value[:SHORT_BYTES]}... ({len(value)} characters)"
+        return value
+
+    def _bytes(self, data: bytes) -> dict[str, Any]:
+        if self.whole or len(data) <= SHORT_BYTES:
+            return {"base64": base64.b64encode(data).decode("ascii")}
+        return {"bytes": len(data)}
+
+
+def _decoder_for(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None:
+    if encoding == "protobuf" and schema.encoding == "protobuf":
+        from mcap_protobuf.decoder import DecoderFactory
+
+        decode = DecoderFactory().decoder_for(encoding, schema)
+        if decode is None:
+            return None
+        return lambda data: MessageToDict(decode(data), preserving_proto_field_name=True)
+    if encoding == "cdr":
+        try:
+            from mcap_ros2.decoder import DecoderFactory as RosDecoders
+        except ImportError:
+            return None
+        decode = RosDecoders().decoder_for(encoding, schema)
+        return None if decode is None else lambda data: _ros(decode(data))
+    return None
+
+
+def _ros(value: Any) -> Any:
+    """A ROS message as plain values."""
+    slots = getattr(type(value), "__slots__", None)
+    if slots and not isinstance(value, str | bytes | int | float):
+        return {name: _ros(getattr(value, name)) for name in slots}
+    if isinstance(value, list | tuple):
+        return [_ros(part) for part in value]
+    return value

@@ -1,0 +1,50 @@
+"""A log as lines of JSON: one message on each line, decoded as far as the log describes it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import msgspec
+
+from recorders.mcap_io.file import CannotCreate
+from replayers.log_tools.copy_log import Loss, NoRoom
+from replayers.log_tools.decode_message import Shown
+from replayers.log_tools.rewrite import Rewritten, Told, not_itself
+from replayers.mcap_io.reader import messages
+from workbench.errors import OutputExists, WrongKind
+
+
+def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewritten:
+    """Writes a log's messages to a .jsonl file, which is renamed to its final name when it is complete.
+
+    Raises:
+        OutputExists, CannotCreate, WrongKind, NoRoom: nothing was written.
+        BadValue: output and log are the same file.
+    """
+    not_itself([log], output)
+    if output.is_dir():
+        raise WrongKind(output, needed="file")
+    if output.exists() and not force:
+        raise OutputExists(output)
+    shown, loss, count = Shown(whole=True), Loss(), 0
+    found = messages(log, on_damage=loss.add)
+    draft = output.with_name(f".{output.name}.{os.getpid()}.part")
+    try:
+        output.parent.mkdir(parents=True, exist_ok=True)
+        stream = open(draft, "wb")  # noqa: SIM115
+    except OSError as error:
+        raise CannotCreate(output, error.strerror or str(error)) from error
+    try:
+        with stream:
+            for message in told(found):
+                stream.write(msgspec.json.encode(shown.line(message)) + b"\n")
+                count += 1
+        if output.exists() and not force:
+            raise OutputExists(output)
+        draft.replace(output)
+    except OSError as error:
+        raise NoRoom(output, error.strerror or str(error)) from error
+    finally:
+        draft.unlink(missing_ok=True)
+    return Rewritten(outputs=(output,), messages=count, dropped=0, loss=loss)

@@ -1,0 +1,164 @@
+"""The runs of a folder, one row for each log, read from indexes only and cached between calls.
+
+The cache is one file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's
+size and modification time are unchanged.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import msgspec
+
+from replayers.log_tools.log_paths import shown
+from workbench.cache import cache_folder
+from workbench.errors import LiosError
+
+LIST_VERSION = 2
+STAT_WORKERS = 8
+UNDECIDED = "undetermined"
+"""The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
+
+
+class Row(msgspec.Struct, frozen=True, kw_only=True):
+    """One log. problem says why it could not be read; status is missing where it has no outcome, cost there too, and
+    where a replay is undecided."""
+
+    file: str
+    place: str = ""
+    scenario: str = ""
+    strategy: str = ""
+    estimator: str = ""
+    seed: int | None = None
+    status: str = ""
+    cost: float | None = None
+    searches: int | None = None
+    duration_s: float | None = None
+    messages: int = 0
+    size_bytes: int = 0
+    closed: bool = False
+    source: str = ""
+    run_id: str = ""
+    started_ns: int = 0
+    problem: str = ""
+
+
+class _Known(msgspec.Struct, frozen=True):
+    size: int
+    changed_ns: int
+    row: Row
+
+
+class _Memory(msgspec.Struct):
+    version: int
+    rows: dict[str, _Known]
+
+
+def rows_of(
+    paths: Sequence[Path], *, memory: Path | None = None, told: Callable[[Iterator[Path]], Iterator[Path]] = iter
+) -> list[Row]:
+    """One row for each log, in the order given.
+
+    Args:
+        memory: the cache file; nothing is cached if not given.
+        told: wraps the logs that must be read, for a progress bar.
+    """
+    known = _recall(memory)
+    with ThreadPoolExecutor(STAT_WORKERS) as pool:
+        states = list(pool.map(_state, paths))
+    fresh: dict[str, _Known] = {}
+    new = [p for p, state in zip(paths, states, strict=True) if not _is_current(known.get(shown(p)), state)]
+    for path in told(iter(new)):
+        size, changed_ns = _state(path)
+        fresh[shown(path)] = _Known(size, changed_ns, row_of(path))
+    if fresh:
+        known.update(fresh)
+        _remember(memory, {shown(p): known[shown(p)] for p in paths})
+    return [known[shown(path)].row for path in paths]
+
+
+def row_of(path: Path) -> Row:
+    """The row of one log; a log that cannot be read gets one too."""
+    from replayers.log_tools.info import describe
+
+    try:
+        found = describe(path)
+    except LiosError as error:
+        return Row(file=shown(path), problem=shown(str(error)))
+    info, outcome = found.info, found.outcome
+    return Row(
+        file=shown(path),
+        place=info.place if info else "",
+        scenario=info.scenario if info else "",
+        strategy=info.strategy if info else "",
+        estimator=info.estimator if info else "",
+        seed=info.seed if info else None,
+        status=outcome.get("status", ""),
+        cost=None if outcome.get("status") == UNDECIDED else _number(outcome.get("cost")),
+        searches=_whole(outcome.get("searches")),
+        duration_s=round(found.duration_s, 3),
+        messages=found.index.messages,
+        size_bytes=found.size_bytes,
+        closed=found.indexed,
+        source=info.source if info else "",
+        run_id=info.run_id if info else "",
+        started_ns=info.started.ns if info else 0,
+        problem="" if info else f"holds {found.runs or 'no'} run{'s' if found.runs else ''}",
+    )
+
+
+def memory_for(folder: Path) -> Path | None:
+    """The cache file of a folder's rows; None where nothing should be cached."""
+    root = cache_folder()
+    if root is None:
+        return None
+    return root / "list" / f"{hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:24]}.json"
+
+
+def _state(path: Path) -> tuple[int, int]:
+    try:
+        state = path.stat()
+    except OSError:
+        return (-1, -1)
+    return (state.st_size, state.st_mtime_ns)
+
+
+def _is_current(known: _Known | None, state: tuple[int, int]) -> bool:
+    return known is not None and (known.size, known.changed_ns) == state
+
+
+def _recall(memory: Path | None) -> dict[str, _Known]:
+    if memory is None:
+        return {}
+    try:
+        found = msgspec.json.decode(memory.read_bytes(), type=_Memory)
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
+        return {}
+    return found.rows if found.version == LIST_VERSION else {}
+
+
+def _remember(memory: Path | None, rows: dict[str, _Known]) -> None:
+    if memory is None:
+        return
+    draft = memory.with_suffix(f".{os.getpid()}")
+    try:
+        memory.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_bytes(msgspec.json.encode(_Memory(LIST_VERSION, rows)))
+        draft.replace(memory)
+    except (OSError, UnicodeEncodeError):
+        draft.unlink(missing_ok=True)  # a listing that cannot be cached is still a listing
+
+
+def _number(text: str | None) -> float | None:
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return None
+
+
+def _whole(text: str | None) -> int | None:
+    return int(text) if text is not None and text.lstrip("-").isdigit() and len(text) < 19 else None

@@ -1,0 +1,167 @@
+"""Notes of people on a run: Foxglove events on /notes, appended to a closed log.
+
+Only the summary of the log is rewritten; every byte before it stays where it was.
+"""
+
+from __future__ import annotations
+
+import io
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.KeyValuePair_pb2 import KeyValuePair
+from google.protobuf.message import DecodeError
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from recorders.mcap_io.channels import protobuf_channel
+from recorders.mcap_io.file import BeingWritten
+from recorders.mcap_io.index import LogIndex
+from recorders.mcap_io.writer import McapWriter
+from replayers.log_tools.time_argument import moment
+from replayers.mcap_io.reader import messages
+from replayers.mcap_io.scan import open_log
+from replayers.mcap_io.summary import read_index
+from workbench.errors import BadValue, Malformed
+from workbench.log_schema.codec import UndecodableMessage
+from workbench.log_schema.events import NANO
+
+NOTE_TOPIC = "/notes"
+TRIES, WAIT_S = 20, 0.05
+
+
+class NotClosed(Malformed):
+    """A log without an index: still being recorded, or cut off."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"{path}: it is still being recorded, or was cut off. Make its index first: lios recover {path}"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """A note of a person on a run.
+
+    Attributes:
+        start_ns, end_ns: the time span that it is about, in nanoseconds since the epoch.
+        written_ns: when it was written, in nanoseconds since the epoch; 0 where unknown.
+    """
+
+    text: str
+    start_ns: int
+    end_ns: int
+    author: str = ""
+    written_ns: int = 0
+
+
+def add_note(
+    path: Path | str, text: str, *, at: str = "", until: str = "", author: str = "", now_ns: int | None = None
+) -> Note:
+    """Adds a note to a closed log.
+
+    Args:
+        at, until: as replayers.log_tools.time_argument.moment reads them; by default the log's end, and the same moment.
+        now_ns: when the note is written.
+
+    Raises:
+        NotClosed: the log has no index.
+        BeingWritten: another process has been writing to it for longer than a note takes.
+        CannotCreate: there is no permission to write to it.
+        DiskFull: no space is left; the log is unchanged.
+        BadValue: an empty text, an invalid time, or one outside the log.
+    """
+    path = Path(path)
+    if not text.strip():
+        raise BadValue("the note", text or None, "some words")
+    for _ in range(TRIES):
+        try:
+            return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+        except (BeingWritten, NotClosed):
+            time.sleep(WAIT_S)  # another process's note takes milliseconds
+    return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
+
+
+def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: int | None) -> Note:
+    index, size = _index_of(path)
+    start_ns = _within(index, at, "--at") if at else index.last_ns
+    end_ns = _within(index, until, "--until") if until else start_ns
+    if end_ns < start_ns:
+        raise BadValue("--until", until, "at or after --at")
+    note = Note(
+        text=text,
+        start_ns=start_ns,
+        end_ns=end_ns,
+        author=author,
+        written_ns=time.time_ns() if now_ns is None else now_ns,
+    )
+    spec = protobuf_channel(NOTE_TOPIC, Event)
+    with McapWriter.append_to(path, index, size=size) as writer:
+        known = [c.id for c in index.channels.values() if c.topic == NOTE_TOPIC and c.message_encoding == "protobuf"]
+        if known:
+            channel = known[0]
+        else:
+            schema = writer.add_schema(spec.schema_name, spec.schema_encoding, spec.schema_data)
+            channel = writer.add_channel(spec.topic, spec.message_encoding, schema)
+        writer.add_message(channel, _encoded(note), log_time=note.start_ns, publish_time=note.written_ns)
+    return note
+
+
+def notes_of(path: Path | str) -> list[Note]:
+    """All notes of a log, ordered by the time that they are about.
+
+    Raises:
+        UndecodableMessage: a message on their topic that is not a note.
+    """
+    found: list[Note] = []
+    for message in messages(path, topics=NOTE_TOPIC.__eq__):
+        try:
+            event = Event.FromString(message.data)
+        except DecodeError as error:
+            raise UndecodableMessage(NOTE_TOPIC, str(error)) from error
+        pairs = {pair.key: pair.value for pair in event.metadata}
+        found.append(
+            Note(
+                text=pairs.get("note", ""),
+                start_ns=_ns(event.start_time),
+                end_ns=_ns(event.end_time),
+                author=pairs.get("author", ""),
+                written_ns=message.publish_time,
+            )
+        )
+    return sorted(found, key=lambda note: (note.start_ns, note.written_ns))
+
+
+def _index_of(path: Path) -> tuple[LogIndex, int]:
+    """A closed log's index, and the size of its file in bytes."""
+    with open_log(path) as stream:
+        size = stream.seek(0, io.SEEK_END)
+        index = read_index(stream)
+    if index is None:
+        raise NotClosed(path)
+    return index, size
+
+
+def _within(index: LogIndex, text: str, option: str) -> int:
+    """A moment within the log: a note far from it would stretch the time span of the log."""
+    stamp_ns = moment(text, start_ns=index.first_ns, option=option)
+    if index.messages and not index.first_ns <= stamp_ns <= index.last_ns:
+        raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - index.first_ns) / NANO:.3f} seconds")
+    return stamp_ns
+
+
+def _encoded(note: Note) -> bytes:
+    pairs = [KeyValuePair(key="note", value=note.text)]
+    if note.author:
+        pairs.append(KeyValuePair(key="author", value=note.author))
+    event = Event(start_time=_stamp(note.start_ns), end_time=_stamp(note.end_ns), metadata=pairs)
+    return event.SerializeToString(deterministic=True)
+
+
+def _stamp(ns: int) -> Timestamp:
+    return Timestamp(seconds=ns // NANO, nanos=ns % NANO)
+
+
+def _ns(stamp: Timestamp) -> int:
+    return stamp.seconds * NANO + stamp.nanos

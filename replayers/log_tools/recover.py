@@ -1,0 +1,146 @@
+"""Recovers every intact message of a damaged log into a clean file with a new index.
+
+Two passes: the first collects the declarations of the whole file, because a lost chunk may have held the only
+declaration before its messages; the second copies. Memory holds one record at a time, whatever the file claims.
+
+Why not mcap's own reader: it ends at the first record that is damaged.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
+
+from replayers.log_tools.copy_log import Copier, Loss, Style, declarations, profile_of
+from replayers.log_tools.log_paths import shown
+from replayers.log_tools.multi_run import run_and_name
+from replayers.mcap_io.messages import Content
+from replayers.mcap_io.records import Record
+from replayers.mcap_io.scan import Damage, open_log, scan
+from replayers.mcap_io.summary import read_index
+from workbench.errors import BadValue
+from workbench.log_schema.run_info import INFO_METADATA, is_intact
+from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
+
+Told = Callable[[Iterator[tuple[int, Record]]], Iterable[tuple[int, Record]]]
+RECOVERED_METADATA = "lios.recovered"
+"""Metadata of every recovered log: the source file, the number of damages, the number of messages saved."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recovery:
+    """The result of a recovery.
+
+    Attributes:
+        messages, attachments, metadata: how many were saved.
+        damages: the first damages that were skipped; damage_count counts all of them.
+        messages_lost: messages whose channel is not declared anywhere; those inside lost chunks cannot be counted
+            unless the index is intact: expected_messages then says how many there were.
+        was_closed: the log had its index; False for one whose recorder was killed.
+    """
+
+    source: Path
+    output: Path
+    messages: int
+    attachments: int
+    metadata: int
+    damages: tuple[Damage, ...]
+    damage_count: int
+    messages_lost: int
+    expected_messages: int | None
+    was_closed: bool
+    source_bytes: int
+    output_bytes: int
+
+    @property
+    def lossy(self) -> bool:
+        """Whether anything was dropped. A log that merely was not closed loses nothing that had been flushed."""
+        missing = self.expected_messages is not None and self.expected_messages != self.messages
+        return missing or self.messages_lost > 0 or any(damage.costs_content for damage in self.damages)
+
+
+def recover(source: Path | str, output: Path | str, *, force: bool = False, told: Told = iter) -> Recovery:
+    """Saves the intact part of a log to another file.
+
+    Args:
+        told: wraps the records as they are copied, for a progress bar.
+
+    Raises:
+        FileMissing, NoMcap: there is nothing to read.
+        OutputExists, CannotCreate, NoRoom: the output cannot be written; no partial file is left.
+        BadValue: output and source are the same file.
+    """
+    source, output = Path(source), Path(output)
+    with open_log(source) as stream:
+        index = read_index(stream)
+        source_bytes = os.fstat(stream.fileno()).st_size
+    if output.exists() and output.samefile(source):
+        raise BadValue("output", str(output), "another file than the log itself")
+    channels, schemas = declarations(source)
+    loss = Loss()
+    with Copier(output, Style(force=force), profile=profile_of(source)) as copier:
+        done = _copy(source, copier, loss, channels, schemas, told)
+        facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
+        copier.writer.add_metadata(RECOVERED_METADATA, facts)
+    return Recovery(
+        source=source,
+        output=output,
+        **done,
+        damages=tuple(loss.damages),
+        damage_count=loss.count,
+        messages_lost=loss.messages,
+        expected_messages=index.messages if index is not None else None,
+        was_closed=index is not None,
+        source_bytes=source_bytes,
+        output_bytes=copier.writer.bytes_written,
+    )
+
+
+def _copy(
+    source: Path, copier: Copier, loss: Loss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
+) -> dict[str, int]:
+    """Copies and counts what is intact."""
+    done = {"messages": 0, "attachments": 0, "metadata": 0}
+    identity: dict[str, str] = {}
+    named: set[str] = set()
+    content = Content(on_damage=loss.add, channels=channels, schemas=schemas)
+    with open_log(source) as stream:
+        for offset, record in told(scan(stream, path=source, on_damage=loss.add)):
+            if isinstance(record, DataEnd):
+                break
+            if isinstance(record, Attachment):
+                copier.attach(record)
+                done["attachments"] += 1
+                if record.name == SETTINGS_ATTACHMENT:
+                    identity = _identity_in(record.data)
+            elif isinstance(record, Metadata):
+                if is_intact(run_and_name(record.name)[1], record.metadata):
+                    copier.describe(record)
+                    named.add(record.name)
+                    done["metadata"] += 1
+                else:
+                    what = f"metadata {record.name[:60]!r}: its checksum is wrong"
+                    loss.add(Damage(offset, what, opcode=Opcode.METADATA))
+            elif not isinstance(record, Header):
+                for message in content.messages_of(offset, record):
+                    copier.copy(message)
+                    done["messages"] += 1
+    if identity and INFO_METADATA not in named:
+        copier.writer.add_metadata(INFO_METADATA, identity)
+        done["metadata"] += 1
+    loss.messages += content.messages_lost
+    return done
+
+
+def _identity_in(settings: bytes) -> dict[str, str]:
+    """The run's identity, which settings.json repeats under its own checksum."""
+    try:
+        pairs = settings_from_json(settings).more.get("run")
+    except MalformedSettings:
+        return {}
+    return {str(key): str(value) for key, value in pairs.items()} if isinstance(pairs, dict) else {}

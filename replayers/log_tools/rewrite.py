@@ -1,0 +1,250 @@
+"""Filters, merges, splits and recompresses logs, streaming from the reader to the writer.
+
+Messages, attachments and metadata of unknown topics pass through untouched.
+"""
+
+from __future__ import annotations
+
+import heapq
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from mcap.records import Attachment, Header, Metadata
+
+from recorders.sinks.files import PART_METADATA, REPEATED
+from replayers.log_tools.copy_log import Copier, Loss, Style, contents, profile_of
+from replayers.log_tools.multi_run import Marks, named, runs_of, split_by_run
+from replayers.mcap_io.messages import Message
+from workbench.errors import BadValue, Malformed
+
+Told = Callable[[Iterator[Message]], Iterable[Message]]
+"""Wraps the messages as they are copied, for a progress bar."""
+
+
+class MixedRuns(Malformed):
+    """Logs that disagree on something that one file can hold only once."""
+
+    def __init__(self, name: str, path: Path) -> None:
+        super().__init__(
+            f"{path}: its {name} differs from that of the logs before it. "
+            "Merge logs of one run, or give --runs for several, or --allow-duplicates."
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rewritten:
+    """The result of rewriting logs.
+
+    Attributes:
+        dropped: messages that were not wanted.
+    """
+
+    outputs: tuple[Path, ...]
+    messages: int
+    dropped: int
+    loss: Loss
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """Which messages are wanted.
+
+    Attributes:
+        include, exclude: topics must match one of include (if any) and none of exclude; whole names.
+        start_ns, end_ns: log times, end exclusive.
+    """
+
+    include: tuple[re.Pattern[str], ...] = ()
+    exclude: tuple[re.Pattern[str], ...] = ()
+    start_ns: int = 0
+    end_ns: int | None = None
+    attachments: bool = True
+    metadata: bool = True
+
+    def topic(self, name: str) -> bool:
+        included = not self.include or any(p.fullmatch(name) for p in self.include)
+        return included and not any(p.fullmatch(name) for p in self.exclude)
+
+    def message(self, message: Message) -> bool:
+        if message.log_time < self.start_ns or (self.end_ns is not None and message.log_time >= self.end_ns):
+            return False
+        return self.topic(message.topic)
+
+
+def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
+    """Compiled topic expressions.
+
+    Raises:
+        BadValue: an invalid regular expression.
+    """
+    found: list[re.Pattern[str]] = []
+    for text in texts:
+        try:
+            found.append(re.compile(text))
+        except re.error as error:
+            raise BadValue(option, text, f"a regular expression ({error})") from None
+    return tuple(found)
+
+
+def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Told = iter) -> Rewritten:
+    """Copies the wanted messages of a log. Also compacts: the new file's chunks are full."""
+    loss, kept, dropped = Loss(), 0, 0
+    not_itself([source], output)
+    with Copier(output, style, profile=profile_of(source)) as copier:
+        for message in told(_flow(source, loss, copier, wanted)):
+            if wanted.message(message):
+                copier.copy(message)
+                kept += 1
+            else:
+                dropped += 1
+    return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
+
+
+def _flow(source: Path, loss: Loss, copier: Copier, wanted: Wanted) -> Iterator[Message]:
+    """The messages of a log; its wanted attachments and metadata are copied as they are read."""
+    for part in contents(source, loss):
+        if isinstance(part, Message):
+            yield part
+        elif isinstance(part, Attachment) and wanted.attachments:
+            copier.attach(part)
+        elif isinstance(part, Metadata) and wanted.metadata:
+            copier.describe(part)
+
+
+def merged(
+    sources: Sequence[Path],
+    output: Path,
+    style: Style,
+    *,
+    several_runs: bool = False,
+    allow_duplicates: bool = False,
+    told: Told = iter,
+) -> Rewritten:
+    """Merges several logs into one, by log time. Equal attachments, metadata and channels become one.
+
+    Parts of a split log become the original log again: what later parts only repeat is left out.
+
+    Args:
+        several_runs: each log is a run, or a part of one, and stays distinguishable from the others.
+
+    Raises:
+        MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
+        BadValue: a log is given twice.
+    """
+    not_itself(sources, output)
+    _each_once(sources)
+    loss, count = Loss(), 0
+    runs = runs_of(sources) if several_runs else [None] * len(sources)
+    with Copier(output, style, profile=_common_profile(sources)) as copier:
+        arounds = {run: _Around(copier, allow_duplicates, run) for run in runs}
+        flows = [_flow_of(number, source, loss, arounds[runs[number]]) for number, source in enumerate(sources)]
+        ordered = heapq.merge(*flows, key=lambda entry: (entry[0], entry[1]))
+        for message in told(message for _, _, message in ordered):
+            copier.copy(message)
+            count += 1
+    return Rewritten(
+        outputs=(output,), messages=count, dropped=sum(around.repeated for around in arounds.values()), loss=loss
+    )
+
+
+def split_up(
+    source: Path,
+    output: Path,
+    style: Style,
+    *,
+    part_s: float | None = None,
+    part_bytes: int | None = None,
+    by_run: bool = False,
+    told: Told = iter,
+) -> Rewritten:
+    """Splits a log into parts, each of which opens alone: output_0000.mcap, output_0001.mcap, ...
+
+    With force, the surplus parts of an earlier, longer split of that name are removed.
+
+    Raises:
+        BadValue: not exactly one way of splitting was given, or the log has the name of one of its own parts.
+    """
+    from replayers.log_tools.split import Parts
+
+    if re.fullmatch(re.escape(output.stem) + r"_[0-9]{4,}", source.stem):
+        not_itself([source], output.with_name(source.name))
+
+    loss, count = Loss(), 0
+    if by_run:
+        if part_s is not None or part_bytes is not None:
+            raise BadValue("which of --by run, --every and --size", "several", "one")
+        paths, count = split_by_run(source, output, style, loss, told)
+        return Rewritten(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
+    with Parts(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
+        for message in told(parts.messages(loss)):
+            parts.copy(message)
+            count += 1
+    return Rewritten(outputs=tuple(parts.paths), messages=count, dropped=0, loss=loss)
+
+
+@dataclass(slots=True)
+class _Around:
+    """Attachments and metadata of several logs as they are copied into one."""
+
+    copier: Copier
+    allow_duplicates: bool
+    run: int | None
+    seen: dict[tuple[str, str], set[bytes]] = field(default_factory=dict)
+    repeated: int = 0
+
+    def take(self, part: Attachment | Metadata, path: Path) -> None:
+        if part.name == PART_METADATA:
+            return
+        kind = type(part).__name__.lower()
+        content = part.data if isinstance(part, Attachment) else repr(sorted(part.metadata.items())).encode()
+        known = self.seen.setdefault((kind, part.name), set())
+        if content in known:
+            return
+        if known and not self.allow_duplicates:
+            raise MixedRuns(f"{kind} {part.name}", path)
+        known.add(content)
+        if self.run is not None:
+            part = replace(part, name=named(part.name, self.run))
+        if isinstance(part, Attachment):
+            self.copier.attach(part)
+        else:
+            self.copier.describe(part)
+
+
+def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator[tuple[int, int, Message]]:
+    key, value = REPEATED
+    marks = None if around.run is None else Marks(around.run)
+    for part in contents(source, loss):
+        if isinstance(part, Message):
+            if part.channel.metadata.get(key) == value:
+                around.repeated += 1
+            else:
+                yield part.log_time, number, marks.message(part) if marks else part
+        elif not isinstance(part, Header):
+            around.take(part, source)
+
+
+def not_itself(sources: Sequence[Path], output: Path) -> None:
+    """Refuses to write to a file that is being read.
+
+    Raises:
+        BadValue: the output is one of the sources.
+    """
+    for source in sources:
+        if output.exists() and source.exists() and output.samefile(source):
+            raise BadValue("output", str(output), "another file than what is read")
+
+
+def _each_once(sources: Sequence[Path]) -> None:
+    known: set[Path] = set()
+    for source in sources:
+        if source.resolve() in known:
+            raise BadValue("a log to merge", str(source), "given once")
+        known.add(source.resolve())
+
+
+def _common_profile(sources: Sequence[Path]) -> str:
+    profiles = {profile_of(source) for source in sources}
+    return profiles.pop() if len(profiles) == 1 else ""

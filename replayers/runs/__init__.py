@@ -1,0 +1,1 @@
+"""A log as a run: its events, its state at any time, its sensor data."""

@@ -1,0 +1,253 @@
+"""A recorded run as one value: identity, place, task, and every event in order.
+
+A log whose recorder died reads like any other, up to its last flush; `complete` says whether it has its end.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import msgspec
+from mcap.records import Attachment, DataEnd, Metadata
+
+from replayers.log_tools.multi_run import HoldsRuns, run_and_name
+from replayers.mcap_io.messages import Content, Message
+from replayers.mcap_io.reader import wanted_chunks
+from replayers.mcap_io.records import Record
+from replayers.mcap_io.scan import Damage, open_log, record_at, scan
+from replayers.mcap_io.summary import read_index
+from workbench.errors import MalformedFile
+from workbench.log_schema.codec import decode
+from workbench.log_schema.events import (
+    TOPICS,
+    ActionFinished,
+    BeliefUpdate,
+    DomainEvent,
+    Dropped,
+    FindCosts,
+    GroundTruth,
+    Observation,
+    Outcome,
+    PlanComputed,
+    RunInfo,
+    Timing,
+)
+from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_from_json, task_from_json
+from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
+from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, settings_from_json
+from workbench.planning.tasks import Task
+from workbench.search.costs import ActionCosts
+
+if TYPE_CHECKING:
+    from replayers.tables.frames import Tables
+
+Wire = TypeVar("Wire", bound=msgspec.Struct)
+"""A class of the vocabulary."""
+TRUTH_TOPIC = "/search/truth"
+POSE_TOPIC = "/robot/pose"
+
+
+class HoldsNoRun(MalformedFile):
+    """An MCAP file that no run was recorded to."""
+
+    def __init__(self, path: Path, lacks: str) -> None:
+        super().__init__(path, f"it holds no run (no {lacks})", "Give a log of lios record, or lios site from-log")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """One recorded run.
+
+    Attributes:
+        path: the log.
+        truth: the contents of every container; None unless requested by with_truth, or where it was not recorded.
+        outcome: None where the recording stopped short of it.
+        complete: the log was closed properly and holds its outcome.
+        damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
+    """
+
+    path: Path
+    info: RunInfo
+    place: Place
+    task: Task
+    costs: ActionCosts
+    settings: dict[str, Any] = field(default_factory=dict)
+    observations: tuple[Observation, ...] = ()
+    beliefs: tuple[BeliefUpdate, ...] = ()
+    find_costs: tuple[FindCosts, ...] = ()
+    plans: tuple[PlanComputed, ...] = ()
+    timings: tuple[Timing, ...] = ()
+    actions: tuple[ActionFinished, ...] = ()
+    outcome: Outcome | None = None
+    truth: GroundTruth | None = None
+    dropped: Dropped | None = None
+    raw_poses: tuple[tuple[int, bytes], ...] = ()
+    """(log time, foxglove.PoseInFrame as bytes) of /robot/pose, decoded when a table asks for them."""
+    complete: bool = False
+    damage: tuple[Damage, ...] = ()
+
+    def __repr__(self) -> str:
+        """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
+        end = f"{self.outcome.status}, cost {self.outcome.cost:.1f}" if self.outcome else "no outcome"
+        counts = f"{len(self.plans)} decisions, {len(self.actions)} actions"
+        info = self.info
+        return f"<Run {self.path}: {info.title}, in {info.place} by {info.strategy}; {end}; {counts}>"
+
+    @cached_property
+    def tables(self) -> Tables:
+        """The run as data frames, each built when first requested."""
+        from replayers.tables.frames import RunSource, Tables
+
+        return Tables((RunSource.of(self),))
+
+    def events(self, event_class: type[Wire]) -> tuple[Wire, ...]:
+        """All events of a class of the vocabulary, in order.
+
+        Raises:
+            KeyError: a class that is not an event of a run.
+        """
+        held = getattr(self, _HELD_AS[event_class])
+        if isinstance(held, tuple):
+            return held
+        return () if held is None else (held,)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the whole file, in hexadecimal."""
+        digest = hashlib.sha256()
+        with open(self.path, "rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+        return digest.hexdigest()
+
+
+_HELD_AS: Mapping[type[msgspec.Struct], str] = MappingProxyType(
+    {
+        Observation: "observations",
+        BeliefUpdate: "beliefs",
+        FindCosts: "find_costs",
+        PlanComputed: "plans",
+        Timing: "timings",
+        ActionFinished: "actions",
+        Outcome: "outcome",
+        GroundTruth: "truth",
+        Dropped: "dropped",
+    }
+)
+"""The attribute of a run that holds the events of a class."""
+
+
+def read(path: Path | str, *, with_truth: bool = False) -> Run:
+    """Reads a log.
+
+    Args:
+        with_truth: also read the true contents that a simulated run recorded; planners must not see them.
+
+    Raises:
+        FileMissing, NoMcap: no file, or no MCAP file.
+        HoldsRuns: several runs in one file.
+        HoldsNoRun: an MCAP file without a run's identity, place or task.
+        UndecodableMessage: a message inside an intact chunk that is not what its topic says.
+        NewerSchema: recorded by a later release.
+    """
+    found = _Found(Path(path), with_truth)
+    content = Content(topics=found.wants, on_damage=found.damage.append)
+    with open_log(path) as stream:
+        index = read_index(stream)
+        if index is None:
+            for offset, record in scan(stream, path=path, on_damage=found.damage.append):
+                if isinstance(record, DataEnd):
+                    break
+                found.take(record)
+                found.extend(content.messages_of(offset, record))
+        else:
+            content.schemas, content.channels = index.schemas, index.channels
+            for entry in (*index.metadata, *index.attachments):
+                found.take(record_at(stream, entry.offset, on_damage=found.damage.append))
+            for offset in wanted_chunks(index, found.wants):
+                chunk = record_at(stream, offset, on_damage=found.damage.append)
+                found.extend(content.messages_of(offset, chunk))
+    return found.run(closed=index is not None)
+
+
+_place = lru_cache(maxsize=8)(place_from_json)
+"""Runs of one place, which nobody can change, share it."""
+
+
+@dataclass(slots=True)
+class _Found:
+    """What has been read so far."""
+
+    path: Path
+    with_truth: bool
+    damage: list[Damage] = field(default_factory=list)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    info: RunInfo | None = None
+    events: dict[type[msgspec.Struct], list[DomainEvent]] = field(default_factory=dict)
+    poses: list[tuple[int, bytes]] = field(default_factory=list)
+    several: bool = False
+
+    def wants(self, topic: str) -> bool:
+        return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
+
+    def take(self, record: Record | None) -> None:
+        if isinstance(record, Metadata | Attachment) and run_and_name(record.name)[0] is not None:
+            self.several = True
+        elif isinstance(record, Metadata) and record.name == INFO_METADATA:
+            self.info = info_from_metadata(record.metadata)
+        elif isinstance(record, Attachment):
+            self.attachments[record.name] = record.data
+
+    def extend(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            topic = message.channel.topic
+            if topic in TOPICS:
+                event = decode(topic, message.data)
+                self.events.setdefault(type(event), []).append(event)
+            elif message.channel.message_encoding == "protobuf":
+                self.poses.append((message.log_time, message.data))
+
+    def run(self, *, closed: bool) -> Run:
+        if self.info is None:
+            if self.several:
+                raise HoldsRuns(self.path)
+            raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
+        settings = settings_from_json(self._attachment(SETTINGS_ATTACHMENT))
+        outcome = self._last(Outcome)
+        return Run(
+            path=self.path,
+            info=self.info,
+            place=_place(self._attachment(PLACE_ATTACHMENT)),
+            task=task_from_json(self._attachment(TASK_ATTACHMENT)),
+            costs=settings.costs,
+            settings=settings.more,
+            observations=self._all(Observation),
+            beliefs=self._all(BeliefUpdate),
+            find_costs=self._all(FindCosts),
+            plans=self._all(PlanComputed),
+            timings=self._all(Timing),
+            actions=self._all(ActionFinished),
+            outcome=outcome,
+            truth=self._last(GroundTruth),
+            dropped=self._last(Dropped),
+            raw_poses=tuple(self.poses),
+            complete=closed and outcome is not None,
+            damage=tuple(self.damage),
+        )
+
+    def _attachment(self, name: str) -> bytes:
+        if name not in self.attachments:
+            raise HoldsNoRun(self.path, f"attachment {name}")
+        return self.attachments[name]
+
+    def _all(self, cls: type[Wire]) -> tuple[Wire, ...]:
+        return tuple(cast("list[Wire]", self.events.get(cls, [])))  # kept by their own class
+
+    def _last(self, cls: type[Wire]) -> Wire | None:
+        return next(reversed(self._all(cls)), None)

@@ -1,0 +1,1 @@
+"""Drafts of site surveys from logs."""

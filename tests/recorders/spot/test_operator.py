@@ -1,0 +1,52 @@
+"""Closed furniture: what nobody opened was not seen into, and is never recorded as empty."""
+
+from __future__ import annotations
+
+from spot_help import placed, robot
+
+from recorders.spot.client.control import Control
+from recorders.spot.run.operator import Agreeing, KeyBoard, Nobody, StopSwitch
+from recorders.spot.run.world import RunSettings, SpotWorld
+from workbench.worlds.house import ContainerId
+from workbench.worlds.world import Looked, Refused
+
+
+class Refusing:
+    """A helper who says no."""
+
+    present = True
+
+    def confirm(self, question: str) -> bool:
+        return False
+
+
+def test_what_the_helper_does_not_open_is_refused_and_not_empty() -> None:
+    site = placed()[0]
+    closed = next(ContainerId(c.id) for c in site.file.containers if c.closed)
+    opened = next(ContainerId(c.id) for c in site.file.containers if not c.closed)
+    with robot() as (_spot, connection):
+        client = connection.client("graph-nav-service")
+        client.set_localization(initial_guess_localization=_nowhere(), fiducial_init=2)
+        settings = RunSettings(poll_s=0.5, look_s=1.0)
+
+        def look(operator: object, container: ContainerId) -> object:
+            world = SpotWorld(
+                connection=connection, control=Control(connection), site=site, settings=settings, operator=operator
+            )
+            return world.look_into(container)
+
+        refused = look(Refusing(), closed)
+        assert isinstance(refused, Refused)
+        assert refused.reason == "nobody opened it"
+        assert isinstance(look(Refusing(), opened), Looked), "nobody is asked for what stands open"
+        assert isinstance(look(Nobody(), closed), Looked), "nobody to ask: what a person would do counts as done"
+        assert isinstance(look(KeyBoard(StopSwitch()), closed), Looked), "a keyboard without a terminal is nobody"
+        helper = Agreeing()
+        assert isinstance(look(helper, closed), Looked)
+        assert helper.asked == [f"Open {closed}, then press y."]
+
+
+def _nowhere() -> object:
+    from bosdyn.api.graph_nav import nav_pb2
+
+    return nav_pb2.Localization()

@@ -1,0 +1,416 @@
+"""Failures of the first hour with a real robot: each gives one line, frees the lease, and invents no data."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+import pytest
+from bosdyn.api import geometry_pb2, power_pb2, synchronized_command_pb2
+from bosdyn.api.graph_nav import map_pb2, nav_pb2
+from spot_help import is_free, messages, placed, robot, run_of
+
+from recorders.spot.client.connection import Connection, Credentials, RobotAddress
+from recorders.spot.client.control import Control
+from recorders.spot.client.errors import MapRefused, NoMap, NotLocalized, NotReady, WaypointMissing
+from recorders.spot.client.frame_trees import tform
+from recorders.spot.client.localized import is_localized
+from recorders.spot.client.map_upload import upload_map
+from recorders.spot.client.time_source import RunningClock
+from recorders.spot.record_session import SessionPlan, record_session
+from recorders.spot.run.manipulation import how_it_ended, place_on
+from recorders.spot.run.navigate import keep_going, speed_limit, way_to
+from recorders.spot.run.operator import StopSwitch, signals_press
+from recorders.spot.run.run import first_decision, run_and_record
+from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.session import Rates
+from recorders.spot.session.topics import Gap
+from recorders.spot.simulated.faults import FaultKind
+from recorders.spot.simulated.services.local_grids import LocalGrids
+from replayers.runs.run import read
+from workbench.errors import FileMissing, MalformedFile, UnknownName
+from workbench.worlds.geometry import Pose
+from workbench.worlds.house import ContainerId, LocationId
+from workbench.worlds.sites.site import load_site
+from workbench.worlds.world import Done, Refused
+
+QUICK = Rates(state_hz=20.0, localization_hz=5.0, fiducials_hz=0.0, images_hz=5.0, grid_hz=5.0, image_ratio=0.25)
+
+
+@pytest.mark.parametrize(
+    ("refusal", "said"),
+    [
+        (power_pb2.STATUS_SHORE_POWER_CONNECTED, "unplug"),
+        (power_pb2.STATUS_KEEPALIVE_MOTORS_OFF, "keepalive"),
+        (power_pb2.STATUS_FAULTED, "fault"),
+    ],
+)
+def test_motors_that_do_not_come_on_are_told_in_words(refusal: int, said: str, tmp_path: Path) -> None:
+    with robot() as (spot, connection):
+        spot.state.power_refusal = refusal
+        with pytest.raises(NotReady, match=said) as caught:
+            run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+        assert "\n" not in str(caught.value)
+        assert spot.state.leases.owner is None
+
+
+def test_a_run_that_does_not_begin_leaves_no_log(tmp_path: Path) -> None:
+    from recorders.spot.client.errors import LeaseTaken
+
+    with robot() as (spot, connection):
+        spot.inject(FaultKind.LOST_LEASE)
+        with pytest.raises(LeaseTaken, match="--take-lease"):
+            run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+    assert not list(tmp_path.glob("*.mcap")), "the next attempt needs no --force"
+
+
+def test_a_certificate_that_is_none_is_said(tmp_path: Path) -> None:
+    (tmp_path / "x.pem").write_text("nothing of the kind")
+    login = Credentials(username="user", password="simulated")
+    with pytest.raises(MalformedFile, match="no certificate"):
+        Connection(RobotAddress(host="127.0.0.1", port=9), login, certificate=tmp_path / "x.pem")
+
+
+def test_a_behaviour_fault_is_named(tmp_path: Path) -> None:
+    with robot() as (spot, connection):
+        spot.state.behaviour_fault = True
+        with pytest.raises(NotReady, match="clear it on the tablet"):
+            run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+        assert spot.state.leases.owner is None
+
+
+def test_a_robot_that_sees_no_fiducial_from_the_floor_stands_up_first(tmp_path: Path) -> None:
+    with robot() as (spot, connection):
+        spot.state.fiducials_from_floor = False
+        with pytest.raises(NotLocalized, match="fiducial"):
+            first_decision(connection, run_of(spot))
+        report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+        assert report.ended.status == "done", report.ended.reason
+        assert report.lease_returned
+        assert spot.state.leases.owner is None
+
+
+def test_waypoints_may_be_called_by_the_names_that_people_gave_them(tmp_path: Path) -> None:
+    site, _ = placed()
+    named = MappingProxyType({place: name.removeprefix("wp-") for place, name in site.waypoints.items()})
+    with robot() as (spot, connection):
+        world = SpotWorld(connection=connection, control=Control(connection), site=replace(site, waypoints=named))
+        world.know_the_map()
+        assert dict(world.site.waypoints) == dict(site.waypoints)
+        wrong = MappingProxyType({**named, LocationId("bed"): "attic"})
+        world.site = replace(site, waypoints=wrong)
+        with pytest.raises(WaypointMissing, match="attic"):
+            world.know_the_map()
+        graph = connection.client("graph-nav-service").download_graph()
+        twice = next(waypoint for waypoint in graph.waypoints if waypoint.id == "wp-desk")
+        twice.annotations.name = "bed"
+        _load(spot, connection, graph, tmp_path)
+        world.site = replace(site, waypoints=named)
+        with pytest.raises(WaypointMissing, match=r"bed.*several of that name"):
+            world.know_the_map()
+
+
+def _load(spot: Any, connection: Connection, graph: Any, folder: Path) -> None:
+    (folder / "graph").write_bytes(graph.SerializeToString())
+    (folder / "waypoint_snapshots").mkdir(exist_ok=True)
+    for waypoint in graph.waypoints:
+        snapshot = map_pb2.WaypointSnapshot(id=waypoint.snapshot_id)
+        (folder / "waypoint_snapshots" / waypoint.snapshot_id).write_bytes(snapshot.SerializeToString())
+    with Control(connection, stand=False):
+        upload_map(connection, folder)
+
+
+def test_a_robot_that_was_restarted_gets_its_map_again(tmp_path: Path) -> None:
+    with robot() as (spot, connection):
+        client = connection.client("graph-nav-service")
+        client.write_graph_and_snapshots(str(tmp_path / "home"))
+        with Control(connection, stand=False):
+            client.clear_graph(connection.client("lease").lease_wallet.advance().lease_proto)
+        with pytest.raises(NoMap, match="--map"):
+            run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+        assert spot.state.leases.owner is None
+        run = replace(run_of(spot), map_folder=tmp_path / "home")
+        report = run_and_record(connection, run, tmp_path / "run.mcap")
+        assert report.ended.status == "done", report.ended.reason
+        assert spot.state.leases.owner is None
+
+
+def test_what_is_no_map_is_refused_before_the_lease_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "graph").write_bytes(b"\xff\xff no graph")
+    with robot() as (spot, connection):
+        for folder, error in ((tmp_path, MalformedFile), (tmp_path / "nowhere", FileMissing)):
+            with pytest.raises(error):
+                run_and_record(connection, replace(run_of(spot), map_folder=folder), tmp_path / "run.mcap")
+        assert spot.state.leases.number == 0
+    assert issubclass(MapRefused, Exception)
+
+
+def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> None:
+    with robot() as (spot, connection), Control(connection, own_estop=True) as control:
+        connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
+        world = SpotWorld(connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5))
+        bed = LocationId("bed")
+        standing = world.site.paths.standing_pose(bed)
+        assert standing is not None
+        number = keep_going(world, way_to(world, bed, standing), None)
+        connection.clock.sleep(2.0)
+        with spot.state.alive() as state:
+            assert state.body.walk is not None
+            assert state.body.walk.state == "walking"
+        connection.clock.sleep(2.0)
+        with spot.state.alive() as state:
+            assert state.body.walk.state == "expired", "three seconds of silence and it stands"
+        again = keep_going(world, way_to(world, bed, standing), number)
+        assert again != number, "a new command, the old is forgotten"
+        assert isinstance(world.go_to(bed), Done)
+
+
+def test_a_speed_limit_holds_backwards_too() -> None:
+    limit = speed_limit(0.4)
+    assert limit is not None
+    assert (limit.max_vel.linear.x, limit.min_vel.linear.x) == (0.4, -0.4)
+    assert limit.min_vel.angular < 0
+    assert speed_limit(None) is None
+
+
+def test_poses_of_the_map_are_sent_at_the_height_of_the_body() -> None:
+    """GraphNav chooses the floor by z (Spot SDK, graph_nav_command_line: without a z it takes the body's own)."""
+    sent: list[geometry_pb2.SE3Pose] = []
+    with robot() as (_spot, connection):
+        client = connection.client("graph-nav-service")
+        client.set_localization(nav_pb2.Localization(), fiducial_init=2)
+        site = replace(placed()[0], waypoints={})
+        world = SpotWorld(connection=connection, control=Control(connection), site=site)
+        client.navigate_to_anchor = lambda goal, *_, **__: sent.append(goal) or 1
+        way_to(world, LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
+    assert sent[0].position.z == pytest.approx(0.22), "it lies"
+
+
+def test_a_lost_robot_is_not_localized_though_it_keeps_its_waypoint(tmp_path: Path) -> None:
+    with robot() as (spot, connection), Control(connection, own_estop=True) as control:
+        client = connection.client("graph-nav-service")
+        client.set_localization(nav_pb2.Localization(), fiducial_init=2)
+        assert is_localized(client.get_localization_state())
+        spot.inject(FaultKind.LOST_LOCALIZATION)
+        state = client.get_localization_state()
+        assert state.localization.waypoint_id
+        assert not is_localized(state)
+        world = SpotWorld(connection=connection, control=control, site=placed()[0])
+        assert world.localize(), "by a fiducial"
+        spot.inject(FaultKind.LOST_LOCALIZATION)
+        connection.client("graph-nav-service").set_localization = _fails
+        looked = world.look_into(ContainerId("bed"))
+        assert isinstance(looked, Refused), "a look that cannot be placed says nothing of what is there"
+        assert "does not know where it is" in looked.reason
+
+
+def _fails(*_: object, **__: object) -> None:
+    from bosdyn.client.exceptions import ResponseError
+
+    raise ResponseError(None, "no fiducial is seen")
+
+
+def test_things_are_put_down_on_what_the_robot_stands_at(tmp_path: Path) -> None:
+    """The bed is 0.55 m high and the body 0.52 m: let go 0.12 m above it."""
+    with robot() as (spot, connection):
+        report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+        assert report.ended.status == "done"
+        assert spot.state.arm_goal is not None
+        frame, x, y, z = spot.state.arm_goal
+    assert frame == "flat_body"
+    heights = {"bed": 0.55 + 0.12 - 0.52, "countertop": 0.9 + 0.12 - 0.52}
+    last = [action.target for action in read(tmp_path / "run.mcap").actions if action.action == "place"][-1]
+    assert z == pytest.approx(heights[last], abs=0.02)
+    assert 0.6 < (x * x + y * y) ** 0.5 < 1.0
+
+
+def test_where_things_are_put_down_by_hand() -> None:
+    """A table of 1.2 by 0.6 m, 0.75 m high, its middle 1 m ahead of a robot that looks along y."""
+    table = replace(
+        load_site("paper_home").plan.containers[0],
+        pose=Pose(x_m=2.0, y_m=3.0, yaw_rad=0.0),
+        size_m=(1.2, 0.6, 0.75),
+        base_m=0.0,
+    )
+    here = Pose(x_m=2.0, y_m=2.0, yaw_rad=pi / 2)
+    assert place_on(table, here, 0.5) == pytest.approx((0.85, 0.0, 0.37)), "the near edge is at 0.7 m"
+    tall = replace(table, size_m=(1.2, 0.6, 1.8))
+    assert place_on(tall, here, 0.5)[2] == pytest.approx(1.1 + 0.12 - 0.5), "a shelf, not the top"
+    far = Pose(x_m=2.0, y_m=0.0, yaw_rad=pi / 2)
+    assert place_on(table, far, 0.5)[0] == pytest.approx(0.95), "no farther than the arm reaches"
+
+
+def test_an_arm_that_stalls_keeps_what_it_holds(tmp_path: Path) -> None:
+    with robot() as (spot, connection):
+        spot.state.arm_stalls = True
+        report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
+        assert spot.state.held is not None
+        assert is_free(spot)
+    assert report.ended.status != "done"
+    reasons = " ".join(action.reason for action in read(tmp_path / "run.mcap").actions)
+    assert "the arm stalled on the way" in reasons
+
+
+def test_how_an_arm_ended_is_read_from_its_feedback() -> None:
+    feedback = synchronized_command_pb2.SynchronizedCommand.Feedback()
+    assert how_it_ended(feedback) is None
+    feedback.gripper_command_feedback.claw_gripper_feedback.status = 2
+    assert how_it_ended(feedback) in (None, "")
+    feedback.arm_command_feedback.status = 2
+    assert "overridden" in str(how_it_ended(feedback))
+    feedback.arm_command_feedback.status = 1
+    feedback.arm_command_feedback.named_arm_position_feedback.status = 3
+    assert "holds something" in str(how_it_ended(feedback))
+
+
+def test_a_camera_that_the_robot_does_not_have_is_said_before_recording(tmp_path: Path) -> None:
+    home = load_site("paper_home")
+    rates = replace(QUICK, cameras=("frontleft_fisheye_image", "periscope_image"))
+    with robot(clock=RunningClock()) as (_spot, connection):
+        with pytest.raises(UnknownName, match=r"periscope_image.*right_fisheye_image"):
+            record_session(connection, SessionPlan(site=home, rates=rates, for_s=1.0), tmp_path / "s.mcap")
+        check_cameras(connection, ("hand_color_image",))
+    assert not (tmp_path / "s.mcap").exists()
+
+
+def test_one_sense_in_trouble_is_no_gap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The local grid's service fails all the time; everything else goes on."""
+
+    def broken(self: object, request: object, context: Any) -> None:
+        import grpc
+
+        context.abort(grpc.StatusCode.UNAVAILABLE, "no perception today")
+
+    monkeypatch.setattr(LocalGrids, "GetLocalGrids", broken)
+    home = load_site("paper_home")
+    with robot(clock=RunningClock()) as (_spot, connection):
+        report = record_session(connection, SessionPlan(site=home, rates=QUICK, for_s=3.0), tmp_path / "s.mcap")
+    assert report.gaps_s == ()
+    assert report.failed["grid"] >= 3
+    assert "grid" in report.troubles
+    assert "NO grid" in report.in_words()
+    assert report.taken["state"] > 30
+    assert not messages(tmp_path / "s.mcap", "/session/gap")
+    said = b"".join(data for *_, data in messages(tmp_path / "s.mcap", "/log"))
+    assert said.count(b"The robot gives no grid") == 1
+
+
+def test_pictures_come_with_where_their_camera_sits(tmp_path: Path) -> None:
+    from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+
+    home = load_site("paper_home")
+    with robot(clock=RunningClock()) as (_spot, connection):
+        record_session(connection, SessionPlan(site=home, rates=QUICK, for_s=1.0), tmp_path / "s.mcap")
+    links = [
+        (link.parent_frame_id, link.child_frame_id)
+        for *_, data in messages(tmp_path / "s.mcap", "/tf")
+        for link in FrameTransforms.FromString(data).transforms
+    ]
+    assert ("base_link", "frontleft_fisheye") in links
+
+
+def test_a_frame_tree_that_is_none_is_no_answer() -> None:
+    assert tform(geometry_pb2.FrameTreeSnapshot(), "body", "odom") is None
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
+def test_signals_stop_and_do_not_break_off(number: signal.Signals) -> None:
+    before, stop = signal.getsignal(number), StopSwitch()
+    with signals_press(stop):
+        os.kill(os.getpid(), number)
+        time.sleep(0.01)
+    assert stop.is_pressed
+    assert stop.reason.startswith("stopped")
+    assert signal.getsignal(number) is before
+
+
+class SilentNet:
+    """A way to the robot on which, once cut, old connections hear nothing ever again, as out of an access point's
+    reach; new ones get through when it is mended."""
+
+    def __init__(self, port: int) -> None:
+        self._to = port
+        self._cut = threading.Event()
+        self._dead: set[int] = set()
+        self._links: list[socket.socket] = []
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.port = int(self._server.getsockname()[1])
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def cut(self) -> None:
+        self._cut.set()
+        self._dead |= {id(link) for link in self._links}
+
+    def mend(self) -> None:
+        self._cut.clear()
+
+    def close(self) -> None:
+        self._server.close()
+        for link in self._links:
+            link.close()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                near, _ = self._server.accept()
+            except OSError:
+                return
+            far = socket.create_connection(("127.0.0.1", self._to))
+            self._links += [near, far]
+            if self._cut.is_set():
+                self._dead |= {id(near), id(far)}
+            for a, b in ((near, far), (far, near)):
+                threading.Thread(target=self._pass, args=(a, b), daemon=True).start()
+
+    def _pass(self, a: socket.socket, b: socket.socket) -> None:
+        try:
+            while data := a.recv(65536):
+                if id(a) not in self._dead:
+                    b.sendall(data)
+        except OSError:
+            return
+
+
+@contextmanager
+def silent_net(port: int) -> Iterator[SilentNet]:
+    net = SilentNet(port)
+    try:
+        yield net
+    finally:
+        net.close()
+
+
+@pytest.mark.slow
+def test_connections_that_die_silently_are_made_anew(tmp_path: Path) -> None:
+    """Without keep-alive the client would wait for the old connection until the kernel gives up, many minutes."""
+    home = load_site("paper_home")
+    with robot(clock=RunningClock()) as (spot, _direct), silent_net(spot.port) as net:
+        certificate = spot.write_certificate(tmp_path / "robot.pem")
+        with Connection(
+            RobotAddress(host="127.0.0.1", port=net.port),
+            Credentials(username="user", password="simulated"),
+            certificate=certificate,
+            timeout_s=2.0,
+        ) as connection:
+            threading.Timer(3.0, net.cut).start()
+            threading.Timer(8.0, net.mend).start()
+            plan = SessionPlan(site=home, rates=replace(QUICK, images_hz=1.0), for_s=35.0)
+            report = record_session(connection, plan, tmp_path / "s.mcap")
+    gaps = [msgspec.json.decode(d, type=Gap) for *_, d in messages(tmp_path / "s.mcap", "/session/gap")]
+    assert len(report.gaps_s) == len(gaps) >= 1
+    assert sum(report.gaps_s) < 20.0, "back within seconds of the mending"
+    last = max(log_time for _, log_time, _, _ in messages(tmp_path / "s.mcap", "/spot/robot_state"))
+    assert last - gaps[-1].end.ns > 5e9
+    assert read(tmp_path / "s.mcap").complete

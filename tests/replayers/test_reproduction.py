@@ -1,0 +1,137 @@
+"""What is called exact is what the strategy costs: beliefs to the last bit, old logs that round them, known ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from toy import BED, COUNTER, DESK, TABLE
+from toy_logs import InOrder, simulated_log, toy_run
+
+from recorders.simulated_run import Wish, record_trial, trial_for
+from replayers.counterfactual.bounds.bounds import NEAR, Budget, Proof
+from replayers.counterfactual.logged_belief import LoggedBelief
+from replayers.counterfactual.prepared_log import Settings, ground_of
+from replayers.counterfactual.replay import replay_on, replay_strategy
+from replayers.runs.run import Run, read
+from workbench.beliefs.belief import Belief
+from workbench.execution.events import Believed, RunStatus
+from workbench.log_schema.codec import decode, encode, to_wire
+from workbench.log_schema.events import BeliefUpdate, Outcome
+from workbench.worlds.house import ContainerId, ItemType
+from workbench.worlds.procthor.load import load_house
+from workbench.worlds.shipped import shipped_houses
+
+
+def rounded_log(folder: Path, *, estimator: str = "mine@0", name: str = "model-lios") -> Run:
+    """A run as an older release would have written it, by an estimator that is not here."""
+    run = read(simulated_log(folder / "run.mcap", name=name))
+    info = msgspec.structs.replace(run.info, schema_version=2, estimator=estimator or run.info.estimator)
+    beliefs = tuple(
+        msgspec.structs.replace(b, probability=tuple(tuple(round(p, 6) for p in row) for row in b.probability))
+        for b in run.beliefs
+    )
+    return replace(run, info=info, beliefs=beliefs)
+
+
+def with_cost(run: Run, cost: float) -> Run:
+    assert run.outcome is not None
+    return replace(run, outcome=msgspec.structs.replace(run.outcome, cost=cost, own_cost=run.outcome.own_cost))
+
+
+def test_beliefs_are_written_to_the_last_bit() -> None:
+    probability = np.random.default_rng(0).random((2, 3))
+    belief = Belief(
+        item_types=(ItemType("Mug"), ItemType("Book")),
+        containers=(ContainerId("a"), ContainerId("b"), ContainerId("c")),
+        probability=probability,
+        estimator="x",
+    )
+    (wire,) = to_wire(Believed(stamp_ns=1, decision=1, belief=belief))
+    read_again = decode("/search/belief", encode(wire))
+    assert isinstance(read_again, BeliefUpdate)
+    assert np.array_equal(np.array(read_again.probability), probability)
+
+
+def test_an_old_log_is_replayed_with_the_estimator_that_it_names_where_that_is_here(tmp_path: Path) -> None:
+    run = rounded_log(tmp_path, estimator="")
+    ground = ground_of(run, Settings(worlds=0))
+    assert not isinstance(ground.estimator, LoggedBelief)
+    assert ground.estimator.name == run.info.estimator
+    assert ground.exact_beliefs
+    assert not any("rounds" in note for note in ground.notes)
+
+
+def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) -> None:
+    """Other strategies that read beliefs get bounds that hold whatever is believed; those of the rounded ones stand
+    apart. Greedy goes by distance alone, and the strategy that drove the run did what was recorded."""
+    run = rounded_log(tmp_path)
+    ground = ground_of(run, Settings(worlds=20))
+    assert any("rounds beliefs to six decimals" in note for note in ground.notes)
+    other = replay_on(ground, "pes-lios")
+    assert other.bounds is not None
+    assert not other.exact
+    assert Proof.EXACT not in (other.bounds.lower_proof, other.bounds.upper_proof)
+    assert other.if_beliefs_stand is not None
+    assert other.bounds.lower <= other.if_beliefs_stand.lower
+    assert other.if_beliefs_stand.upper <= other.bounds.upper
+    plain = replay_on(ground_of(read(run.path), Settings(worlds=20)), "opt-greedy")
+    assert replay_on(ground, "opt-greedy").bounds == plain.bounds
+    drove = replay_on(ground, "model-lios")
+    assert run.outcome is not None
+    assert drove.exact
+    assert drove.cost is not None
+    assert abs(drove.cost - run.outcome.cost) <= NEAR
+
+
+def test_a_recorded_cost_that_does_not_come_again_leaves_no_claim(tmp_path: Path) -> None:
+    run = read(simulated_log(tmp_path / "run.mcap"), with_truth=True)
+    assert run.outcome is not None
+    ground = ground_of(with_cost(run, run.outcome.cost + 0.5), Settings(worlds=20, with_truth=True))
+    for name in ("model-lios", "opt-greedy", "oracle"):
+        made = replay_on(ground, name)
+        assert made.status is RunStatus.NOT_REPRODUCED
+        assert (made.bounds, made.estimate, made.drawn, made.true_cost, made.cost) == (None,) * 5
+        assert "0.50" in made.reason or "where the run cost" in made.reason
+        assert made.reason in made.notes
+    assert replay_strategy(ground, InOrder((TABLE, COUNTER))).status is RunStatus.NOT_REPRODUCED
+    assert isinstance(run.outcome, Outcome)
+
+
+def test_beliefs_that_somebody_asked_for_are_said_to_be_others(tmp_path: Path) -> None:
+    """With other beliefs than the run's the recorded strategy need not do what it did: a note, and figures."""
+    run = read(simulated_log(tmp_path / "run.mcap"))
+    assert run.outcome is not None
+    ground = ground_of(with_cost(run, run.outcome.cost + 0.5), Settings(worlds=0, estimator="fcnn"))
+    made = replay_on(ground, "opt-greedy")
+    assert made.bounds is not None
+    assert any("itself does not do what was recorded" in note for note in made.notes)
+
+
+def test_the_dearest_world_that_was_drawn_is_known(tmp_path: Path) -> None:
+    """Nothing is followed for the bounds, so that drawn worlds alone have ends: the written ones are those."""
+    ground = ground_of(toy_run(tmp_path), Settings(worlds=200, budget=Budget(stretches=0, finish=0)))
+    made = replay_strategy(ground, InOrder((BED, DESK, TABLE, COUNTER)), worlds=("best", "worst"))
+    assert made.bounds is not None
+    assert made.drawn is not None
+    assert made.bounds.least_found == made.drawn.min()
+    assert made.bounds.largest_found == made.drawn.max()
+    costs = {name: events[-1].cost for name, events in made.worlds.items()}  # type: ignore[union-attr]
+    assert costs == {"best": made.drawn.min(), "worst": made.drawn.max()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("estimator", ["fcnn", "counts", "best"])
+@pytest.mark.parametrize("name", ["model-lios", "scout-lios"])
+def test_a_run_is_replayed_over_its_own_log_at_its_own_cost(tmp_path: Path, name: str, estimator: str) -> None:
+    """Whole houses; with beliefs rounded to six decimals, model-lios by fcnn did otherwise in the first of them."""
+    for index in range(3):
+        house = load_house(f"{shipped_houses()}:{index}")
+        path = tmp_path / f"{index}.mcap"
+        end = record_trial(trial_for(Wish(scenario="deliver-3"), house, strategy=name, estimator=estimator), path)
+        made = replay_on(ground_of(read(path), Settings(worlds=0)), name)
+        assert made.exact
+        assert made.cost == pytest.approx(end.cost, abs=1e-6)

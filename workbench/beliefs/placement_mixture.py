@@ -1,0 +1,328 @@
+"""Latent kinds of item types with similar placements, and the rates at which containers hold each item type.
+
+Most item types occur too rarely to estimate their places one by one, but there are few placement patterns: items
+beside a washbasin, on a kitchen worktop, on any table. A kind is such a pattern: a rate for every room kind and
+container type. Each item type belongs to one kind with some closeness: its finds are drawn from a
+Dirichlet-multinomial around the kind (Minka, "Estimating a Dirichlet distribution", 2000), and the sentence vectors
+of the names of a kind are close together. Kinds and memberships are fitted by expectation maximisation from several
+seeded starts; the rates of the runs are averaged.
+
+A frequent type keeps its own rates, a rare type is drawn to those of its kind, and an unknown type gets those of
+the kinds nearest to its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.beliefs.examples import room_kinds
+from workbench.beliefs.observed_scene import furniture_types
+from workbench.worlds.house import House, RoomId
+
+Floats = npt.NDArray[np.float64]
+
+LEAST, MOST = 1e-6, 0.9
+"""Rates are clipped to [LEAST, MOST]."""
+
+SELDOM = 0.5
+"""Pseudo-count of a type without occurrences."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitting:
+    """Hyperparameters of the fit; the defaults were chosen by cross-validation over the training houses.
+
+    Attributes:
+        kinds: number of kinds.
+        closeness: possible strengths of a kind's prior on a type, in pseudo-finds; each has a share of the types.
+        names: weight of a squared distance between sentence vectors, in nats.
+        doubt: strength of the overall rates as a prior on a kind, in pseudo-finds.
+        unseen: pseudo-count of containers for combinations of room kind and type that were never seen.
+        rounds: iterations of expectation maximisation; memberships are softened in the first half.
+        runs: number of runs from different starts.
+    """
+
+    kinds: int = 8
+    closeness: tuple[float, ...] = (5.0, 20.0, 80.0)
+    names: float = 50.0
+    doubt: float = 5.0
+    unseen: float = 3.0
+    rounds: int = 50
+    runs: int = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tally:
+    """Counts of finds by place.
+
+    Attributes:
+        rooms, containers, items: names on the axes; the first two axes have an extra entry for unknown names.
+        held: number of containers of a room kind and type that held an item type, shape (items, rooms + 1,
+            containers
+            + 1).
+        stood: number of such containers in houses of sources that have the type at all, same shape. (The older
+            ProcTHOR houses have no Objaverse items.)
+    """
+
+    rooms: tuple[str, ...]
+    containers: tuple[str, ...]
+    items: tuple[str, ...]
+    held: Floats
+    stood: Floats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kinds:
+    """One run's kinds.
+
+    Attributes:
+        rate: relative rates, shape (kinds, places); places are rooms x containers of the tally, flattened.
+        centre: mean sentence vector of each kind's names, shape (kinds, dimensions).
+        weight: share of the types by kind and closeness, shape (kinds, closenesses).
+    """
+
+    rate: Floats
+    centre: Floats
+    weight: Floats
+
+
+def tally(houses: Sequence[House]) -> Tally:
+    """Count finds over houses. The source of a house (the file that it came from) is its name up to the colon.
+
+    An item type that stands in a room as furniture is not counted there: a plant on the floor says nothing about
+    where plants are put.
+    """
+    rooms = tuple(sorted({room.kind for house in houses for room in house.plan.rooms}))
+    containers = tuple(sorted({c.type for house in houses for c in house.plan.containers}))
+    items = tuple(sorted({t for house in houses for t in house.item_types()}))
+    room_at, container_at, item_at = ({n: k for k, n in enumerate(names)} for names in (rooms, containers, items))
+    shape = (len(items), len(rooms) + 1, len(containers) + 1)
+    held, stood = np.zeros(shape), np.zeros(shape)
+    for several in by_source(houses).values():
+        known = {item_at[t] for house in several for t in house.item_types()}
+        for house in several:
+            stands = _standing(house, item_at)
+            for container, kind in zip(house.plan.containers, room_kinds(house.plan), strict=True):
+                r, c = room_at[kind], container_at[container.type]
+                counted = known - stands[container.room]
+                stood[sorted(counted), r, c] += 1
+                held[sorted(counted & {item_at[i.type] for i in house.contents[container.id]}), r, c] += 1
+    return Tally(rooms=rooms, containers=containers, items=items, held=held, stood=stood)
+
+
+def _standing(house: House, item_at: Mapping[str, int]) -> dict[RoomId, set[int]]:
+    """For each room, the item types that stand in it as furniture."""
+    types = furniture_types(house.plan)
+    return {
+        room.id: {item_at[t] for t in stands if t in item_at}
+        for room, stands in zip(house.plan.rooms, types, strict=True)
+    }
+
+
+def by_source(houses: Sequence[House]) -> dict[str, list[House]]:
+    """Houses by the file that they came from."""
+    sources: dict[str, list[House]] = {}
+    for house in houses:
+        sources.setdefault(house.plan.name.partition(":")[0], []).append(house)
+    return sources
+
+
+def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: Fitting) -> Kinds:
+    """One run of the fit from a random start.
+
+    Args:
+        vectors: sentence vectors of the item types, shape (items, dimensions), of unit length.
+    """
+    lesson = _lesson(found, vectors, how)
+    held, stood = lesson.held, lesson.stood
+    count, often = min(how.kinds, len(held)), held.sum(axis=1)
+    drawn = np.minimum(often, 20.0)
+    starts = np.sort(rng.choice(len(held), count, replace=False, p=drawn / drawn.sum()))
+    share = np.minimum(1.0, 20.0 / often[starts])[:, None]
+    expected = stood[starts] * lesson.base
+    exposed = stood[starts] * (share * often[starts, None] / expected.sum(axis=1, keepdims=True))
+    kinds = Kinds(
+        rate=_rates(held[starts] * share, exposed, lesson, how),
+        centre=(vectors[starts] + vectors.mean(axis=0)) / 2,
+        weight=np.full((count, len(how.closeness)), 1.0 / count / len(how.closeness)),
+    )
+    for number in range(how.rounds):
+        softness = min(1.0, 0.2 + number / (how.rounds / 2))
+        kinds = _better(kinds, lesson, softness, how)
+    return kinds
+
+
+def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fitting) -> Floats:
+    """The rate at which a container holds an item type, independent of the house, by the kinds of one run.
+
+    Args:
+        held, stood: finds and containers, shape (items, places).
+        vectors: of the names, shape (items, dimensions).
+
+    Returns:
+        Posterior means, shape (items, places).
+    """
+    scale = stood @ kinds.rate.T
+    scale = np.where(scale > 0, scale, 1.0)
+    member = _membership(kinds, held, stood, vectors, 1.0, how)
+    often = held.sum(axis=1)
+    own = np.divide(held, stood, out=np.zeros_like(held), where=stood > 0)
+    rates = np.zeros_like(held)
+    for k, close in enumerate(how.closeness):
+        weight = member[:, :, k] / (often + close)[:, None]
+        rates += weight.sum(axis=1, keepdims=True) * own + close * (weight / scale) @ kinds.rate
+    return np.clip(np.maximum(often, SELDOM)[:, None] * rates, LEAST, MOST)
+
+
+def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
+    """The probability that a room may hold each type twice, shape (items,).
+
+    Some item types occur once per room: with a plate on the table there is none on the dresser, and with a plant on
+    the floor there is none on the table. For each type, the number of rooms that had it twice is compared with the
+    number expected if containers and furniture were independent.
+
+    Args:
+        rates: shape (items, rooms + 1, containers + 1).
+        before: prior probability.
+    """
+    item_at = {name: k for k, name in enumerate(found.items)}
+    expected, twice = np.zeros(len(found.items)), np.zeros(len(found.items))
+    for several in by_source(houses).values():
+        known = sorted({item_at[t] for house in several for t in house.item_types()})
+        for house in several:
+            stands = _standing(house, item_at)
+            for room in house.plan.rooms:
+                inside = [c for c in house.plan.containers if c.room == room.id]
+                if not inside:
+                    continue
+                has = np.zeros(len(found.items))
+                has[sorted(stands[room.id])] = 1
+                types = [found.containers.index(c.type) for c in inside]
+                expected[known] += _twice(rates[known][:, found.rooms.index(room.kind), types], has[known])
+                for container in inside:
+                    has[sorted({item_at[i.type] for i in house.contents[container.id]})] += 1
+                twice += has > 1
+    rare = 0.02 * expected
+    free = np.log(before) - expected + twice * np.log(np.maximum(expected, 1e-9))
+    once = np.log1p(-before) - rare + twice * np.log(np.maximum(rare, 1e-9))
+    return 1.0 / (1.0 + np.exp(np.clip(once - free, -30.0, 30.0)))
+
+
+def _twice(rates: Floats, has: Floats) -> Floats:
+    """The probability that a room holds each type at least twice, shape (types,).
+
+    Args:
+        rates: rates of the room's containers, shape (types, containers).
+        has: 1 if the type stands there as furniture, else 0.
+    """
+    none = np.prod(1 - rates, axis=1)
+    return np.where(has > 0, 1 - none, 1 - none - none * (rates / (1 - rates)).sum(axis=1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Lesson:
+    """A tally prepared for fitting.
+
+    Attributes:
+        held, stood: finds and containers, shape (items, places).
+        vectors: of the names, shape (items, dimensions).
+        rooms: number of room kinds including the unknown one.
+        base: rate at which a container of a place holds any item, shape (places,).
+        prior: pseudo-count of containers, scaled so that its product with base sums to 1, shape (places,).
+    """
+
+    held: Floats
+    stood: Floats
+    vectors: Floats
+    rooms: int
+    base: Floats
+    prior: Floats
+
+
+def _lesson(found: Tally, vectors: Floats, how: Fitting) -> _Lesson:
+    """A tally prepared for fitting; overall rates are smoothed towards those of the same container type."""
+    held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
+    types = len(found.items)
+    mean = held.sum() / stood.sum()
+    by_type = (held.sum(axis=0) + mean * 20 * types) / (stood.sum(axis=0) + 20 * types)
+    base = ((held + by_type * how.unseen * types) / (stood + how.unseen * types)).ravel()
+    prior = stood.ravel() / types + how.unseen
+    base = base / (stood.ravel() / types * base).sum()
+    return _Lesson(
+        held=found.held.reshape(types, -1),
+        stood=found.stood.reshape(types, -1),
+        vectors=vectors,
+        rooms=len(found.rooms) + 1,
+        base=base,
+        prior=prior / (prior * base).sum(),
+    )
+
+
+def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floats:
+    """Relative rates of kinds from finds and exposures, shape (kinds, places).
+
+    With little data, rates are drawn towards the overall rates times the kind's preference for the room.
+    """
+    shape = (len(held), lesson.rooms, -1)
+    in_rooms = held.reshape(shape).sum(axis=2) + 1
+    usual = (exposed * lesson.base).reshape(shape).sum(axis=2) + 1
+    lifted = lesson.base * np.repeat(in_rooms / usual, held.shape[1] // lesson.rooms, axis=1)
+    lifted = lifted / (lifted * lesson.prior).sum(axis=1, keepdims=True)
+    rate = (held + how.doubt * lesson.prior * lifted) / (exposed + how.doubt * lesson.prior)
+    return rate / (rate * lesson.stood.mean(axis=0)).sum(axis=1, keepdims=True)
+
+
+def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: Fitting) -> Floats:
+    """The posterior probability of each kind and closeness for each type, shape (items, kinds, closenesses)."""
+    from scipy.special import gammaln  # imported here, since beliefs do not need fitting
+
+    at, place = np.nonzero(held)
+    finds, often = held[at, place], held.sum(axis=1)
+    near = how.names * (vectors @ kinds.centre.T - (kinds.centre**2).sum(axis=1) / 2)
+    score = near[:, :, None] + np.log(kinds.weight)
+    for z, k, pseudo in _pulls(kinds, stood, at, place, how):
+        close = how.closeness[k]
+        fit = np.bincount(at, gammaln(finds + pseudo) - gammaln(pseudo), minlength=len(held))
+        score[:, z, k] += fit + gammaln(close) - gammaln(often + close)
+    score *= softness
+    chance = np.exp(score - score.max(axis=(1, 2), keepdims=True))
+    return chance / chance.sum(axis=(1, 2), keepdims=True)
+
+
+def _pulls(
+    kinds: Kinds, stood: Floats, at: npt.NDArray[np.intp], place: npt.NDArray[np.intp], how: Fitting
+) -> list[tuple[int, int, Floats]]:
+    """The prior pseudo-finds of each kind and closeness at each find, shape (kinds, closenesses, finds)."""
+    scale = stood @ kinds.rate.T
+    pulls: list[tuple[int, int, Floats]] = []
+    for z in range(len(kinds.rate)):
+        share = stood[at, place] * kinds.rate[z, place] / scale[at, z]
+        pulls += [(z, k, np.maximum(close * share, 1e-9)) for k, close in enumerate(how.closeness)]
+    return pulls
+
+
+def _better(kinds: Kinds, lesson: _Lesson, softness: float, how: Fitting) -> Kinds:
+    """One iteration: memberships, then kinds. Repeated finds of a type count less than first ones, being its own
+    habit."""
+    from scipy.special import digamma
+
+    held, stood, vectors = lesson.held, lesson.stood, lesson.vectors
+    member = _membership(kinds, held, stood, vectors, softness, how)
+    at, place = np.nonzero(held)
+    finds, scale = held[at, place], stood @ kinds.rate.T
+    found_of, by_type = np.zeros_like(kinds.rate), np.zeros((len(kinds.rate), len(held)))
+    for z, k, pseudo in _pulls(kinds, stood, at, place, how):
+        counted = member[at, z, k] * pseudo * (digamma(finds + pseudo) - digamma(pseudo))
+        found_of[z] += np.bincount(place, counted, minlength=held.shape[1])
+        by_type[z] += np.bincount(at, counted, minlength=len(held))
+    exposed = (by_type / np.maximum(scale.T, 1e-12)) @ stood
+    whole = member.sum(axis=2)
+    return Kinds(
+        rate=_rates(found_of, exposed, lesson, how),
+        centre=(whole.T @ vectors + 2 * vectors.mean(axis=0)) / (whole.sum(axis=0)[:, None] + 2),
+        weight=(member.sum(axis=0) + 0.5) / (len(held) + 0.5 * kinds.weight.size),
+    )

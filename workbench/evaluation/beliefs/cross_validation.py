@@ -1,0 +1,39 @@
+"""Cross-validation of estimators: each house is evaluated with weights trained without it."""
+
+from __future__ import annotations
+
+from workbench.beliefs.estimators import estimator
+from workbench.beliefs.training.train import TRAINERS
+from workbench.evaluation.beliefs.fold_weights import Folds, Watched, deal, require_trainable, trained
+from workbench.evaluation.beliefs.metrics import Judged, judge
+from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest, belief_seconds, report_of
+from workbench.plugins import NameOrigin
+from workbench.worlds.shipped import shipped_houses
+
+
+def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = iter) -> BeliefReport:
+    """Train every estimator once per fold and evaluate it on the houses of that fold.
+
+    Args:
+        request: `part` is ignored: the training houses of a shared file are split into folds, and its
+            validation houses decide when training stops.
+        watched: wraps the trainings, for a progress bar.
+
+    Raises:
+        InputError: a file cannot be read, there are fewer houses than folds, or an estimator has no trainer.
+    """
+    names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
+    require_trainable(names)
+    dealt = deal(request.houses or shipped_houses(), folds, assets=request.assets, seed=request.seed)
+    judged: dict[str, list[Judged]] = {name: [] for name in names}
+    seconds: dict[str, float] = {}
+    with trained(names, dealt, None, watched=watched) as believers:
+        for name in names:
+            for fold, weights in enumerate(believers.weights[name]):
+                chosen, tested = estimator(weights, origin=NameOrigin.USER), dealt.fold(fold)
+                judged[name] += judge(chosen, tested, seen_share=request.seen_share, seed=request.seed + fold)
+                seconds[name] = belief_seconds(chosen, tested)
+    identities = {name: f"{name}, {folds.count} folds" for name in names}
+    report = report_of(request, judged, identities, seconds, houses=len(dealt.own.houses))
+    report.answer.update({"split": folds.split, "also": [str(p) for p in folds.also]})
+    return report

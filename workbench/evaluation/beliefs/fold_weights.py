@@ -1,0 +1,221 @@
+"""Cross-validation folds: houses split into folds, and estimators retrained for each fold without its houses.
+
+The training houses are four times as many as the validation houses. With folds, each of them is evaluated with
+estimators retrained on the other folds. Files of training-only houses (those of a single room) are part of every
+training set.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from workbench.beliefs.training.train import TRAINERS, Lesson, houses_sha256, train
+from workbench.beliefs.weights import read_weights
+from workbench.errors import BadValue, InputError, UnknownName
+from workbench.evaluation.beliefs.training_sets import lesson_of
+from workbench.worlds.house import House
+
+HELD_OUT = 0.1
+"""Share of a file without splits that is held out to decide when training stops; it is not evaluated."""
+
+ENCODER = "all-MiniLM-L6-v2"
+
+Training = tuple[str, int]
+"""An estimator's name and a fold."""
+
+Watched = Callable[[Iterable[Training]], Iterable[Training]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Folds:
+    """The settings of folds.
+
+    Attributes:
+        count: number of folds.
+        also: files of houses used for training only.
+
+    Raises:
+        BadValue: fewer than two folds.
+    """
+
+    count: int
+    also: tuple[Path, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.count < 2:
+            raise BadValue("--folds", self.count, "at least 2")
+
+    @property
+    def split(self) -> str:
+        """A description of the evaluated houses."""
+        return f"train, {self.count} folds"
+
+
+def folds_asked(count: int | None, also: Sequence[Path] | None) -> Folds | None:
+    """The settings given by --folds and --also; None without folds.
+
+    Raises:
+        BadValue: fewer than two folds, or --also without them.
+    """
+    if count is not None:
+        return Folds(count=count, also=tuple(also or ()))
+    if also:
+        raise BadValue("--also", ", ".join(map(str, also)), "given with --folds: houses that are only learnt from")
+    return None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dealt:
+    """Houses split into folds round-robin.
+
+    Attributes:
+        own: houses used for training and evaluation.
+        also: houses used for training only.
+    """
+
+    own: Lesson
+    also: Lesson | None
+    count: int
+
+    def fold(self, number: int) -> Sequence[House]:
+        """The houses evaluated in a fold."""
+        return self.own.houses[number :: self.count]
+
+    def fold_of(self) -> dict[str, int]:
+        """The fold of every evaluated house, by name."""
+        return {house.plan.name: k % self.count for k, house in enumerate(self.own.houses)}
+
+    def lesson(self, number: int) -> Lesson:
+        """The training set of a fold: everything but its houses."""
+        kept = [k for k in range(len(self.own.houses)) if k % self.count != number]
+        parts = [self.own] if self.also is None else [self.own, self.also]
+        usual = [part.usual_sizes or part.houses for part in parts]
+        exact = any(part.usual_sizes is not None for part in parts)
+        others, others_usual = (self.also.houses, usual[1]) if self.also is not None else ((), ())
+        return Lesson(
+            houses=[*(self.own.houses[k] for k in kept), *others],
+            held_out=[house for part in parts for house in part.held_out],
+            encoder=self.own.encoder,
+            seed=self.own.seed,
+            usual_sizes=[*(usual[0][k] for k in kept), *others_usual] if exact else None,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Believers:
+    """The choice of weights for each house: those of its fold, or the named estimator without folds.
+
+    Attributes:
+        weights: a weights file for each fold, by estimator name.
+        fold_of: the fold of each house, by name.
+    """
+
+    weights: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    fold_of: Mapping[str, int] = field(default_factory=dict[str, int])
+
+    def of(self, estimator: str, house: str) -> str:
+        """The estimator for a house: a name or a weights file."""
+        return self.weights[estimator][self.fold_of[house]] if self.weights else estimator
+
+
+def deal(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> Dealt:
+    """Split the houses of a file into folds; of a shared file the training houses, with its validation houses held
+    out.
+
+    Raises:
+        InputError: a file cannot be read, there are fewer houses than folds, or an evaluated house is also
+            among the training-only houses under another name.
+    """
+    own = _lesson((path,), assets=assets, seed=seed)
+    also = _lesson(folds.also, assets=assets, seed=seed) if folds.also else None
+    if len(own.houses) < folds.count:
+        raise BadValue("--folds", folds.count, f"at most {len(own.houses)}, the number of houses to learn from")
+    _require_others(own, also)
+    return Dealt(own=own, also=also, count=folds.count)
+
+
+def require_trainable(names: Iterable[str]) -> None:
+    """Check that all estimators can be retrained.
+
+    Raises:
+        UnknownName: one of them cannot.
+    """
+    for name in names:
+        if name not in TRAINERS:
+            raise UnknownName("estimator to train", name, TRAINERS)
+
+
+@contextmanager
+def trained(
+    names: Iterable[str], dealt: Dealt | None, output: Path | None, *, watched: Watched = iter
+) -> Generator[Believers]:
+    """A context with estimators retrained for each fold; without folds, with the estimators as they are.
+
+    Args:
+        output: keeps the weights in OUTPUT/weights for reuse; None discards them.
+        watched: wraps the trainings, for a progress bar.
+
+    Raises:
+        UnknownName: an estimator cannot be trained.
+    """
+    if dealt is None:
+        yield Believers()
+    elif output is not None:
+        yield _believers(names, dealt, output / "weights", watched)
+    else:
+        with TemporaryDirectory() as temporary:
+            yield _believers(names, dealt, Path(temporary), watched)
+
+
+def _believers(names: Iterable[str], dealt: Dealt, folder: Path, watched: Watched) -> Believers:
+    """Weights NAME-FOLD-of-COUNT.safetensors; files of the same training are reused."""
+    chosen = tuple(dict.fromkeys(names))
+    require_trainable(chosen)
+    weights: dict[str, list[str]] = {name: [] for name in chosen}
+    for name, fold in watched([(name, fold) for name in chosen for fold in range(dealt.count)]):
+        path = (folder / f"{name}-{fold}-of-{dealt.count}.safetensors").absolute()
+        lesson = dealt.lesson(fold)
+        if not _is_of(path, name, lesson):
+            half = path.with_name(f".{path.name}.{os.getpid()}")
+            train(name, lesson, half)
+            half.replace(path)
+        weights[name].append(str(path))
+    return Believers(weights={k: tuple(v) for k, v in weights.items()}, fold_of=dealt.fold_of())
+
+
+def _is_of(path: Path, name: str, lesson: Lesson) -> bool:
+    """Whether a file holds the weights of this estimator and this training set."""
+    try:
+        header = read_weights(path, estimator=name).header
+    except InputError:
+        return False
+    return header.seed == lesson.seed and header.houses_sha256 == houses_sha256(lesson.houses)
+
+
+def _lesson(files: Sequence[Path], *, assets: Path | None, seed: int) -> Lesson:
+    return lesson_of(files, assets=assets, encoder=ENCODER, seed=seed, share=HELD_OUT)
+
+
+def _require_others(own: Lesson, also: Lesson | None) -> None:
+    """Check that no evaluated house is among the training-only houses under another name.
+
+    Raises:
+        BadValue: one of them is.
+    """
+    if also is None:
+        return
+    judged = {_what_it_is(house) for house in own.houses}
+    twice = [h.plan.name for h in (*also.houses, *also.held_out) if _what_it_is(h) in judged]
+    if twice:
+        shown = ", ".join(twice[:3]) + (f" and {len(twice) - 3} more" if len(twice) > 3 else "")
+        raise BadValue("--also", shown, "without houses that are judged")
+
+
+def _what_it_is(house: House) -> tuple[object, ...]:
+    """A house without its name: layout and contents."""
+    return tuple((c.type, c.pose, tuple(i.type for i in house.contents[c.id])) for c in house.plan.containers)

@@ -1,0 +1,167 @@
+"""The comparison of estimators on the same houses, with metrics relative to the baseline `counts`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import ESTIMATORS, estimator
+from workbench.beliefs.weights import read_weights
+from workbench.errors import BadValue, Unsupported
+from workbench.evaluation.beliefs.metrics import KINDS, Judged, against, glimpse, judge, missing_types, quality
+from workbench.evaluation.splits import part_taken, split_indices
+from workbench.plugins import NameOrigin
+from workbench.worlds.house import House
+from workbench.worlds.procthor.assets import assets_for
+from workbench.worlds.procthor.load import load_houses
+from workbench.worlds.shipped import shipped_houses
+
+BASE = "counts"
+"""The baseline estimator."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefRequest:
+    """The settings of a belief evaluation.
+
+    Attributes:
+        houses: a file of houses; None for the shipped ones.
+        estimators: names of the table, or weights files.
+        part: part of a shared file: train, validation, test or all.
+        seen_share: share of containers searched before the query.
+        assets: a table of exact sizes; None takes the one beside the houses, if there is one.
+        seed: seed of the searched containers and of the bootstrap.
+    """
+
+    houses: Path | None
+    estimators: tuple[str, ...]
+    part: str
+    seen_share: float
+    assets: Path | None
+    seed: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seen_share < 1:
+            raise BadValue("--seen", self.seen_share, "at least 0 and below 1")
+
+    @property
+    def sizes(self) -> Path | None:
+        """The asset table that is used."""
+        return assets_for(self.houses or shipped_houses(), self.assets)
+
+    def chosen_houses(self) -> list[House]:
+        """The houses of the part.
+
+        Raises:
+            Unsupported: there are none.
+        """
+        path = self.houses or shipped_houses()
+        houses = load_houses(path, assets=self.sizes)
+        chosen = [houses[k] for k in split_indices(path, self.part, houses=len(houses))]
+        if not chosen:
+            raise Unsupported(f"{path} has no house in part {self.part!r}. Give another --houses or --split all.")
+        return chosen
+
+    def chosen_estimators(self) -> dict[str, Estimator]:
+        """The estimators by display name; "all" stands for the whole table."""
+        names = tuple(ESTIMATORS) if self.estimators == ("all",) else self.estimators
+        chosen: dict[str, Estimator] = {}
+        for name in names:
+            if name.endswith(".safetensors"):
+                path = Path(name)
+                chosen[name] = estimator(read_weights(path).header.estimator, weights=path)
+            else:
+                chosen[name] = estimator(name, origin=NameOrigin.USER)
+        return chosen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefReport:
+    """The results: all queries by estimator, and the result of the command."""
+
+    judged: Mapping[str, Sequence[Judged]]
+    answer: dict[str, Any]
+
+
+Watched = Callable[[Iterable[str]], Iterable[str]]
+
+
+def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
+    """Evaluate every estimator on every house.
+
+    Raises:
+        InputError: the file, estimator or part does not exist.
+    """
+    houses = request.chosen_houses()
+    estimators = request.chosen_estimators()
+    judged: dict[str, list[Judged]] = {}
+    seconds: dict[str, float] = {}
+    for name in watched(list(estimators)):
+        judged[name] = judge(estimators[name], houses, seen_share=request.seen_share, seed=request.seed)
+        seconds[name] = belief_seconds(estimators[name], houses)
+    identities = {name: chosen.name for name, chosen in estimators.items()}
+    return report_of(request, judged, identities, seconds, houses=len(houses))
+
+
+def report_of(
+    request: BeliefRequest,
+    judged: Mapping[str, Sequence[Judged]],
+    identities: Mapping[str, str],
+    seconds: Mapping[str, float],
+    *,
+    houses: int,
+) -> BeliefReport:
+    """The metrics of all queries, one row per estimator.
+
+    Args:
+        identities: name and hash of each estimator.
+        seconds: time of a whole-house belief in seconds, by estimator.
+        houses: number of houses.
+    """
+    base = judged.get(BASE)
+    rows = [_row(name, identities[name], judged[name], base, seconds[name], request.seed) for name in judged]
+    answer = {
+        "file": str(request.houses or shipped_houses()),
+        "split": part_taken(request.houses or shipped_houses(), request.part),
+        "assets": None if request.sizes is None else str(request.sizes),
+        "houses": houses,
+        "seen_share": request.seen_share,
+        "seed": request.seed,
+        "rows": rows,
+    }
+    return BeliefReport(judged=judged, answer=answer)
+
+
+def belief_seconds(chosen: Estimator, houses: Sequence[House]) -> float:
+    """Median time in seconds of a whole-house belief (all item types and containers), after names have been
+    encoded."""
+    taken: list[float] = []
+    for house in houses[:20]:
+        knowledge = glimpse(house, seen_share=0.0, rng=np.random.default_rng(0))
+        items = missing_types(house, knowledge)
+        chosen.believe(knowledge, items)
+        for _ in range(3):
+            begin = perf_counter()
+            chosen.believe(knowledge, items)
+            taken.append(perf_counter() - begin)
+    return float(np.median(taken)) if taken else float("nan")
+
+
+def _row(
+    name: str, identity: str, judged: Sequence[Judged], base: Sequence[Judged] | None, seconds: float, seed: int
+) -> dict[str, Any]:
+    row: dict[str, Any] = {"estimator": name, "name": identity}
+    row |= quality(judged, rng=np.random.default_rng(seed))
+    row["ms_a_belief"] = round(seconds * 1e3, 2)
+    if base is not None and name != BASE:
+        row["against_counts"] = against(judged, base, rng=np.random.default_rng(seed))
+    row["by_kind"] = {
+        kind: quality([j for j in judged if j.kind == kind], rng=np.random.default_rng(seed)) for kind in KINDS
+    }
+    return row

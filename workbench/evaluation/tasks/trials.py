@@ -1,0 +1,190 @@
+"""Task trials: one task in one house by one strategy, reduced to a row of results.
+
+A trial's house, task, start and seed depend only on its scenario and number, so that every strategy gets the same
+trials and costs can be compared pairwise, independent of the execution order.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from workbench.beliefs.belief import Estimator
+from workbench.beliefs.estimators import estimator as estimator_named
+from workbench.errors import LiosError
+from workbench.evaluation.tasks.rows import TaskRow
+from workbench.execution.events import Ended, Event, Planned
+from workbench.execution.loop import run_task
+from workbench.execution.start import known_at_start
+from workbench.planning.plans import PlanStatus
+from workbench.planning.scenarios.paper import ScenarioUnsupported, make_task, prepare_house
+from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.tasks import Task
+from workbench.plugins import NameOrigin
+from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.worlds.house import ContainerId, House
+from workbench.worlds.maps.navigation import Navigation, navigate
+from workbench.worlds.procthor.load import load_house
+from workbench.worlds.simulated import SimulatedWorld
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialKey:
+    """The key of a trial: scenario, number, house file and index, and the seed of task, start and strategy."""
+
+    scenario: str
+    trial: int
+    houses: str
+    house_index: int
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Staged:
+    """A prepared trial: everything but the strategy."""
+
+    key: TrialKey
+    house: House
+    navigation: Navigation
+    task: Task
+    known: tuple[ContainerId, ...]
+    costs: ActionCosts
+
+
+Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]
+"""A hook on the events of a run: (trial, strategy name as in its row, estimator, events) -> the same events."""
+
+
+def trial_seed(scenario: str, trial: int, seed: int) -> int:
+    """A separate seed for every trial of every scenario: 63 bits of a hash."""
+    text = f"{scenario}/{trial}/{seed}".encode()
+    return int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
+
+
+def supported_houses(
+    scenario: str, houses: str, indices: tuple[int, ...], *, assets: Path | None = None, seed: int = 0
+) -> tuple[tuple[int, ...], tuple[ScenarioUnsupported, ...]]:
+    """The houses that support a scenario, and the reason for each of the others."""
+    fine: list[int] = []
+    refused: list[ScenarioUnsupported] = []
+    for index in indices:
+        try:
+            house, navigation = _house(houses, index, assets)
+            make_task(scenario, prepare_house(scenario, house, seed=seed), seed=seed, travel=navigation.travel)
+            fine.append(index)
+        except ScenarioUnsupported as refusal:
+            refused.append(refusal)
+    return tuple(fine), tuple(refused)
+
+
+def trial_keys(
+    scenario: str, houses: str, indices: tuple[int, ...], *, trials: int, seed: int
+) -> tuple[TrialKey, ...]:
+    """The trials of a scenario: houses in turn, in an order drawn from the seed."""
+    if not indices:
+        return ()
+    rng = np.random.default_rng((seed, int.from_bytes(scenario.encode()[:6], "big")))
+    order = [indices[int(i)] for i in rng.permutation(len(indices))]
+    return tuple(
+        TrialKey(
+            scenario=scenario,
+            trial=trial,
+            houses=houses,
+            house_index=order[trial % len(order)],
+            seed=trial_seed(scenario, trial, seed),
+        )
+        for trial in range(trials)
+    )
+
+
+def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION) -> Staged:
+    """The trial's house, task and start.
+
+    Whether a house supports a scenario may depend on the seed (items added by Coffee may be unreachable); then
+    further seeds are tried, at most 50.
+
+    Raises:
+        ScenarioUnsupported: no seed works.
+    """
+    house, navigation = _house(key.houses, key.house_index, assets)
+    for attempt in range(50):
+        seed = (key.seed + attempt) % 2**63
+        try:
+            prepared = prepare_house(key.scenario, house, seed=seed)
+            task = make_task(key.scenario, prepared, seed=seed, travel=navigation.travel)
+        except ScenarioUnsupported:
+            if attempt == 49:
+                raise
+            continue
+        known = known_at_start(prepared.plan, rng=np.random.default_rng(seed))
+        return Staged(
+            key=key,
+            house=prepared,
+            navigation=navigation,
+            task=task,
+            known=known,
+            costs=costs,
+        )
+    raise AssertionError("unreachable")
+
+
+def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None = None) -> TaskRow:
+    """Run one trial with one strategy. An error in the strategy becomes a row with status "error" and does not stop
+    other trials."""
+    planned: list[Planned] = []
+    ended: Ended | None = None
+    believer = estimator_named(estimator, origin=NameOrigin.USER)
+    try:
+        made = strategy_named(strategy, origin=NameOrigin.USER, house=staged.house)
+        world = SimulatedWorld(staged.house, staged.navigation, known=staged.known)
+        events = run_task(world, made, believer, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31)
+        for event in tap(staged, strategy, believer, events) if tap else events:
+            if isinstance(event, Planned):
+                planned.append(event)
+            elif isinstance(event, Ended):
+                ended = event
+    except LiosError:
+        raise
+    except Exception as error:  # noqa: BLE001  a user's strategy may raise anything; the other trials go on
+        return _row(staged, strategy, believer, planned, None, f"{type(error).__name__}: {error}")
+    return _row(staged, strategy, believer, planned, ended, "no end")
+
+
+def _row(
+    staged: Staged, strategy: str, believer: Estimator, planned: list[Planned], ended: Ended | None, why: str
+) -> TaskRow:
+    solved = [p for p in planned if p.made.plan.status is PlanStatus.SOLVED]
+    return TaskRow(
+        scenario=staged.key.scenario,
+        strategy=strategy,
+        estimator=believer.name,
+        trial=staged.key.trial,
+        house=staged.house.plan.name,
+        house_index=staged.key.house_index,
+        seed=staged.key.seed,
+        status=str(ended.status) if ended else "error",
+        success=ended is not None and str(ended.status) == "done",
+        cost=ended.cost if ended else staged.task.failure_cost,
+        own_cost=ended.own_cost if ended else 0.0,
+        searches=ended.searches if ended else 0,
+        travel_m=ended.travel_m if ended else 0.0,
+        decisions=len(planned),
+        predicted_cost=solved[0].made.plan.cost if solved else None,
+        optimal=sum(p.made.plan.optimal for p in solved) / max(len(solved), 1),
+        reason=ended.reason if ended else why,
+        title=staged.task.title,
+        containers=len(staged.house.plan.containers),
+        belief_s=tuple(p.belief_s for p in planned),
+        planning_s=tuple(p.planning_s for p in planned),
+    )
+
+
+@lru_cache(maxsize=8)
+def _house(houses: str, index: int, assets: Path | None) -> tuple[House, Navigation]:
+    house = load_house(f"{houses}:{index}", assets=assets)
+    return house, navigate(house.plan)

@@ -1,0 +1,1 @@
+"""The built-in solver: recipes, matching, and an exact compiled search."""

@@ -1,0 +1,1 @@
+"""ScoutLIOS: first steps compared by rollouts in worlds drawn from the belief."""

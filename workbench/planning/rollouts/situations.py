@@ -1,0 +1,194 @@
+"""The state of a delivery task (what is wanted, and the beliefs about it) as the arrays that rollouts use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.planning.problem import ways_of
+from workbench.planning.rollouts.kernels import Situation, onward_costs
+from workbench.planning.strategy import View
+from workbench.planning.tasks import Delivered
+from workbench.search.candidates import choose
+from workbench.search.places import Places, places
+from workbench.search.remaining import still_missing_by_subset, unconditioned
+from workbench.search.ties import RELATIVE
+from workbench.worlds.house import ContainerId
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+
+MOST_WANTS = 5
+CANDIDATES = 10
+"""Candidates per type in Eq. 1 within rollouts."""
+
+MOST_CHANCE = 1 - 1e-9
+
+MOST_REMEMBERED = 256
+"""Number of cached searches for one item, about 0.1 MB each."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delivery:
+    """A view whose goal is to deliver unprepared items of different types.
+
+    Attributes:
+        wants: the distinct wants of the goal.
+        containers: the reachable unsearched containers.
+        situation: the same as arrays.
+    """
+
+    wants: tuple[Delivered, ...]
+    containers: tuple[ContainerId, ...]
+    situation: Situation
+
+    @property
+    def open(self) -> tuple[int, ...]:
+        """Indices of the wants that are neither met nor in hand."""
+        s = self.situation
+        return tuple(k for k in range(len(self.wants)) if not s.done >> k & 1 and k != s.hand)
+
+
+def delivery_of(view: View) -> Delivery | None:
+    """The view as a delivery; None if rollouts do not cover it.
+
+    Not covered are: an item to be held at the end, two items of one type, more than MOST_WANTS wants, another item
+    in hand, an unreachable target, and no container left to search.
+    """
+    knowledge, travel = view.knowledge, view.knowledge.travel
+    ways = ways_of(view.task.goal)
+    named = tuple(dict.fromkeys(want for way in ways for want in way))
+    wants = tuple(want for want in named if isinstance(want, Delivered))
+    if len(wants) < len(named):
+        return None
+    types = tuple(want.item_type for want in wants)
+    held = knowledge.holding
+    if len(set(types)) < len(types) or len(wants) > MOST_WANTS or (held is not None and held.type not in types):
+        return None
+    here = places(view.belief.only(types), travel, origins=(knowledge.robot_at,), targets=())
+    if not here.containers or not all(travel.reaches(want.at) for want in wants):
+        return None
+    done = sum(1 << k for k, want in enumerate(wants) if _is_met(want, view))
+    hand = -1 if held is None else types.index(held.type)
+    if hand >= 0 and done >> hand & 1:
+        return None
+    standing = [[travel.index(at) for at, _ in knowledge.where(t) if travel.reaches(at)] for t in types]
+    exists = [not view.task.available or t in view.task.available for t in types]
+    sought = np.array([e and not s and k != hand for k, (e, s) in enumerate(zip(exists, standing, strict=True))])
+    situation = _situation(
+        view,
+        here,
+        targets=np.array([travel.index(want.at) for want in wants], dtype=np.int64),
+        ways=np.array([sum(1 << wants.index(w) for w in set(way)) for way in ways], dtype=np.int64),
+        done=done,
+        hand=hand,
+        standing=standing,
+        sought=sought,
+    )
+    return Delivery(wants=wants, containers=here.containers, situation=situation)
+
+
+def _is_met(want: Delivered, view: View) -> bool:
+    return any(item.type == want.item_type for item in view.knowledge.items_at.get(want.at, ()))
+
+
+def _situation(
+    view: View,
+    here: Places,
+    *,
+    targets: npt.NDArray[np.int64],
+    ways: npt.NDArray[np.int64],
+    done: int,
+    hand: int,
+    standing: list[list[int]],
+    sought: npt.NDArray[np.bool_],
+) -> Situation:
+    travel, costs = view.knowledge.travel, view.costs
+    wants, n = here.probability.shape
+    at = travel.rows(here.containers).astype(np.int64)
+    to_m = travel.metres[at[:, None], targets]
+    count = min(CANDIDATES, n)
+    known = np.zeros((wants, max(map(len, standing)) + n), dtype=np.int64)
+    candidates, number = np.zeros((wants, count), dtype=np.int64), np.full((wants, n), -1)
+    missing, onward = np.ones((wants, 1 << count)), np.zeros((wants, 1 << count, count))
+    chance, beyond = np.zeros((wants, n)), np.zeros(wants)
+    for k in range(wants):
+        known[k, : len(standing[k])] = standing[k]
+        if not sought[k]:
+            chance[k] = 0.0 if k == hand or done >> k & 1 else np.minimum(_possible(here.probability[k]), MOST_CHANCE)
+            continue
+        ways_m = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
+        one = _sought(here.probability[k].tobytes(), *ways_m, look=costs.search, handle=costs.manipulation)
+        chance[k], candidates[k], missing[k], onward[k], beyond[k] = one
+        number[k, one.candidates] = np.arange(count)
+    return Situation(
+        metres=travel.metres,
+        containers=at,
+        targets=targets,
+        ways=ways,
+        done=done,
+        hand=hand,
+        robot=travel.index(view.knowledge.robot_at),
+        places=known,
+        known=np.array([len(each) for each in standing], dtype=np.int64),
+        sought=sought,
+        chance=chance,
+        candidates=candidates,
+        number=number.astype(np.int64),
+        missing=missing,
+        onward=onward,
+        beyond=beyond,
+        look=float(costs.search),
+        handle=float(costs.manipulation),
+    )
+
+
+class _Sought(NamedTuple):
+    """The rows of a Situation for one missing item."""
+
+    chance: Array
+    candidates: Indices
+    missing: Array
+    onward: Array
+    beyond: float
+
+
+@lru_cache(maxsize=MOST_REMEMBERED)
+def _sought(p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: float, handle: float) -> _Sought:
+    """The search arrays of one missing item, cached: many states share them and differ only in the other items.
+
+    Args:
+        p, from_m, to_m, between_m: float64 bytes over the unsearched containers (between_m over all pairs).
+    """
+    chances, from_here, to_target = (np.frombuffer(row) for row in (p, from_m, to_m))
+    n = len(chances)
+    between = np.frombuffer(between_m).reshape(n, n)
+    chosen = choose(chances[None], from_here, to_target, limit=min(CANDIDATES, n), ranking="worth")
+    chance = np.minimum(unconditioned(_possible(chances)[None], "marginal")[0], MOST_CHANCE)
+    missing = still_missing_by_subset(chances[None], chosen, "marginal")[0]
+    beyond = _beyond(chance, chosen[0], between, to_target) + handle
+    ways_m = np.ascontiguousarray(between[np.ix_(chosen[0], chosen[0])])
+    onward = onward_costs(missing, ways_m, handle + to_target[chosen[0]], beyond, float(look))
+    return _Sought(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
+
+
+def _possible(chances: Array) -> Array:
+    """The chances without those that are, beside the greatest, no more than a rounding."""
+    return np.where(chances > RELATIVE * chances.max(initial=0.0), chances, 0.0)
+
+
+def _beyond(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:
+    """A rough cost of searching on beyond the candidates, assuming that two in five of the other containers are
+    searched."""
+    is_other = np.ones(len(chance), dtype=np.bool_)
+    is_other[chosen] = False
+    others = np.flatnonzero(is_other)
+    if not len(others):
+        return 0.0
+    weight = chance[others] + 1e-9
+    legs = 0.5 * float(np.median(between_m[np.ix_(others, others)])) * max(1.0, 0.4 * len(others))
+    return float(weight @ to_m[others] / weight.sum()) + legs

@@ -1,0 +1,1 @@
+"""Tasks: the paper's scenarios, scenario files, and whether a house supports them."""

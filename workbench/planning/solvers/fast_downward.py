@@ -1,0 +1,187 @@
+"""The solver Fast Downward, either on SAS+ written directly or on PDDL through its translator.
+
+Searches by name: `blind` and `lmcut` are optimal; `ff-astar2` is the paper's (A* with the FF heuristic, both on
+cost plus one), not optimal; `anytime` returns the best plan found in its time.
+
+The planner is a program of its own (GPL-3.0-only) that the extra "planners" installs; it is run, never imported. The
+SAS+ route has a printer of its own (sas.py) and not Fast Downward's translator, which grounds PDDL anew at every
+decision in an interpreter of its own.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Literal, final
+
+from workbench.errors import UnknownName
+from workbench.planning.builtin.solver import Solved, without_hypothetical
+from workbench.planning.plans import Plan, PlanStatus, PlanStep
+from workbench.planning.problem import IllegalStep, Problem, apply, goal_is_out_of_reach, holds, initial_state
+from workbench.planning.solvers.pddl import pddl_of
+from workbench.planning.solvers.sas import COST_SCALE, sas_of
+from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, Answer, Exit, run_program
+from workbench.plugins import installed_module
+from workbench.search.ties import first_of_least
+
+SEARCHES: Mapping[str, str] = MappingProxyType(
+    {
+        "blind": "astar(blind())",
+        "lmcut": "astar(lmcut())",
+        "ff-astar2": "let(h,ff(),astar(h,cost_type=plusone))",
+        "anytime": (
+            "let(h,ff(),iterated([lazy_greedy([h],preferred=[h]),lazy_wastar([h],preferred=[h],w=3),"
+            "lazy_wastar([h],preferred=[h],w=1)],repeat_last=true))"
+        ),
+    }
+)
+OPTIMAL = ("blind", "lmcut")
+
+MOST_PLAN_BYTES = 1_000_000
+
+UNSOLVABLE_CODES = (10, 11)
+"""Fast Downward's exit codes for a proof that no plan exists (translator, search)."""
+OUT_OF_TIME_CODES = (21, 23)
+OUT_OF_MEMORY_CODES = (20, 22)
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FastDownward:
+    """A search of Fast Downward by one of the two routes, in a process of its own.
+
+    Raises:
+        UnknownName: no such search.
+    """
+
+    search: str = "blind"
+    route: Literal["sas", "pddl"] = "sas"
+    memory_bytes: int = MEMORY_BYTES
+
+    def __post_init__(self) -> None:
+        if self.search not in SEARCHES:
+            raise UnknownName("search of Fast Downward", self.search, SEARCHES)
+
+    @property
+    def name(self) -> str:
+        return f"{self.route}-{self.search}"
+
+    def solve(self, problem: Problem, *, budget_s: float) -> Solved:
+        settled = settled_without_search(problem, self.name)
+        if settled is not None:
+            return Solved(plan=settled)
+        home = downward_home()
+        if home is None:
+            note = "Fast Downward is not installed. Install it: pip install 'lios-workbench[planners]'"
+            return Solved(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
+        with tempfile.TemporaryDirectory(prefix="lios-plan-") as folder:
+            plan = self._run(problem, Path(folder), home, min(budget_s, 86_400.0))
+        return Solved(plan=without_hypothetical(plan))
+
+    def _run(self, problem: Problem, folder: Path, home: Path, budget_s: float) -> Plan:
+        plan_file = folder / "plan"
+        if self.route == "sas":
+            task = sas_of(problem)
+            steps = task.steps
+            (folder / "task.sas").write_text(task.text, encoding="utf-8")
+            binary = home / "builds" / "release" / "bin" / "downward"
+            command = [str(binary), "--search", SEARCHES[self.search], "--internal-plan-file", str(plan_file)]
+            stdin: Path | None = folder / "task.sas"
+        else:
+            printed = pddl_of(problem)
+            steps = printed.steps
+            (folder / "domain.pddl").write_text(printed.domain, encoding="utf-8")
+            (folder / "problem.pddl").write_text(printed.problem, encoding="utf-8")
+            command = [sys.executable, str(home / "fast-downward.py"), "--plan-file", str(plan_file)]
+            command += ["domain.pddl", "problem.pddl", "--search", SEARCHES[self.search]]
+            stdin = None
+        answer = run_program(command, folder=folder, time_s=budget_s, memory_bytes=self.memory_bytes, stdin=stdin)
+        best = best_plan(folder, steps, problem)
+        if best is not None:
+            proven = self.search in OPTIMAL and answer.exit is Exit.ENDED
+            return plan_of(best, solver=self.name, optimal=proven)
+        return self._without_plan(answer)
+
+    def _without_plan(self, answer: Answer) -> Plan:
+        if answer.exit is Exit.TIMED_OUT or answer.code in OUT_OF_TIME_CODES:
+            return Plan(status=PlanStatus.TIMED_OUT, solver=self.name, note="no plan within the time limit")
+        if answer.exit is Exit.ENDED and answer.code in UNSOLVABLE_CODES:
+            return Plan(
+                status=PlanStatus.NO_PLAN, solver=self.name, note="proven: no sequence of actions meets the goal"
+            )
+        if answer.code in OUT_OF_MEMORY_CODES:
+            return Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note="Fast Downward ran out of memory")
+        said = next((line for line in reversed(answer.output.splitlines()) if line.strip()), "nothing")
+        note = f"Fast Downward {answer.exit} with code {answer.code} and said: {said[:200]}"
+        return Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note)
+
+
+def settled_without_search(problem: Problem, solver: str) -> Plan | None:
+    """The plan where nothing needs to be searched: the goal holds already, or its places cannot be reached."""
+    if holds(problem.goal, initial_state(problem), problem):
+        return Plan(status=PlanStatus.SOLVED, lower_bound=0.0, optimal=True, solver=solver)
+    unreachable = goal_is_out_of_reach(problem)
+    if unreachable:
+        return Plan(status=PlanStatus.NO_PLAN, solver=solver, note=unreachable)
+    return None
+
+
+@cache
+def downward_home() -> Path | None:
+    """The folder of Fast Downward in the installed wheel, or None."""
+    spec = installed_module("up_fast_downward")
+    if spec is None or spec.origin is None:
+        return None
+    home = Path(spec.origin).parent / "downward"
+    return home if home.is_dir() else None
+
+
+def best_plan(folder: Path, steps: Mapping[str, PlanStep | None], problem: Problem) -> tuple[PlanStep, ...] | None:
+    """The cheapest legal plan among a folder's files plan, plan.1, plan.2, ...; None when there is none.
+
+    Of equal ones (ties.py) the first by the file's name.
+    """
+    found: list[tuple[PlanStep, ...]] = []
+    for path in sorted(folder.glob("plan*")):
+        if path.is_file() and path.stat().st_size <= MOST_PLAN_BYTES:
+            text = path.read_text(encoding="utf-8", errors="replace")
+            plan = read_plan(text, steps, problem)
+            if plan is not None:
+                found.append(plan)
+    return first_of_least(found, lambda plan: sum(step.cost for step in plan)) if found else None
+
+
+def read_plan(text: str, steps: Mapping[str, PlanStep | None], problem: Problem) -> tuple[PlanStep, ...] | None:
+    """The steps of a plan file; None when it is nonsense: an unknown action, an illegal step, a goal not met."""
+    state = initial_state(problem)
+    plan: list[PlanStep] = []
+    for line in text.splitlines():
+        words = re.sub(r"^\s*\d+(\.\d+)?\s*:", "", line.split(";", 1)[0]).strip().strip("()").lower().split()
+        if not words:
+            continue
+        name = " ".join(words)
+        if name not in steps:
+            return None
+        step = steps[name]
+        if step is None:
+            continue
+        try:
+            state = apply(step, state)
+        except IllegalStep:
+            return None
+        plan.append(step)
+    return tuple(plan) if holds(problem.goal, state, problem) else None
+
+
+def plan_of(steps: tuple[PlanStep, ...], *, solver: str, optimal: bool) -> Plan:
+    cost = sum(step.cost for step in steps)
+    slack = len(steps) / COST_SCALE
+    """Costs were rounded to hundredths."""
+    bound = max(cost - slack, 0.0) if optimal else None
+    return Plan(status=PlanStatus.SOLVED, steps=steps, cost=cost, lower_bound=bound, optimal=optimal, solver=solver)

@@ -1,0 +1,1 @@
+"""Search policies, and the table that finds them by name."""

@@ -1,0 +1,91 @@
+"""The table of search policies by name, and a third party's by entry point or `module:function`.
+
+A policy of your own is an entry point in the group "lios.policies" whose value is a function without arguments
+that returns a SearchPolicy, or a "module:function" where a user gives a name (workbench/plugins.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import cast
+
+from workbench.errors import BadValue, UnknownName
+from workbench.plugins import POLICY, NameOrigin, Plugin, installed_names, plugin
+from workbench.search.policies.full_tour import FullTour
+from workbench.search.policies.least_expected_cost import LeastExpectedCost
+from workbench.search.policies.most_probable import MostProbable
+from workbench.search.policies.nearest_first import NearestFirst
+from workbench.search.policies.oracle import oracle_policy
+from workbench.search.policy import SearchPolicy
+
+PolicyFactory = Callable[[], SearchPolicy]
+
+POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
+    {
+        "greedy": lambda: NearestFirst(),
+        "most-probable": lambda: MostProbable(),
+        "lios": lambda: LeastExpectedCost(name="lios", belief_model="independent", ranking="probable"),
+        "conditioned-lios": lambda: LeastExpectedCost(
+            name="conditioned-lios", belief_model="exists", ranking="worth"
+        ),
+        "marginal-lios": lambda: LeastExpectedCost(name="marginal-lios", belief_model="marginal", ranking="worth"),
+        "full-lios": lambda: FullTour(),
+    }
+)
+"""Policies that do not know the true house. For the oracle see oracle_policy(house)."""
+
+
+def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
+    """The policy of that name, of an installed plug-in, or of "module:function".
+
+    Args:
+        origin: who gives the name; "module:function" is for users alone.
+
+    Raises:
+        UnknownName: no such policy; lists the known ones.
+        NotFromLog: a name that only a user may give.
+    """
+    wanted = canonical_policy(name)
+    if wanted is not None:
+        return POLICIES[wanted]()
+    return _from_outside(plugin(POLICY, name, origin=origin, known=POLICIES))
+
+
+def canonical_policy(name: str) -> str | None:
+    """The canonical name of a policy, given in any case or in the paper's spelling (ConditionedLIOS); None for
+    others."""
+    joined = {ours.replace("-", ""): ours for ours in POLICIES}
+    wanted = name.strip().lower()
+    return wanted if wanted in POLICIES else joined.get(wanted)
+
+
+def policy_names() -> tuple[str, ...]:
+    """All policies that do not need the true house: the table in its order, then installed plug-ins, sorted."""
+    return (*POLICIES, *(name for name in installed_names(POLICY) if name not in POLICIES))
+
+
+def _from_outside(found: Plugin) -> SearchPolicy:
+    name = found.name
+    with found.import_path():
+        try:
+            factory = found.load()
+        except (ImportError, AttributeError, ValueError) as error:
+            where = f"what can be imported ({error})"
+            raise UnknownName("search policy", name, policy_names(), where=where) from error
+        return _made(name, factory)
+
+
+def _made(name: str, factory: object) -> SearchPolicy:
+    try:
+        made = factory() if callable(factory) else factory
+    except TypeError as error:
+        raise BadValue(
+            "search policy", name, f"a function or class that is called without arguments ({error})"
+        ) from error
+    if not callable(getattr(made, "order", None)) or not isinstance(getattr(made, "name", None), str):
+        raise BadValue(f"search policy {name}", made, "something with a name and order(query)")
+    return cast(SearchPolicy, made)
+
+
+__all__ = ["POLICIES", "PolicyFactory", "canonical_policy", "oracle_policy", "policy", "policy_names"]

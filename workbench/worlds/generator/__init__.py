@@ -1,0 +1,1 @@
+"""Generated houses, drawn from the statistics of real ones."""

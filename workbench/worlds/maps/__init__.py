@@ -1,0 +1,1 @@
+"""Occupancy grids, shortest paths on them, and cached travel costs."""

@@ -1,0 +1,1 @@
+"""ProcTHOR houses: the JSON schema, the loader and Unity's frame."""

@@ -1,0 +1,1 @@
+"""Surveyed real places: survey files, ROS maps, checks and configurations."""

@@ -1,0 +1,169 @@
+"""Checks of a survey file: findings with their fixes, errors first (a robot cannot run), then warnings (results
+suffer)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import hypot
+from typing import Literal
+
+from workbench.worlds.geometry import Pose, footprint
+from workbench.worlds.house import START, Container, LocationId
+from workbench.worlds.names import is_container, vocabulary
+from workbench.worlds.sites.paths import SiteWays
+from workbench.worlds.sites.site import Site
+
+Level = Literal["error", "warning", "note"]
+ORDER: tuple[Level, ...] = ("error", "warning", "note")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SiteFinding:
+    """A problem in a survey.
+
+    Attributes:
+        where: the part of the survey concerned.
+        what: what is wrong with it.
+        fix: how to fix it.
+    """
+
+    level: Level
+    where: str
+    what: str
+    fix: str
+
+
+def check_site(site: Site) -> tuple[SiteFinding, ...]:
+    """All findings of a survey, errors first."""
+    found = [*_reach(site), *_rooms(site), *_containers(site), *_map(site), *_robot_side(site), *_tags(site)]
+    return tuple(sorted(found, key=lambda finding: ORDER.index(finding.level)))
+
+
+def _reach(site: Site) -> Iterator[SiteFinding]:
+    if not site.plan.containers:
+        yield _error("containers", "there is none", "Survey at least one container")
+    if not site.travel.reaches(START):
+        yield _error("start", "lies on no free ground of the map", "Move the start pose, or correct the map")
+        return
+    for name in site.travel.unreachable:
+        yield _error(f"container {name}", "cannot be reached from the start", "Correct its pose, or give stand:")
+
+
+def _rooms(site: Site) -> Iterator[SiteFinding]:
+    for room in site.plan.rooms:
+        if room.kind == "Unknown":
+            yield SiteFinding(
+                level="warning",
+                where=f"room {room.id}",
+                what="its kind is Unknown, so the belief knows nothing of it",
+                fix="Say what it is: Kitchen, LivingRoom, Bedroom, Bathroom, or in words of your own",
+            )
+
+
+def _containers(site: Site) -> Iterator[SiteFinding]:
+    for container in site.plan.containers:
+        where = f"container {container.id}"
+        if not is_container(container.type):
+            kind = "is no container type of the vocabulary" if container.type in vocabulary() else "is unknown"
+            yield SiteFinding(
+                level="warning",
+                where=where,
+                what=f"type {container.type} {kind}, so the belief knows it by its name only",
+                fix="Use the nearest container type, for instance Sofa for a couch",
+            )
+        if not _inside(site, container.pose, container):
+            yield SiteFinding(
+                level="warning", where=where, what=f"lies outside room {container.room}", fix="Correct pose or room"
+            )
+    for a, b in _overlapping(site.plan.containers):
+        yield SiteFinding(
+            level="warning", where=f"containers {a} and {b}", what="overlap", fix="Correct their poses or sizes"
+        )
+
+
+def _map(site: Site) -> Iterator[SiteFinding]:
+    if site.grid is None:
+        yield SiteFinding(
+            level="warning",
+            where="map",
+            what="there is none; ways are drawn as straight lines and other starts cannot be used",
+            fix="Add map: with the YAML of map_saver",
+        )
+    if site.travel_source == "measured":
+        symmetric = abs(site.travel.metres - site.travel.metres.T).max()
+        if symmetric > 0.5:
+            yield SiteFinding(
+                level="note",
+                where="travel",
+                what=f"there and back differ by up to {symmetric:.1f} m",
+                fix="Measure again if that is not meant",
+            )
+    if not site.plan.walls:
+        yield SiteFinding(level="note", where="walls", what="none are given", fix="Add walls: for a fuller picture")
+    if isinstance(site.ways, SiteWays):
+        for name, pose in site.ways.standing.items():
+            row, column = site.ways.grid.cell_at(pose.point)
+            rows, columns = site.ways.free.shape
+            if not (0 <= row < rows and 0 <= column < columns and site.ways.free[row, column]):
+                yield SiteFinding(
+                    level="warning",
+                    where=f"stand of {name}",
+                    what=f"is closer than {site.robot.radius_m:g} m to something on the map",
+                    fix="Move it, or lower robot: radius_m",
+                )
+
+
+def _robot_side(site: Site) -> Iterator[SiteFinding]:
+    without = [c.id for c in site.plan.containers if LocationId(c.id) not in site.waypoints]
+    if without:
+        yield SiteFinding(
+            level="note",
+            where="waypoints",
+            what=f"{len(without)} containers have none ({', '.join(without[:4])}); the robot goes to their map pose",
+            fix="Record a GraphNav waypoint at each, or align the map with the robot's seed frame",
+        )
+    doubled = [w for w in site.waypoints.values() if list(site.waypoints.values()).count(w) > 1]
+    if doubled:
+        yield _error("waypoints", f"{sorted(set(doubled))[0]} stands for two locations", "Give each its own")
+
+
+def _tags(site: Site) -> Iterator[SiteFinding]:
+    if not site.tags:
+        yield SiteFinding(
+            level="warning",
+            where="tags",
+            what="no item has a tag, so a robot recognises nothing",
+            fix="Add tags: with the fiducial's number, the item and its type",
+        )
+    for number, item in site.tags.items():
+        word = vocabulary().get(item.type)
+        if word is None or not word.carry:
+            yield SiteFinding(
+                level="note",
+                where=f"tag {number}",
+                what=f"{item.type} is no item type of the vocabulary, so the belief knows it by its name only",
+                fix="Use the nearest type, for instance CellPhone",
+            )
+
+
+def _error(where: str, what: str, fix: str) -> SiteFinding:
+    return SiteFinding(level="error", where=where, what=what, fix=fix)
+
+
+def _inside(site: Site, pose: Pose, container: Container) -> bool:
+    from shapely import Point as ShapelyPoint
+    from shapely import Polygon
+
+    return Polygon(site.plan.room(container.room).floor).buffer(0.3).contains(ShapelyPoint(pose.x_m, pose.y_m))
+
+
+def _overlapping(containers: tuple[Container, ...]) -> Iterator[tuple[str, str]]:
+    from shapely import Polygon
+
+    boxes = [(c, Polygon(footprint(c.pose, c.size_m[0], c.size_m[1]))) for c in containers]
+    for i, (a, box_a) in enumerate(boxes):
+        for b, box_b in boxes[i + 1 :]:
+            near = hypot(a.pose.x_m - b.pose.x_m, a.pose.y_m - b.pose.y_m) < 10
+            if near and box_a.intersection(box_b).area > 0.5 * min(box_a.area, box_b.area):
+                yield a.id, b.id
