@@ -93,7 +93,7 @@ def _linear_table() -> npt.NDArray[np.uint8]:
     return np.round(light * 255).astype(np.uint8)
 
 
-def linear(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def linear_rgb(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """Colours in linear RGB instead of sRGB (IEC 61966-2-1), the same shape.
 
     Viser expects linear RGB for batched meshes and sRGB for everything else; sRGB values in a batch would look far
@@ -116,6 +116,6 @@ def css(colour: Colour | npt.NDArray[np.uint8]) -> str:
     return "#{:02x}{:02x}{:02x}".format(*(int(c) for c in colour))
 
 
-def unit(colour: Colour) -> tuple[float, float, float]:
+def unit_rgb(colour: Colour) -> tuple[float, float, float]:
     """The colour with parts in 0 to 1, as matplotlib takes it."""
     return (colour[0] / 255, colour[1] / 255, colour[2] / 255)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from recorders.trial import Wish, record_trial, trial_for
 
-from workbench.worlds.procthor import load_house
+from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
 HERE = Path(__file__).resolve().parent

@@ -16,12 +16,12 @@ from typing import Any, Self, final
 
 from google.protobuf.message import Message
 
-from recorders.foxglove.channels import LATCHED, Narrator, ViewerMessage
+from recorders.foxglove.channels import LATCHED, ViewerMessage, ViewerMessages
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import LogFiles, Sink, Split
-from recorders.sinks.threaded import Background
-from workbench.execution.events import Acted, Ended, Event, Observed, Planned
+from recorders.sinks.threaded import ThreadedSink
+from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded
 from workbench.log_schema.codec import encode, ground_truth, to_wire
 from workbench.log_schema.events import DomainEvent, GroundTruth, Outcome, RunInfo
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_to_json, task_to_json
@@ -88,11 +88,11 @@ class RunRecorder:
     ) -> None:
         self.info = info
         self._files = sink or LogFiles(path, force=force, split=split)
-        self._background = Background(self._files, sync_s=sync_s) if background else None
+        self._background = ThreadedSink(self._files, sync_s=sync_s) if background else None
         self._receipt_ns = receipt_ns
         self._sync_s, self._synced = sync_s, time.monotonic()
         moving = info.source != "spot" if motion is None else motion
-        self._narrator = Narrator(place, task, paths=paths, motion=moving) if viewer else None
+        self._narrator = ViewerMessages(place, task, paths=paths, motion=moving) if viewer else None
         start_ns = info.started.ns
         identity = info_to_metadata(info)
         clock = WORLD_CLOCK if receipt_ns is None else COMPUTER_CLOCK
@@ -130,8 +130,8 @@ class RunRecorder:
             self._write(event)
         else:
             self._background.submit(lambda: self._write(event))
-        looked = isinstance(event, Observed) and not event.known_at_start
-        if looked or isinstance(event, Planned | Ended) or time.monotonic() - self._synced >= self._sync_s:
+        looked = isinstance(event, ContainerObserved) and not event.known_at_start
+        if looked or isinstance(event, PlanMade | RunEnded) or time.monotonic() - self._synced >= self._sync_s:
             self.sync()
 
     def sync(self) -> None:
@@ -162,13 +162,13 @@ class RunRecorder:
     def _write(self, event: Event) -> None:
         """Write an event and its viewer messages by stamp: the poses of an action come before its end."""
         told = () if self._narrator is None else tuple(self._narrator.tell(event))
-        if isinstance(event, Acted):
+        if isinstance(event, ActionEnded):
             self._write_viewer(self._files, told)
         for wire in to_wire(event):
             self._write_domain(self._files, wire)
             if isinstance(wire, Outcome):
                 self._files.describe(OUTCOME_METADATA, outcome_to_metadata(wire, event.decision))
-        if not isinstance(event, Acted):
+        if not isinstance(event, ActionEnded):
             self._write_viewer(self._files, told)
 
     def _write_domain(self, sink: Sink, event: DomainEvent) -> None:
@@ -184,7 +184,7 @@ class RunRecorder:
         return stamp_ns if self._receipt_ns is None else self._receipt_ns()
 
 
-def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> Ended | None:
+def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> RunEnded | None:
     """Record all events of a run; returns its Ended event, or None if the events stop before it.
 
     Args:
@@ -192,12 +192,12 @@ def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> End
     """
     ended = None
     with RunRecorder(path, **options) as recorder:
-        for event in recorded(events, recorder):
-            ended = event if isinstance(event, Ended) else ended
+        for event in recording_events(events, recorder):
+            ended = event if isinstance(event, RunEnded) else ended
     return ended
 
 
-def recorded(events: Iterable[Event], recorder: RunRecorder) -> Iterator[Event]:
+def recording_events(events: Iterable[Event], recorder: RunRecorder) -> Iterator[Event]:
     """Yield the events, each after it has been recorded."""
     for event in events:
         recorder.record(event)

@@ -47,7 +47,11 @@ def record_search_trials(
 
 def log_path(folder: Path, trial: SearchTrial) -> Path:
     """FOLDER/<house>/<item type>.<policy>.mcap, without characters that file systems refuse."""
-    return folder / _plain(trial.house) / f"{_plain(trial.item_type)}.{_plain(trial.policy)}.mcap"
+    return (
+        folder
+        / _safe_file_name(trial.house)
+        / f"{_safe_file_name(trial.item_type)}.{_safe_file_name(trial.policy)}.mcap"
+    )
 
 
 def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Path, *, force: bool) -> Path:
@@ -67,5 +71,5 @@ def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Pa
     return path
 
 
-def _plain(name: str) -> str:
+def _safe_file_name(name: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "-" for c in name)

@@ -17,17 +17,17 @@ from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import InputError, UnknownName
-from workbench.execution.events import Ended, Event
+from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of, run_task
-from workbench.execution.start import MOST_KNOWN_SHARE, known_at_start
+from workbench.execution.start import MAX_KNOWN_SHARE, known_at_start
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.log_schema.place import Place, place_to_json, task_to_json
-from workbench.planning.scenarios.paper import make_task, prepare_house
+from workbench.planning.scenarios.paper import make_task, with_scenario_items
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import Navigation, navigate
 from workbench.worlds.simulated import SimulatedWorld
@@ -49,7 +49,7 @@ class Trial:
     estimator: str = "best"
     seed: int = 0
     known: tuple[ContainerId, ...] = ()
-    costs: ActionCosts = SIMULATION
+    costs: ActionCosts = SIMULATION_COSTS
 
 
 class NotOneTask(InputError):
@@ -60,7 +60,7 @@ class NotOneTask(InputError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wish:
+class TaskRequest:
     """A task as given by the user: exactly one of an item type to find, a scenario, or a task file.
 
     Raises:
@@ -79,7 +79,7 @@ class Wish:
 
 
 def trial_for(
-    wish: Wish,
+    wish: TaskRequest,
     house: House,
     *,
     strategy: str,
@@ -91,7 +91,7 @@ def trial_for(
 
     Args:
         most_known: largest share of containers known at the start; by default 0 for a find, and
-            MOST_KNOWN_SHARE for a task.
+            MAX_KNOWN_SHARE for a task.
 
     Raises:
         UnknownName: an unknown item type or scenario.
@@ -102,15 +102,15 @@ def trial_for(
         share = most_known or 0.0
     else:
         scenario = wish.scenario or str(wish.task_file)
-        house = prepare_house(scenario, house, seed=seed)
+        house = with_scenario_items(scenario, house, seed=seed)
         task = make_task(scenario, house, seed=seed, travel=navigate(house.plan).travel)
-        share = MOST_KNOWN_SHARE if most_known is None else most_known
+        share = MAX_KNOWN_SHARE if most_known is None else most_known
     known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
     return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Ready:
+class _PreparedRun:
     navigation: Navigation
     world: SimulatedWorld
     strategy: Strategy
@@ -130,7 +130,7 @@ def record_trial(
     force: bool = False,
     sink: Sink | None = None,
     begun: Callable[[], None] | None = None,
-) -> Ended:
+) -> RunEnded:
     """Run a trial and record it, including the ground truth.
 
     Args:
@@ -178,9 +178,9 @@ def _plain(name: str) -> str:
     return "".join(ch for ch in name.casefold() if ch.isalnum())
 
 
-def _prepare(trial: Trial) -> _Ready:
+def _prepare(trial: Trial) -> _PreparedRun:
     navigation = navigate(trial.house.plan)
-    return _Ready(
+    return _PreparedRun(
         navigation=navigation,
         world=SimulatedWorld(trial.house, navigation, known=trial.known),
         strategy=_strategy(trial),
@@ -195,11 +195,11 @@ def _strategy(trial: Trial) -> Strategy:
     return trial.strategy
 
 
-def _events(trial: Trial, ready: _Ready) -> Iterator[Event]:
+def _events(trial: Trial, ready: _PreparedRun) -> Iterator[Event]:
     return run_task(ready.world, ready.strategy, ready.estimator, trial.task, costs=trial.costs, seed=trial.seed)
 
 
-def _info(trial: Trial, ready: _Ready) -> RunInfo:
+def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
     code = revision()
     return RunInfo(
         run_id=_run_id(trial, ready),
@@ -218,7 +218,7 @@ def _info(trial: Trial, ready: _Ready) -> RunInfo:
     )
 
 
-def _run_id(trial: Trial, ready: _Ready) -> str:
+def _run_id(trial: Trial, ready: _PreparedRun) -> str:
     """A run id of twelve hexadecimal digits; the same trial has the same id."""
     identity = (
         place_to_json(ready.place),

@@ -13,7 +13,7 @@ from workbench import __version__
 from workbench.beliefs.belief import Estimator
 from workbench.evaluation.tasks.names import file_name_of
 from workbench.evaluation.tasks.rows import TaskRow
-from workbench.evaluation.tasks.trials import Staged
+from workbench.evaluation.tasks.trials import PreparedTrial
 from workbench.execution.events import Event
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.log_schema.place import Place
@@ -30,7 +30,7 @@ class RecordTo:
         return log_path(self.folder, row.scenario, row.trial, row.strategy)
 
     def __call__(
-        self, staged: Staged, strategy: str, estimator: Estimator, events: Iterator[Event]
+        self, staged: PreparedTrial, strategy: str, estimator: Estimator, events: Iterator[Event]
     ) -> Iterator[Event]:
         path = log_path(self.folder, staged.key.scenario, staged.key.trial, strategy)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -56,7 +56,7 @@ def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
     return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 
-def _info(staged: Staged, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
+def _info(staged: PreparedTrial, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
     code = revision()
     key = staged.key
     identity = f"{staged.house.plan.name}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}"

@@ -10,13 +10,22 @@ from toy import COUNTER, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
 from recorders.run_recorder import RunRecorder, record_run
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned, RunStatus
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    FindCostsUpdated,
+    PlanMade,
+    RunEnded,
+    RunStatus,
+)
 from workbench.log_schema.events import NANO, SCHEMA_VERSION, RunInfo, Stamp
 from workbench.log_schema.place import Place
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Alternative, Decision
 from workbench.planning.tasks import Task, find_task
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
@@ -68,7 +77,7 @@ def toy_events() -> list[Event]:
         _planned(8, 3, LocationId(COUNTER), _home(), (), "found Mug"),
         _did(8, 13, 3, 5, "pick", COUNTER, 5.0, ("Mug|1",)),
         *_walked(13, 3, 6, COUNTER, START, 2.0),
-        Ended(
+        RunEnded(
             stamp_ns=T0 + 15 * NANO,
             decision=3,
             status=RunStatus.DONE,
@@ -92,7 +101,7 @@ def toy_options() -> dict[str, object]:
         "info": toy_info(),
         "place": toy_place(),
         "task": toy_task(),
-        "costs": SIMULATION,
+        "costs": SIMULATION_COSTS,
         "truth": toy_house().contents,
     }
 
@@ -106,8 +115,8 @@ def killed_toy_log(path: Path, events: int = 9) -> Path:
     return path
 
 
-def _observed(s: int, decision: int, container: ContainerId, at: str, *, known: bool = False) -> Observed:
-    return Observed(
+def _observed(s: int, decision: int, container: ContainerId, at: str, *, known: bool = False) -> ContainerObserved:
+    return ContainerObserved(
         stamp_ns=T0 + s * NANO,
         decision=decision,
         container=container,
@@ -127,13 +136,13 @@ def _decided(
     leg_m: float,
     reason: str,
 ) -> Iterator[Event]:
-    yield Believed(
+    yield BeliefUpdated(
         stamp_ns=T0 + s * NANO,
         decision=decision,
         belief=Belief(item_types=(MUG,), containers=containers, probability=np.array(p), estimator="counts@1a2b3c4d"),
     )
     costs = FindCosts(item_types=(MUG,), origins=(at,), targets=(START,), metres=np.array([[[9.25]]]), kind="model")
-    yield Costed(stamp_ns=T0 + s * NANO, decision=decision, find_costs=costs)
+    yield FindCostsUpdated(stamp_ns=T0 + s * NANO, decision=decision, find_costs=costs)
     step = PlanStep(action="find", origin=at, target=START, item_types=(MUG,), cost=9.25)
     stop = SearchStop(container=first, probability=p[0][-1], reached=1.0, leg_m=leg_m)
     yield _planned(s, decision, at, (step,), (stop,), reason)
@@ -141,7 +150,7 @@ def _decided(
 
 def _planned(
     s: int, decision: int, at: LocationId, steps: tuple[PlanStep, ...], order: tuple[SearchStop, ...], reason: str
-) -> Planned:
+) -> PlanMade:
     plan = Plan(
         status=PlanStatus.SOLVED,
         steps=steps,
@@ -151,7 +160,7 @@ def _planned(
         solver="closed form",
     )
     made = Decision(plan=plan, search_order=order, alternatives=(Alternative(title="fridge first", cost=12.5),))
-    return Planned(
+    return PlanMade(
         stamp_ns=T0 + s * NANO,
         decision=decision,
         robot_at=at,
@@ -171,7 +180,7 @@ def _home() -> tuple[PlanStep, ...]:
 
 
 def _walked(s: int, decision: int, index: int, a: str, b: str, metres: float) -> Iterator[Event]:
-    yield Acted(
+    yield ActionEnded(
         stamp_ns=T0 + round((s + metres) * NANO),
         decision=decision,
         index=index,
@@ -194,9 +203,9 @@ def _did(
     at: str,
     cost: float,
     items: tuple[str, ...] = (),
-) -> Acted:
+) -> ActionEnded:
     here = LocationId(at)
-    return Acted(
+    return ActionEnded(
         stamp_ns=T0 + end_s * NANO,
         decision=decision,
         index=index,

@@ -19,12 +19,12 @@ from sample_logs import toy_events, toy_info, toy_options
 
 from dashboards.viser_app.serving import open_dashboard
 from recorders.run_recorder import record_run
-from replayers.batch.recorded_strategy import RecordedBySomebodyElse
-from replayers.batch.replan import plan_again
+from replayers.batch.recorded_strategy import UnknownRecordedStrategy
+from replayers.batch.replan import replan
 from replayers.batch.verify import verify
 from replayers.counterfactual.evidence import evidence_of
 from replayers.counterfactual.logged_belief import NoBelief, estimator_for
-from replayers.counterfactual.replay import Settings, ground_of, replay, replay_on
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay, replay_on
 from replayers.runs.run import Run, read
 from replayers.tables.frames import read_many
 from workbench import cli, plugins
@@ -232,13 +232,13 @@ def test_every_command_is_walked_or_reads_no_log() -> None:
 READERS: dict[str, Callable[[Run], object]] = {
     "verify": verify,
     "verify by the log's name": lambda run: verify(run, strategy_name=run.info.strategy),
-    "plan_again": plan_again,
-    "plan_again by the log's name": lambda run: plan_again(run, strategy=run.info.strategy),
-    "plan_again with the log's solver": lambda run: plan_again(run, solver=run.info.strategy.partition("@")[2]),
-    "replay": lambda run: replay(run, run.info.strategy, Settings(worlds=0)),
-    "replay_on": lambda run: replay_on(ground_of(run, Settings(worlds=0)), run.info.strategy),
+    "plan_again": replan,
+    "plan_again by the log's name": lambda run: replan(run, strategy=run.info.strategy),
+    "plan_again with the log's solver": lambda run: replan(run, solver=run.info.strategy.partition("@")[2]),
+    "replay": lambda run: replay(run, run.info.strategy, ReplaySettings(worlds=0)),
+    "replay_on": lambda run: replay_on(prepare_log(run, ReplaySettings(worlds=0)), run.info.strategy),
     "estimator_for by the log's name": lambda run: estimator_for(evidence_of(run), (MUG,), name=run.info.estimator),
-    "ground_of by the log's estimator": lambda run: ground_of(run, Settings(estimator=run.info.estimator)),
+    "prepare_log by the log's estimator": lambda run: prepare_log(run, ReplaySettings(estimator=run.info.estimator)),
     "estimator_for": lambda run: estimator_for(evidence_of(run), (ItemType("Unheard"),)),
     "strategy": lambda run: strategy(run.info.strategy),
     "solver": lambda run: solver(run.info.strategy.partition("@")[2]),
@@ -255,7 +255,7 @@ def test_no_function_runs_what_a_log_names(reader: str, stranger: Stranger) -> N
         run = read(log, with_truth=True)
         if "solver" in reader and "@" not in run.info.strategy:
             continue
-        with pytest.raises((NotFromLog, RecordedBySomebodyElse, UnknownName, NoBelief)):
+        with pytest.raises((NotFromLog, UnknownRecordedStrategy, UnknownName, NoBelief)):
             READERS[reader](run)
         refused += 1
         stranger.assert_nothing_ran()

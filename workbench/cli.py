@@ -200,23 +200,23 @@ def main(argv: list[str] | None = None) -> None:
             logging.basicConfig(format="%(message)s")
             logging.getLogger("lios").setLevel(logging.DEBUG)
         code = run([a for a in args if a != "--debug"], debug="--debug" in args)
-        sys.exit(_code_after_output(code))
+        sys.exit(_flush_output(code))
 
 
-def _code_after_output(code: int) -> int:
+def _flush_output(code: int) -> int:
     """Flush all output and return the exit code.
 
     Output that cannot be written is discarded, since the interpreter would otherwise report an error at shutdown.
     """
-    lost = _what_is_not_taken(sys.stdout)
+    lost = _flush_error(sys.stdout)
     if code == 0 and lost is not None and not isinstance(lost, BrokenPipeError):
         say(_os_error_line(lost))
         code = 1
-    _what_is_not_taken(sys.stderr)
+    _flush_error(sys.stderr)
     return code
 
 
-def _what_is_not_taken(stream: TextIO) -> OSError | None:
+def _flush_error(stream: TextIO) -> OSError | None:
     """Flush a stream and return the error if that fails; the unwritten rest is then discarded."""
     try:
         stream.flush()
@@ -251,7 +251,7 @@ def run(args: list[str], *, debug: bool = False) -> int:
     except OSError as error:
         if debug:
             raise
-        wrong = _wrong_kind(error)
+        wrong = _path_kind_error(error)
         say(f"lios: {wrong}" if wrong else _os_error_line(error))
         return wrong.exit_code if wrong else 1
     except KeyboardInterrupt:
@@ -266,18 +266,18 @@ def run(args: list[str], *, debug: bool = False) -> int:
     return code if isinstance(code, int) else 0
 
 
-def _wrong_kind(error: OSError) -> WrongKind | None:
+def _path_kind_error(error: OSError) -> WrongKind | None:
     """The error for a path of the wrong kind: a file in place of a folder, or the reverse."""
     if error.filename is None:
         return None
     if isinstance(error, IsADirectoryError):
         return WrongKind(error.filename, needed="file")
     if isinstance(error, FileExistsError | NotADirectoryError):
-        return WrongKind(_first_file(error.filename), needed="folder")
+        return WrongKind(_blocking_file(error.filename), needed="folder")
     return None
 
 
-def _first_file(path: str | bytes) -> Path:
+def _blocking_file(path: str | bytes) -> Path:
     """The first component of a path that is a file although a folder is needed there."""
     whole = Path(os.fsdecode(path))
     return next((part for part in reversed(whole.parents) if part.is_file()), whole)

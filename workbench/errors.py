@@ -30,7 +30,7 @@ class LiosError(Exception):
     exit_code = 1
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _arrived, (type(self), self.args, self.__dict__)
+        return _unpickle_error, (type(self), self.args, self.__dict__)
 
 
 class InputError(LiosError):
@@ -65,7 +65,7 @@ class FileMissing(NotFound):
     """A file does not exist."""
 
     def __init__(self, path: Path | str) -> None:
-        super().__init__(f"{_short(str(path), 300)}: no such file. Check the path.")
+        super().__init__(f"{_truncated(str(path), 300)}: no such file. Check the path.")
 
 
 class OutputExists(InputError):
@@ -80,7 +80,9 @@ class WrongKind(InputError):
 
     def __init__(self, path: Path | str, *, needed: str) -> None:
         other = "file" if needed == "folder" else "folder"
-        super().__init__(f"{_short(str(path), 300)}: it is a {other}, and a {needed} is needed. Give another path.")
+        super().__init__(
+            f"{_truncated(str(path), 300)}: it is a {other}, and a {needed} is needed. Give another path."
+        )
 
 
 class MalformedFile(Malformed):
@@ -106,11 +108,11 @@ class BadValue(Malformed):
     """
 
     def __init__(self, where: str, value: object, allowed: str) -> None:
-        shown = "not given" if value is None else _short(repr(value), 80)
+        shown = "not given" if value is None else _truncated(repr(value), 80)
         super().__init__(f"{where} is {shown}; it must be {allowed}.")
 
 
-MOST_LISTED = 24
+MAX_LISTED = 24
 """Most known names listed in one message; the name "?" lists all of them."""
 
 
@@ -128,12 +130,12 @@ class UnknownName(NotFound):
         names = sorted(known)
         near = get_close_matches(name.lower(), [n.lower() for n in names], n=3, cutoff=0.5)
         nearest = [n for lower in near for n in names if n.lower() == lower]
-        shown = nearest or (names if name == "?" or len(names) <= MOST_LISTED else names[: MOST_LISTED // 2])
+        shown = nearest or (names if name == "?" or len(names) <= MAX_LISTED else names[: MAX_LISTED // 2])
         more = len(names) - len(shown) if not nearest else 0
         listed = ", ".join(shown) + (f", and {more} more, which '?' lists" if more else "")
-        place = f" in {_short(where, 120)}" if where else ""
+        place = f" in {_truncated(where, 120)}" if where else ""
         hint = "Did you mean" if nearest else "Known are"
-        super().__init__(f"no {kind} {_short(name, 60)!r}{place}. {hint}: {listed or 'none'}.")
+        super().__init__(f"no {kind} {_truncated(name, 60)!r}{place}. {hint}: {listed or 'none'}.")
 
 
 class MissingExtra(Unsupported):
@@ -148,7 +150,7 @@ class MissingExtra(Unsupported):
         super().__init__(f"{what} needs an optional part. Install it: pip install 'lios-workbench[{extra}]'.")
 
 
-def _arrived(kind: type[LiosError], args: tuple[object, ...], attributes: dict[str, object]) -> LiosError:
+def _unpickle_error(kind: type[LiosError], args: tuple[object, ...], attributes: dict[str, object]) -> LiosError:
     """Rebuild an error as it was in the process that raised it."""
     error = kind.__new__(kind, *args)
     error.args = args
@@ -156,6 +158,6 @@ def _arrived(kind: type[LiosError], args: tuple[object, ...], attributes: dict[s
     return error
 
 
-def _short(text: str, limit: int) -> str:
+def _truncated(text: str, limit: int) -> str:
     """The text, shortened to `limit` characters."""
     return text if len(text) <= limit else text[: limit - 3] + "..."

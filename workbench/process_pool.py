@@ -20,7 +20,7 @@ from multiprocessing import connection, get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
-NOT_TO_BE_COPIED = ("libgomp", "libomp", "libiomp", "libtbb", "libtorch", "libarrow")
+FORK_UNSAFE_LIBRARIES = ("libgomp", "libomp", "libiomp", "libtbb", "libtorch", "libarrow")
 """Libraries with thread pools that do not survive a fork. OpenBLAS, used by NumPy and SciPy, is not among them: it
 ends its threads before a fork and restarts them on demand."""
 
@@ -39,7 +39,9 @@ def process_pool(
             first task.
     """
     context = get_context("fork" if inherit and can_inherit() else "spawn")
-    pool = ProcessPoolExecutor(max_workers=workers, mp_context=context, initializer=_begin, initargs=(initializer,))
+    pool = ProcessPoolExecutor(
+        max_workers=workers, mp_context=context, initializer=_init_worker, initargs=(initializer,)
+    )
     before = _children()
     try:
         yield pool
@@ -63,7 +65,7 @@ def can_inherit() -> bool:
         loaded = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return False
-    return not any(name in loaded for name in NOT_TO_BE_COPIED)
+    return not any(name in loaded for name in FORK_UNSAFE_LIBRARIES)
 
 
 def _children() -> frozenset[BaseProcess]:
@@ -72,16 +74,16 @@ def _children() -> frozenset[BaseProcess]:
     return frozenset(active_children())
 
 
-def _begin(initializer: Callable[[], None] | None) -> None:
+def _init_worker(initializer: Callable[[], None] | None) -> None:
     """Runs in a worker: leaves Ctrl-C to the parent, which ends the worker, and exits when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
     if initializer is not None:
         initializer()
 
 
-def _end_with_parent() -> None:
+def _exit_with_parent() -> None:
     parent = parent_process()
     if parent is not None:
         connection.wait([parent.sentinel])

@@ -18,9 +18,11 @@ from rich.markup import escape
 from rich.table import Table
 
 T = TypeVar("T")
-WHOLE = (18, 12, 8, 4)
+UNBROKEN_WORD_LENGTHS = (18, 12, 8, 4)
 """Word lengths that a table keeps unbroken; the first value that fits the terminal's width is used."""
-FIRST_USE = "Still working. The first use on a machine compiles the search once, which takes up to half a minute."
+COMPILING_MESSAGE = (
+    "Still working. The first use on a machine compiles the search once, which takes up to half a minute."
+)
 
 
 def say(text: str) -> None:
@@ -98,10 +100,10 @@ def _longest_word(texts: Iterable[str]) -> int:
 def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
     """The first layout that fits the width: with column separators, without them, with broken words."""
     rules: box.Box | None = box.HEAVY_HEAD
-    room, least = width - 3 * len(columns) - 1, [column.least(WHOLE[0]) for column in columns]
+    room, least = width - 3 * len(columns) - 1, [column.least(UNBROKEN_WORD_LENGTHS[0]) for column in columns]
     if sum(least) > room:
         rules, room = None, width - 2 * len(columns) + 2
-        tries = ([column.least(longest) for column in columns] for longest in WHOLE)
+        tries = ([column.least(longest) for column in columns] for longest in UNBROKEN_WORD_LENGTHS)
         least = next((some for some in tries if sum(some) <= room), [1] * len(columns))
     table = Table(title=title or None, title_justify="left", box=rules, pad_edge=rules is not None)
     for column, widest in zip(columns, _widths(columns, least, room), strict=True):
@@ -146,7 +148,7 @@ def progress(items: Iterable[T], *, title: str, total: int | None = None) -> Ite
 
 
 @contextmanager
-def patience(words: str = FIRST_USE, *, after_s: float = 3.0) -> Generator[None]:
+def patience(words: str = COMPILING_MESSAGE, *, after_s: float = 3.0) -> Generator[None]:
     """Print `words` if the body takes longer than `after_s` seconds and standard error is a terminal."""
     if not _Console(stderr=True).is_terminal:
         yield

@@ -25,9 +25,9 @@ from dashboards.panels.plots import plots
 from workbench.planning.tasks import goal_types
 from workbench.worlds.names import readable_name
 
-MOST_ITEMS = 12
+MAX_ITEMS = 12
 """Item types that can be chosen in the page."""
-MOST_FRAMES = 3000
+MAX_FRAMES = 3000
 """Frames of a run; a longer run keeps its decisions first."""
 
 
@@ -54,7 +54,7 @@ def items_of(timeline: Timeline) -> tuple[str, ...]:
         steps = frame.plan.steps if frame.plan is not None else ()
         wanted += [s.item_types[0] for s in steps if s.action == "find" and s.item_types]
     wanted += sorted(timeline.item_types, key=lambda t: (-timeline.top_belief[t], t))
-    return tuple(t for t in dict.fromkeys(wanted) if t in timeline.top_belief)[:MOST_ITEMS]
+    return tuple(t for t in dict.fromkeys(wanted) if t in timeline.top_belief)[:MAX_ITEMS]
 
 
 def run_data(
@@ -99,7 +99,7 @@ def run_data(
         "wayX": _list(timeline.way_xy[:, 0]),
         "wayY": _list(timeline.way_xy[:, 1]),
         "wayM": _list(timeline.way_m, 4),
-        "facing": _list(timeline.facing_rad),
+        "facing": _list(timeline.heading_rad),
         "imputed": np.flatnonzero(timeline.imputed).tolist(),
         "costS": _list(timeline.cost_s, 4),
         "cost": _list(timeline.cost),
@@ -133,7 +133,7 @@ def frame_stamps(timeline: Timeline) -> list[int]:
     others = {stamp for a in timeline.actions for stamp in (a.start.ns, a.stamp.ns)}
     others |= {int(s) for s in timeline.searched_ns if s != NEVER}
     more = sorted(others - decisions)
-    room = max(0, MOST_FRAMES - len(decisions))
+    room = max(0, MAX_FRAMES - len(decisions))
     kept = more if len(more) <= room else more[:: max(1, len(more) // room)] if room else []
     return sorted(decisions | set(kept))
 

@@ -22,10 +22,10 @@ import numpy as np
 
 from dashboards.capsule.run_data import Texts, run_data, still_panels
 from dashboards.geometry.house import HouseShape, house_shape
-from dashboards.geometry.marks import Mesh, cross, question, robot_body, robot_legs, tick, unknown
+from dashboards.geometry.marks import Mesh, cross, robot_body, robot_legs, tick, unopened_marker, unseen_marker
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
-from dashboards.library.same_place import here, left_out
+from dashboards.library.same_place import other_houses, same_house
 from dashboards.model.clock import ALIGNMENTS, Clock
 from dashboards.model.labels import label
 from dashboards.model.timeline import Timeline
@@ -45,7 +45,7 @@ TABS = (
     ("plots", "Plots"),
     ("comparison", "Compare"),
 )
-MOST_NAMED = 6
+MAX_NAMED = 6
 LABELLED = 5
 """How many containers of the intended order of search are numbered in the view."""
 PARTS = (
@@ -83,8 +83,8 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     """
     if not timelines:
         raise BadValue("runs of a capsule", (), "at least one")
-    elsewhere = left_out(timelines)
-    data = msgspec.json.encode(_data(here(timelines), elsewhere))
+    elsewhere = other_houses(timelines)
+    data = msgspec.json.encode(_data(same_house(timelines), elsewhere))
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
         "@TITLE@": text(timelines[0].task_words),
@@ -99,8 +99,8 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
 def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
     if not elsewhere:
         return ""
-    named = ", ".join(f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere[:MOST_NAMED])
-    more = f" and {len(elsewhere) - MOST_NAMED} more" if len(elsewhere) > MOST_NAMED else ""
+    named = ", ".join(f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere[:MAX_NAMED])
+    more = f" and {len(elsewhere) - MAX_NAMED} more" if len(elsewhere) > MAX_NAMED else ""
     return f'<div class="lp"><div class="warn">Left out, being of another place: {text(named + more)}.</div></div>'
 
 
@@ -184,8 +184,8 @@ def _meshes() -> dict[str, Any]:
     made |= {
         "cross": cross(),
         "tick": tick(),
-        "question": question(),
-        "unknown": unknown(),
+        "question": unseen_marker(),
+        "unknown": unopened_marker(),
         "robotBody": robot_body(),
         "robotLegs": robot_legs(),
     }

@@ -24,7 +24,7 @@ def capsule(
         lios capsule lios.mcap greedy.mcap -o both.html
     """
     from dashboards.capsule.write import write_capsule
-    from dashboards.library.same_place import left_out, read_together
+    from dashboards.library.same_place import other_houses, read_together
     from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 
@@ -32,7 +32,7 @@ def capsule(
         raise BadValue("-o/--output", str(output), "a name that ends in .html")
     timelines = read_together(logs)
     size = write_capsule(timelines, output, force=force)
-    elsewhere = left_out(timelines)
+    elsewhere = other_houses(timelines)
     if as_json:
         emit_json(
             {

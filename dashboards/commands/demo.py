@@ -31,10 +31,10 @@ def demo(
 
         lios demo --no-view -o somewhere
     """
-    from recorders.simulated_run import Wish, record_trial, trial_for
-    from replayers.batch.replay_all import Wanted, log_path, replay_log, strategies_named
-    from replayers.batch.store import path_of
-    from replayers.counterfactual.replay import Settings
+    from recorders.simulated_run import TaskRequest, record_trial, trial_for
+    from replayers.batch.replay_all import ReplayRequest, log_path, replay_log, strategies_named
+    from replayers.batch.store import replay_path
+    from replayers.counterfactual.replay import ReplaySettings
     from replayers.runs.run import read
     from workbench.terminal import counted, emit_json, emit_table, patience, progress, say
     from workbench.worlds.procthor.load import load_house
@@ -42,15 +42,15 @@ def demo(
 
     log = output / "run.mcap"
     output.mkdir(parents=True, exist_ok=True)
-    trial = trial_for(Wish(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
+    trial = trial_for(TaskRequest(find=ITEM), load_house(f"{shipped_houses()}:{HOUSE}"), strategy="lios")
     say(f"1. A robot looks for a {ITEM} in {trial.house.plan.name}, by {trial.strategy} (the paper's search policy).")
     with patience():
         end = record_trial(trial, log, force=True)
     say(f"   {end.status}: cost {end.cost:.1f}, {counted(end.searches, 'container')} searched, recorded to {log}")
     say("2. What would every other strategy have cost? From the log alone, and for comparison in the recorded truth:")
-    wanted = Wanted(
+    wanted = ReplayRequest(
         strategies=strategies_named("all", with_truth=True),
-        settings=Settings(with_truth=True),
+        settings=ReplaySettings(with_truth=True),
         output=output / "replays",
         write_logs=True,
     )
@@ -62,7 +62,7 @@ def demo(
     emit_table(rows)
     run = read(log)
     others = [
-        log_path(path_of(wanted.output or output, run.sha256, run.info.run_id, name))
+        log_path(replay_path(wanted.output or output, run.sha256, run.info.run_id, name))
         for name in ("opt-greedy", "conditioned-lios", "oracle")
     ]
     words = " ".join(str(p) for p in (log, *others))

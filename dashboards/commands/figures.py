@@ -27,10 +27,12 @@ def figures(
         lios figures lios.mcap greedy.mcap --format svg -o figures/
     """
     from dashboards.figures.files import write_figures
-    from dashboards.library.same_place import here, read_together
+    from dashboards.library.same_place import read_together, same_house
     from workbench.terminal import emit_json, say
 
-    written = write_figures(here(read_together(logs)), output, formats=tuple(format_ or ("pdf", "png")), force=force)
+    written = write_figures(
+        same_house(read_together(logs)), output, formats=tuple(format_ or ("pdf", "png")), force=force
+    )
     if as_json:
         emit_json({"files": [str(path) for path in written]})
     else:

@@ -14,7 +14,7 @@ from dashboards.geometry.marks import dashes
 from dashboards.model.container_style import container_colours
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import belief_colours, run_colour, unit
+from dashboards.palette import belief_colours, run_colour, unit_rgb
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
@@ -34,10 +34,10 @@ def draw_belief_map(ax: Axes, timeline: Timeline, scene: Scene, *, scale: bool =
             box = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "#23262b", "linewidth": 0.5}
             number = ax.text(x, y, str(i), ha="center", va="center", fontsize=5.5, zorder=7, bbox=box)
             number.set_in_layout(False)  # one at a wall would make its map smaller than the others
-    ahead = LineCollection(list(dashes(scene.ahead, 0.0)[:, :, :2]), colors=[unit(run_colour(0))], linewidths=0.9)
+    ahead = LineCollection(list(dashes(scene.ahead, 0.0)[:, :, :2]), colors=[unit_rgb(run_colour(0))], linewidths=0.9)
     ax.add_collection(ahead).set_zorder(4)
-    ax.plot(*scene.trail.T, color=unit(run_colour(0)), linewidth=1.2, zorder=5)
-    ax.plot(scene.robot.x_m, scene.robot.y_m, marker="o", markersize=5, color=unit(run_colour(0)), zorder=6)
+    ax.plot(*scene.trail.T, color=unit_rgb(run_colour(0)), linewidth=1.2, zorder=5)
+    ax.plot(scene.robot.x_m, scene.robot.y_m, marker="o", markersize=5, color=unit_rgb(run_colour(0)), zorder=6)
     ax.set_title(f"decision {scene.decision}, {scene.second:.0f} s")
     if scale:
         draw_belief_scale([ax], scene)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from dashboards.model.belief_series import belief_series
 from dashboards.model.labels import place_words
 from dashboards.model.timeline import Timeline
-from dashboards.palette import run_colour, unit
+from dashboards.palette import run_colour, unit_rgb
 from workbench.worlds.names import readable_name
 
 
@@ -22,7 +22,7 @@ def draw_beliefs_over_time(ax: Axes, timeline: Timeline, focus: str) -> None:
             [timeline.seconds(stamp) for stamp, _ in held],
             [100 * p for _, p in held],
             where="post",
-            color=unit(run_colour(i)),
+            color=unit_rgb(run_colour(i)),
             label=place_words(container),
             marker="o",
             markersize=2,

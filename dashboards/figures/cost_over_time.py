@@ -9,16 +9,16 @@ from matplotlib.axes import Axes
 
 from dashboards.figures.style import label_of
 from dashboards.model.timeline import Timeline
-from dashboards.palette import run_colour, unit
+from dashboards.palette import run_colour, unit_rgb
 
-MOST_INSIDE = 3
+MAX_INSIDE_LEGEND = 3
 """The most lines with the legend inside the axes; with more, it is below."""
 
 
 def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     """Draws cost so far over seconds; a dot at each search, a ring at the end, a cross where a run ended undone."""
     for i, timeline in enumerate(timelines):
-        colour = unit(run_colour(i))
+        colour = unit_rgb(run_colour(i))
         ax.plot(timeline.cost_s, timeline.cost, color=colour, label=_in_key(timeline), zorder=3 - i / 10)
         searched = [timeline.seconds(a.stamp.ns) for a in timeline.actions if a.action == "search"]
         ax.plot(
@@ -50,7 +50,7 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
             [*at, first.duration_s],
             [*total, total[-1]],
             where="post",
-            color=unit(run_colour(0)),
+            color=unit_rgb(run_colour(0)),
             linewidth=0.9,
             linestyle=(0, (4, 2)),
             label=f"expected in all{whose}",
@@ -59,7 +59,7 @@ def draw_cost_over_time(ax: Axes, timelines: Sequence[Timeline]) -> None:
     ax.set_ylabel("cost")
     ax.set_xlim(left=0)
     ax.set_ylim(bottom=0)
-    beside = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2)} if len(timelines) > MOST_INSIDE else {}
+    beside = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2)} if len(timelines) > MAX_INSIDE_LEGEND else {}
     ax.legend(**beside)
 
 

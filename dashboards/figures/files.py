@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from dashboards.figures.belief_map import draw_belief_map, draw_belief_scale
 from dashboards.figures.beliefs_over_time import draw_beliefs_over_time
 from dashboards.figures.comparison import draw_comparison
-from dashboards.figures.cost_over_time import MOST_INSIDE, draw_cost_over_time
+from dashboards.figures.cost_over_time import MAX_INSIDE_LEGEND, draw_cost_over_time
 from dashboards.figures.gantt import draw_gantt
 from dashboards.figures.style import COLUMN_IN, PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
@@ -57,7 +57,7 @@ def write_figures(
 def _drawings(timelines: Sequence[Timeline]) -> dict[str, Callable[[], Figure]]:
     first = timelines[0]
     focus = scene_at(first, first.decision_ns[0] if first.decisions else first.start_ns).focus
-    below_in = KEY_LINE_IN * (len(timelines) + 1) if len(timelines) > MOST_INSIDE else 0.0
+    below_in = KEY_LINE_IN * (len(timelines) + 1) if len(timelines) > MAX_INSIDE_LEGEND else 0.0
     made: dict[str, Callable[[], Figure]] = {
         "trajectory": lambda: _one(PAGE_IN * 0.7, PAGE_IN * 0.6, lambda ax: draw_trajectory(ax, timelines)),
         "cost_over_time": lambda: _one(COLUMN_IN, 2.4 + below_in, lambda ax: draw_cost_over_time(ax, timelines)),

@@ -12,7 +12,7 @@ from dashboards.figures.style import as_map
 from dashboards.geometry.floors import floors
 from dashboards.geometry.walls import gaps_of
 from dashboards.model.labels import label
-from dashboards.palette import floor_colour, unit
+from dashboards.palette import floor_colour, unit_rgb
 from workbench.worlds.geometry import footprint
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -31,7 +31,7 @@ def draw_floor_plan(
     """
     as_map(ax)
     polygons = [room.floor for room in plan.rooms]
-    faces = [(*unit(floor_colour(room.kind)), 0.55) for room in plan.rooms]
+    faces = [(*unit_rgb(floor_colour(room.kind)), 0.55) for room in plan.rooms]
     ax.add_collection(PolyCollection(polygons, facecolors=faces, edgecolors="none", zorder=0))
     outlines = [footprint(f.pose, f.size_m[0], f.size_m[1]) for f in plan.furniture if f.base_m < LOW_M]
     ax.add_collection(

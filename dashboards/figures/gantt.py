@@ -11,7 +11,7 @@ from dashboards.palette import PHASES
 from workbench.log_schema.events import ActionFinished
 from workbench.worlds.names import readable_name
 
-MOST_NAMED = 40
+MAX_NAMED = 40
 """The most bars for which each carries its target's name; with more, none does."""
 
 
@@ -31,7 +31,7 @@ def draw_gantt(ax: Axes, timeline: Timeline) -> None:
             linewidth=0.5,
             hatch="" if action.support != "imputed" else "////",
         )
-        if len(actions) <= MOST_NAMED and (action.action == "move" or not _came_from_a_move(action, actions)):
+        if len(actions) <= MAX_NAMED and (action.action == "move" or not _came_from_a_move(action, actions)):
             ax.text(
                 (start + end) / 2,
                 rows.index(action.action) - 0.4,

@@ -12,7 +12,7 @@ from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.figures.style import label_of, scale_bar
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import NEVER, Timeline
-from dashboards.palette import FOUND, run_colour, unit
+from dashboards.palette import FOUND, run_colour, unit_rgb
 
 FIRST_WIDTH, LEAST_WIDTH = 2.6, 0.8
 
@@ -24,7 +24,7 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     for i in range(len(timelines) - 1, -1, -1):
         # Where paths coincide, later ones are thinner and on top of earlier ones, so that all can be seen.
         width = max(LEAST_WIDTH, FIRST_WIDTH - 0.7 * i)
-        ax.plot(*timelines[i].way_xy.T, color=unit(run_colour(i)), linewidth=width, zorder=5 + i / 10)
+        ax.plot(*timelines[i].way_xy.T, color=unit_rgb(run_colour(i)), linewidth=width, zorder=5 + i / 10)
     ax.plot(
         *first.way_xy[0],
         marker="o",
@@ -36,7 +36,7 @@ def draw_trajectory(ax: Axes, timelines: Sequence[Timeline]) -> None:
     )
     _number_searches(ax, first)
     if len(timelines) > 1:
-        handles = [Line2D([], [], color=unit(run_colour(i)), label=label_of(t)) for i, t in enumerate(timelines)]
+        handles = [Line2D([], [], color=unit_rgb(run_colour(i)), label=label_of(t)) for i, t in enumerate(timelines)]
         ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=min(4, len(handles)))
     scale_bar(ax)
 
@@ -46,7 +46,7 @@ def _number_searches(ax: Axes, timeline: Timeline) -> None:
     found = scene_at(timeline, timeline.end_ns).holds_focus
     for number, i in enumerate(order, 1):
         pose = timeline.plan.containers[i].pose
-        colour = unit(FOUND) if found[i] else unit(run_colour(0))
+        colour = unit_rgb(FOUND) if found[i] else unit_rgb(run_colour(0))
         ax.text(
             pose.x_m,
             pose.y_m,

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from dashboards.geometry.parts import ALL, Kind, Part, Span, block
+from dashboards.geometry.parts import ALL, FurniturePart, Kind, Span, block
 from dashboards.geometry.shaped_appliances import fridge, screen, sink, stove, toilet, tub, washer
 from dashboards.geometry.shaped_seats import bed, chair, sofa, stool
 from dashboards.geometry.shaped_storage import chest, counter, cupboard, desk, drawers, shelf, table, tv_stand
 from dashboards.geometry.shaped_things import bag, bin, flat, lamp, plant
-from dashboards.geometry.solids import NOBODY, Solid
+from dashboards.geometry.solids import NO_OWNER, Solid
 from dashboards.palette import NEUTRAL, TRIMS
 from workbench.worlds.house import Container, FloorPlan, Furniture
 
@@ -26,7 +26,7 @@ def furniture_solids(plan: FloorPlan) -> tuple[Solid, ...]:
     for index, container in enumerate(plan.containers):
         solids += solids_of(container, owner=index)
     for piece in plan.furniture:
-        solids += solids_of(piece, owner=NOBODY)
+        solids += solids_of(piece, owner=NO_OWNER)
     return tuple(solids)
 
 
@@ -40,7 +40,7 @@ def solids_of(body: Container | Furniture, *, owner: int) -> list[Solid]:
         x, y, z = _middle(part.x, size[0]), _middle(part.y, size[1]), _middle(part.z, size[2])
         centre = (x - size[0] / 2, y - size[1] / 2, z)
         colour = TRIMS[part.trim] if part.trim else NEUTRAL
-        mine = NOBODY if part.trim else owner
+        mine = NO_OWNER if part.trim else owner
         made.append(Solid(part.shape, centre, extent, 0.0, colour, mine).placed(body.pose, body.base_m))
     return made
 
@@ -155,6 +155,6 @@ WORDS: tuple[tuple[str, Kind], ...] = (
     ("television", screen),
     ("monitor", screen),
     ("tv", screen),
-    ("ball", lambda size: [Part(ALL, ALL, ALL, "", "ball")]),
+    ("ball", lambda size: [FurniturePart(ALL, ALL, ALL, "", "ball")]),
 )
 """Words within a type's name, in the order in which they are tried."""

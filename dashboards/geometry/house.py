@@ -9,7 +9,7 @@ import numpy as np
 
 from dashboards.geometry.floors import Floor, floors
 from dashboards.geometry.furniture import furniture_solids, solids_of
-from dashboards.geometry.solids import NOBODY, Batch, Solid, batches
+from dashboards.geometry.solids import NO_OWNER, Batch, Solid, batches
 from dashboards.geometry.walls import CUT_AWAY_M, wall_solids
 from workbench.worlds.house import FloorPlan
 
@@ -55,7 +55,7 @@ def house_shape(plan: FloorPlan) -> HouseShape:
     return HouseShape(
         floors=floors(plan),
         furniture=batches(furniture_solids(standing)),
-        hung=batches(s for piece in hung for s in solids_of(piece, owner=NOBODY)),
+        hung=batches(s for piece in hung for s in solids_of(piece, owner=NO_OWNER)),
         shadows=batches(_shade(standing)),
         cut_walls=batches(wall_solids(plan, cut_m=CUT_AWAY_M)),
         whole_walls=batches(wall_solids(plan, cut_m=None)),

@@ -12,9 +12,9 @@ Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 """Vertices (V, 3) and faces (F, 3)."""
 
 ROBOT_DARK: Colour = (52, 54, 60)
-MOST_DASHES = 20_000
-LEAST_DASH_M = 1e-3
-LONGEST_M = 1e7
+MAX_DASHES = 20_000
+MIN_DASH_M = 1e-3
+MAX_SEGMENT_M = 1e7
 """A longer segment is not a path within a place but a damaged number."""
 
 
@@ -54,13 +54,13 @@ def tick() -> Mesh:
     )
 
 
-def question() -> Mesh:
+def unseen_marker() -> Mesh:
     """A diamond standing on its tip: nobody looked here, and a replay would have had to."""
     vertices, faces = unit_mesh("ball")
     return (vertices * np.array([0.2, 0.2, 0.34], dtype=np.float32)).astype(np.float32), faces
 
 
-def unknown() -> Mesh:
+def unopened_marker() -> Mesh:
     """A question mark lying flat, 0.2 m high: nobody ever looked in."""
     return merged(
         box((-0.045, 0.045, 0), (0.03, 0.05, 0.02)),
@@ -107,7 +107,9 @@ def segments(way: npt.NDArray[np.float64], height_m: float) -> npt.NDArray[np.fl
     return pairs[lengths > 1e-6].astype(np.float32)
 
 
-def walked(way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_m: float) -> npt.NDArray[np.float32]:
+def path_segments(
+    way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_m: float
+) -> npt.NDArray[np.float32]:
     """A path as line segments, dashed where it was only assumed; float32 (n, 2, 3)."""
     if not imputed.any():
         return segments(way, height_m)
@@ -126,16 +128,16 @@ def dashes(
 
     The phase of the dashes depends on the line that they lie on, not on where the path began: there and back along
     one line they coincide, where each row would otherwise fill the other's gaps. On a path that would take more than
-    MOST_DASHES they are longer.
+    MAX_DASHES they are longer.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    kept = (lengths > 1e-6) & (lengths < LONGEST_M)
+    kept = (lengths > 1e-6) & (lengths < MAX_SEGMENT_M)
     start, length = way[:-1][kept], lengths[kept]
     along = (way[1:][kept] - start) / length[:, None]
     rounded = np.round(along, 6)
     along[(rounded[:, 0] < 0) | ((rounded[:, 0] == 0) & (rounded[:, 1] < 0))] *= -1
-    stretch = max(1.0, float(length.sum()) / (dash_m + gap_m) / MOST_DASHES)
+    stretch = max(1.0, float(length.sum()) / (dash_m + gap_m) / MAX_DASHES)
     dash, period = dash_m * stretch, (dash_m + gap_m) * stretch
     ends = np.stack([_dot(start, along), _dot(way[1:][kept], along)])
     low, high = ends.min(axis=0), ends.max(axis=0)
@@ -145,7 +147,7 @@ def dashes(
     turn = first[line] + np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count)
     begins = np.clip(turn * period, low[line], high[line])
     stops = np.clip(turn * period + dash, low[line], high[line])
-    seen = stops - begins > LEAST_DASH_M
+    seen = stops - begins > MIN_DASH_M
     line, foot = line[seen], start - _dot(start, along)[:, None] * along
     points = [foot[line] + at[:, None] * along[line] for at in (begins[seen], stops[seen])]
     flat = np.stack(points, axis=1)

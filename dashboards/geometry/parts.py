@@ -16,7 +16,7 @@ Span = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class FurniturePart:
     """A shape between two fractions of the size along each axis; trim "" is the body."""
 
     x: Span
@@ -26,10 +26,10 @@ class Part:
     shape: Shape = "box"
 
 
-Parts = list[Part]
+Parts = list[FurniturePart]
 Kind = Callable[[Size], Parts]
 ALL: Span = (0.0, 1.0)
 
 
 def block(size: Size) -> Parts:
-    return [Part(ALL, ALL, ALL)]
+    return [FurniturePart(ALL, ALL, ALL)]

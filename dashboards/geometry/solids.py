@@ -20,7 +20,7 @@ from workbench.worlds.geometry import Pose
 
 Shape = Literal["box", "cylinder", "ball"]
 SHAPES: tuple[Shape, ...] = ("box", "cylinder", "ball")
-NOBODY = -1
+NO_OWNER = -1
 """The owner of a solid that belongs to no container."""
 
 
@@ -33,7 +33,7 @@ class Solid:
     size_m: tuple[float, float, float]
     yaw_rad: float = 0.0
     colour: Colour = (255, 255, 255)
-    owner: int = NOBODY
+    owner: int = NO_OWNER
 
     def placed(self, pose: Pose, base_m: float) -> Solid:
         """The solid, given in a body's frame, in the map frame."""

@@ -36,7 +36,7 @@ class Gap:
 
 
 @dataclass(frozen=True, slots=True)
-class _Line:
+class _WallLine:
     """A wall's line: its start, unit direction, length and height."""
 
     start: Point
@@ -93,13 +93,13 @@ def _distinct(walls: tuple[Wall, ...]) -> tuple[Wall, ...]:
     return tuple(seen.values())
 
 
-def _line(wall: Wall) -> _Line:
+def _line(wall: Wall) -> _WallLine:
     dx, dy = wall.end[0] - wall.start[0], wall.end[1] - wall.start[1]
     length = max(hypot(dx, dy), SHORTEST_M)
-    return _Line(wall.start, (dx / length, dy / length), length, wall.height_m)
+    return _WallLine(wall.start, (dx / length, dy / length), length, wall.height_m)
 
 
-def _span(line: _Line, opening: Opening) -> tuple[float, float] | None:
+def _span(line: _WallLine, opening: Opening) -> tuple[float, float] | None:
     """Where along a wall an opening lies, or None when it lies in another wall."""
     ends: list[float] = []
     for x, y in (opening.start, opening.end):
@@ -111,7 +111,7 @@ def _span(line: _Line, opening: Opening) -> tuple[float, float] | None:
     return (start, end) if end - start > SHORTEST_M else None
 
 
-def _pieces(line: _Line, gaps: tuple[Gap, ...], top_m: float, *, cap: bool) -> list[Solid]:
+def _pieces(line: _WallLine, gaps: tuple[Gap, ...], top_m: float, *, cap: bool) -> list[Solid]:
     """The wall itself: whole pieces between openings, and what is below and above each opening."""
     solids: list[Solid] = []
     at = -THICKNESS_M / 2
@@ -129,7 +129,7 @@ def _pieces(line: _Line, gaps: tuple[Gap, ...], top_m: float, *, cap: bool) -> l
     return solids
 
 
-def _stretch(line: _Line, start_m: float, end_m: float, low_m: float, high_m: float, *, cap: bool) -> list[Solid]:
+def _stretch(line: _WallLine, start_m: float, end_m: float, low_m: float, high_m: float, *, cap: bool) -> list[Solid]:
     if end_m - start_m < SHORTEST_M or high_m - low_m < SHORTEST_M:
         return []
     middle, length = (start_m + end_m) / 2, end_m - start_m
@@ -140,7 +140,7 @@ def _stretch(line: _Line, start_m: float, end_m: float, low_m: float, high_m: fl
     return made
 
 
-def _filling(line: _Line, gap: Gap, top_m: float) -> list[Solid]:
+def _filling(line: _WallLine, gap: Gap, top_m: float) -> list[Solid]:
     """What is in an opening: a threshold and posts for a door, glass for a window, a leaf for a closed door."""
     middle, width = (gap.start_m + gap.end_m) / 2, gap.end_m - gap.start_m
     high = min(gap.top_m, top_m)
@@ -158,7 +158,7 @@ def _filling(line: _Line, gap: Gap, top_m: float) -> list[Solid]:
 
 
 def _bar(
-    line: _Line,
+    line: _WallLine,
     middle_m: float,
     length_m: float,
     low_m: float,

@@ -11,17 +11,17 @@ from typing import TypeVar
 
 from dashboards.geometry.house import HouseShape, house_shape
 from dashboards.library.run_table import NotRecorded, evaluation_in, log_rows, trial_rows
-from dashboards.model.replay_bounds import kept_beside
+from dashboards.model.replay_bounds import stored_beside
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
-from dashboards.sensing.senses import Senses, senses_of
+from dashboards.sensing.senses import RobotSensors, sensors_of
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.worlds.house import FloorPlan
 
 SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
 """How long to wait before the sensors of a growing log are indexed again: seconds, or multiples of the time it
 took."""
-MOST_OPEN = 24
+MAX_CACHED_RUNS = 24
 """Runs, and places, kept in memory; the least recently used is dropped first."""
 K = TypeVar("K")
 V = TypeVar("V")
@@ -52,7 +52,7 @@ class Library:
             raise NotRecorded(self.folder)
         self.paths = tuple({path.resolve(): path for path in named}.values())
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
-        self._senses: OrderedDict[int, Senses | None] = OrderedDict()
+        self._senses: OrderedDict[int, RobotSensors | None] = OrderedDict()
         self._senses_fresh_until: dict[int, float] = {}
         self._shapes: OrderedDict[FloorPlan, HouseShape] = OrderedDict()
         self._lock = Lock()
@@ -71,22 +71,22 @@ class Library:
         with self._lock:
             if index not in self._timelines:
                 self._timelines[index] = timeline_of(
-                    read(self.paths[index]), counterfactual=kept_beside(self.paths[index])
+                    read(self.paths[index]), counterfactual=stored_beside(self.paths[index])
                 )
-            return _newest(self._timelines, index)
+            return _cached(self._timelines, index)
 
-    def senses(self, index: int) -> Senses | None:
+    def senses(self, index: int) -> RobotSensors | None:
         """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
         with self._lock:
             if index not in self._senses:
                 began = time.monotonic()
                 try:
-                    self._senses[index] = senses_of(self.paths[index])
+                    self._senses[index] = sensors_of(self.paths[index])
                 except LiosError:
                     self._senses[index] = None
                 ended = time.monotonic()
                 self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
-            return _newest(self._senses, index)
+            return _cached(self._senses, index)
 
     def rows(self) -> list[RunRow]:
         """One row for each run, from indexes and tables; no run is read for it."""
@@ -109,13 +109,13 @@ class Library:
         with self._lock:
             if plan not in self._shapes:
                 self._shapes[plan] = house_shape(plan)
-            return _newest(self._shapes, plan)
+            return _cached(self._shapes, plan)
 
 
-def _newest(kept: OrderedDict[K, V], key: K) -> V:
+def _cached(kept: OrderedDict[K, V], key: K) -> V:
     """The cached value of a key, marked as most recently used; the least recently used is dropped above the limit."""
     kept.move_to_end(key)
-    while len(kept) > MOST_OPEN:
+    while len(kept) > MAX_CACHED_RUNS:
         kept.popitem(last=False)
     return kept[key]
 

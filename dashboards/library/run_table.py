@@ -87,11 +87,11 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
     Args:
         folder: the folder whose listing is cached between calls.
     """
-    from replayers.log_tools.listing import memory_for, rows_of
+    from replayers.log_tools.listing import cache_path, rows_of
 
     rows: list[RunRow] = []
     problems: list[str] = []
-    for index, row in enumerate(rows_of(logs, memory=memory_for(folder) if folder is not None else None)):
+    for index, row in enumerate(rows_of(logs, memory=cache_path(folder) if folder is not None else None)):
         if row.problem:
             named = row.problem if row.file in row.problem else f"{row.file}: {row.problem}"
             problems.append(named)

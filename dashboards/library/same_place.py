@@ -18,21 +18,21 @@ def read_together(logs: Sequence[Path]) -> list[Timeline]:
     """
     library = Library(logs)
     timelines = [library.timeline(index) for index in range(len(library.paths))]
-    say_left_out(timelines)
+    print_left_out(timelines)
     return timelines
 
 
-def here(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
+def same_house(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
     """The runs of the first one's place."""
     return tuple(t for t in timelines if t.plan == timelines[0].plan)
 
 
-def left_out(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
+def other_houses(timelines: Sequence[Timeline]) -> tuple[Timeline, ...]:
     """The runs of other places."""
     return tuple(t for t in timelines if t.plan != timelines[0].plan)
 
 
-def say_left_out(timelines: Sequence[Timeline]) -> None:
+def print_left_out(timelines: Sequence[Timeline]) -> None:
     """Prints, one line for each run, which are left out."""
-    for timeline in left_out(timelines):
+    for timeline in other_houses(timelines):
         say(f"Left out: {timeline.run.path} is of {timeline.run.info.place}, not of {timelines[0].run.info.place}.")

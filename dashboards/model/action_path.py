@@ -15,7 +15,7 @@ from workbench.worlds.geometry import Point
 from workbench.worlds.house import START, LocationId
 
 
-def way_of_actions(
+def path_of_actions(
     place: Place, actions: Sequence[ActionFinished], start_ns: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
     """Corners of the walked path, each with its time in seconds, the heading from there on, and whether it was

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dashboards.model.timeline import Timeline
 
-MOST_LINES = 6
+MAX_LINES = 6
 """Containers whose belief a chart shows, at most."""
 
 Series = list[tuple[int, float]]
@@ -20,5 +20,5 @@ def belief_series(timeline: Timeline, item_type: str) -> dict[str, Series]:
         row = frame.belief.probability[frame.belief.item_types.index(item_type)]
         for container, p in zip(frame.belief.containers, row, strict=True):
             series.setdefault(container, []).append((frame.stamp_ns, p))
-    top = sorted(series, key=lambda c: (-max(p for _, p in series[c]), c))[:MOST_LINES]
+    top = sorted(series, key=lambda c: (-max(p for _, p in series[c]), c))[:MAX_LINES]
     return {container: series[container] for container in top}

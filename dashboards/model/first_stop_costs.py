@@ -15,8 +15,8 @@ import numpy as np
 from workbench.beliefs.belief import Belief
 from workbench.errors import LiosError
 from workbench.search.find_costs import BeliefModel
-from workbench.search.orders import along
-from workbench.search.places import places
+from workbench.search.orders import order_cost
+from workbench.search.places import search_space
 from workbench.search.remaining import BELIEF_MODELS
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from dashboards.model.timeline import DecisionFrame, Timeline
     from workbench.log_schema.events import BeliefUpdate, PlanComputed
 
-MOST_STOPS = 12
+MAX_STOPS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,15 +53,20 @@ def _worked_out(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ..
     if plan is None or update is None or sought is None or sought[0] not in update.item_types:
         return ()
     item, target = sought
-    order = [ContainerId(s.container) for s in plan.search_order[:MOST_STOPS] if s.container in update.containers]
+    order = [ContainerId(s.container) for s in plan.search_order[:MAX_STOPS] if s.container in update.containers]
     try:
-        here = places(
+        here = search_space(
             _belief(update, item), place.travel, origins=(LocationId(plan.robot_at),), targets=(LocationId(target),)
         )
         index = {container: i for i, container in enumerate(here.containers)}
         stops = [index[c] for c in order if c in index]
         made = [
-            (along([k, *(s for s in stops if s != k)], here, model=_model(frame), costs=timeline.run.costs).cost, k)
+            (
+                order_cost(
+                    [k, *(s for s in stops if s != k)], here, model=_model(frame), costs=timeline.run.costs
+                ).cost,
+                k,
+            )
             for k in stops
         ]
     except LiosError:

@@ -10,7 +10,7 @@ from workbench.worlds.names import readable_name
 
 ID = re.compile(r"\b([A-Za-z]\w*)\|(\d[\w|]*)")
 """The id of a container in a house: its type, then numbers."""
-LONGEST_LABEL = 40
+MAX_LABEL_CHARS = 40
 WORD = re.compile(r"\w+")
 DOINGS: Mapping[str, str] = MappingProxyType(
     {
@@ -36,10 +36,10 @@ def place_words(location: str) -> str:
 
 def label(words: str) -> str:
     """A name short enough for the view."""
-    return words if len(words) <= LONGEST_LABEL else words[: LONGEST_LABEL - 1] + "…"
+    return words if len(words) <= MAX_LABEL_CHARS else words[: MAX_LABEL_CHARS - 1] + "…"
 
 
-def told(sentence: str, names: Collection[str] = ()) -> str:
+def humanize_ids(sentence: str, names: Collection[str] = ()) -> str:
     """A sentence with its ids replaced by readable words.
 
     Args:

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 MADE_OF_ACTIONS = ("simulation", "replay")
 """Sources whose actions hold exact paths; every other source is a robot."""
 MAP = "map"
-LEAST_STEP_M, LEAST_TURN_RAD = 0.04, 0.15
+MIN_STEP_M, LEAST_TURN_RAD = 0.04, 0.15
 """A pose closer to the previous one, and turned by less, counts as standing still."""
 
 Way = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]
 """Seconds (n,), corners (n, 2), headings (n,)."""
 
 
-def way_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
+def path_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
     """The robot's path on the map within the run; None for a run that is not a robot's, or without two poses."""
     if run.info.source in MADE_OF_ACTIONS or len(run.raw_poses) < 2:
         return None
@@ -46,7 +46,7 @@ def way_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
         row = ((stamp - start_ns) / NANO, at.x, at.y, yaw)
         if message.frame_id == MAP and np.isfinite(row).all() and (not rows or _moved(rows[-1], row)):
             if rows and row[0] - rows[-1][0] > 0:
-                rows += _stood(rows[-1], row)
+                rows += _standing_corner(rows[-1], row)
             rows.append(row)
     last_s = (end_ns - start_ns) / NANO
     within = [row for row in sorted(rows) if 0.0 <= row[0] <= last_s]
@@ -58,10 +58,10 @@ def way_of_poses(run: Run, start_ns: int, end_ns: int) -> Way | None:
 
 def _moved(before: tuple[float, float, float, float], row: tuple[float, float, float, float]) -> bool:
     turned = abs(atan2(np.sin(row[3] - before[3]), np.cos(row[3] - before[3])))
-    return hypot(row[1] - before[1], row[2] - before[2]) >= LEAST_STEP_M or turned >= LEAST_TURN_RAD
+    return hypot(row[1] - before[1], row[2] - before[2]) >= MIN_STEP_M or turned >= LEAST_TURN_RAD
 
 
-def _stood(
+def _standing_corner(
     before: tuple[float, float, float, float], row: tuple[float, float, float, float]
 ) -> list[tuple[float, float, float, float]]:
     """If it stood for a while before this pose, one more corner at the end of that: it did not creep from there to

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from dashboards.model.labels import action_words, told
+from dashboards.model.labels import action_words, humanize_ids
 from workbench.log_schema.events import ActionFinished
 
 Kind = Literal["moving", "searching", "manipulating"]
@@ -72,4 +72,4 @@ def describe(action: ActionFinished) -> str:
     """An action in words: "move to fridge 1", "pick mug at desk 1"."""
     things = action.item_types if kind_of(action) == "manipulating" else ()
     words = action_words(action.action, things, action.target)
-    return words if action.success else f"{words} (refused: {told(action.reason)})"
+    return words if action.success else f"{words} (refused: {humanize_ids(action.reason)})"

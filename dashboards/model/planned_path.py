@@ -18,12 +18,12 @@ from workbench.worlds.house import LocationId
 if TYPE_CHECKING:
     from workbench.log_schema.events import ActionFinished, PlanComputed, Step
 
-MOST_LEGS = 12
+MAX_LEGS = 12
 """The most legs of a plan that are drawn; a longer plan is clearer without its far end."""
 
 
 @final
-class WaysAhead:
+class PlannedPaths:
     """Computes and caches planned paths in a place."""
 
     def __init__(self, place: Place) -> None:
@@ -62,7 +62,7 @@ def stops_after(plan: PlanComputed, first_step: int, standing: str) -> tuple[str
         for stop in _stops_of(step, plan, is_first_find=step is _first_find(plan)):
             if stop != stops[-1]:
                 stops.append(stop)
-    return tuple(stops[: MOST_LEGS + 1])
+    return tuple(stops[: MAX_LEGS + 1])
 
 
 def _stops_of(step: Step, plan: PlanComputed, *, is_first_find: bool) -> tuple[str, ...]:

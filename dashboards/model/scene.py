@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from dashboards.model.labels import told
+from dashboards.model.labels import humanize_ids
 from dashboards.model.plan_progress import PlannedStep, progress
 from dashboards.model.planned_path import rest_of_leg, stops_after
 from dashboards.model.timeline import DecisionFrame, Timeline
@@ -28,7 +28,7 @@ STATUSES: tuple[Status, ...] = ("unsearched", "searched", "known", "unreachable"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RobotLook:
+class RobotState:
     """Where the robot stands, faces, and what it holds."""
 
     x_m: float
@@ -67,7 +67,7 @@ class Scene:
     phase: str
     doing: str
     reason: str
-    robot: RobotLook
+    robot: RobotState
     focus: str
     belief: npt.NDArray[np.float64]
     top_belief: float
@@ -120,7 +120,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         decisions=len(timeline.decisions),
         phase=phase,
         doing=doing,
-        reason=told(plan.reason, _names(timeline)) if plan is not None else "",
+        reason=humanize_ids(plan.reason, _names(timeline)) if plan is not None else "",
         robot=robot,
         focus=shown,
         belief=_belief(timeline, frame, shown, searched),
@@ -143,7 +143,7 @@ def scene_at(timeline: Timeline, stamp_ns: int, *, focus: str = AUTOMATIC) -> Sc
         find_costs=frame.find_costs if frame is not None else None,
         alternatives=plan.alternatives if plan is not None else (),
         outcome=ended.status if ended is not None else "",
-        why_ended=told(ended.reason, _names(timeline)) if ended is not None else "",
+        why_ended=humanize_ids(ended.reason, _names(timeline)) if ended is not None else "",
         charged=ended.cost if ended is not None else None,
     )
 
@@ -165,7 +165,7 @@ def _automatic_focus(timeline: Timeline, at: int) -> str:
 
 def _robot(
     timeline: Timeline, stamp: int, second: float
-) -> tuple[RobotLook, npt.NDArray[np.float64], npt.NDArray[np.bool_], float]:
+) -> tuple[RobotState, npt.NDArray[np.float64], npt.NDArray[np.bool_], float]:
     i = max(0, int(np.searchsorted(timeline.way_s, second, side="right")) - 1)
     here = timeline.way_xy[i]
     if i + 1 < len(timeline.way_s):
@@ -177,7 +177,7 @@ def _robot(
     imputed = np.concatenate([timeline.imputed[: i + 1], timeline.imputed[last : last + 1]])
     held = timeline.held[max(0, bisect_right(timeline.held, stamp, key=lambda h: h[0]) - 1)][1]
     walked = float(timeline.way_m[i] + np.hypot(*(here - timeline.way_xy[i])))
-    look = RobotLook(x_m=float(here[0]), y_m=float(here[1]), yaw_rad=float(timeline.facing_rad[i]), holding=held)
+    look = RobotState(x_m=float(here[0]), y_m=float(here[1]), yaw_rad=float(timeline.heading_rad[i]), holding=held)
     return look, trail, imputed, walked
 
 
@@ -247,7 +247,7 @@ def _order(timeline: Timeline, frame: DecisionFrame | None) -> npt.NDArray[np.in
 
 
 def _ahead(
-    timeline: Timeline, frame: DecisionFrame | None, steps: tuple[PlannedStep, ...], robot: RobotLook, stamp: int
+    timeline: Timeline, frame: DecisionFrame | None, steps: tuple[PlannedStep, ...], robot: RobotState, stamp: int
 ) -> npt.NDArray[np.float64]:
     """From the robot along the leg it walks, then along the rest of the plan."""
     if frame is None or frame.plan is None:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from dashboards.model.action_path import way_of_actions
-from dashboards.model.labels import told
-from dashboards.model.odometry_path import way_of_poses
+from dashboards.model.action_path import path_of_actions
+from dashboards.model.labels import humanize_ids
+from dashboards.model.odometry_path import path_of_poses
 from dashboards.model.phases import Phase, phases_of
-from dashboards.model.planned_path import WaysAhead
+from dashboards.model.planned_path import PlannedPaths
 from dashboards.model.replay_bounds import Counterfactual
 from workbench.log_schema.events import (
     NANO,
@@ -83,7 +83,7 @@ class Timeline:
     way_s: npt.NDArray[np.float64]
     way_xy: npt.NDArray[np.float64]
     way_m: npt.NDArray[np.float64]
-    facing_rad: npt.NDArray[np.float64]
+    heading_rad: npt.NDArray[np.float64]
     imputed: npt.NDArray[np.bool_]
     cost_s: npt.NDArray[np.float64]
     cost: npt.NDArray[np.float64]
@@ -95,7 +95,7 @@ class Timeline:
     item_types: tuple[str, ...]
     top_belief: Mapping[str, float]
     counterfactual: Counterfactual | None
-    ways: WaysAhead = field(repr=False, compare=False)
+    ways: PlannedPaths = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
     first_looks: dict[int, tuple[FirstLook, ...]] = field(default_factory=dict, repr=False, compare=False)
@@ -126,7 +126,7 @@ class Timeline:
     def task_words(self) -> str:
         """The task in a line."""
         info = self.run.info
-        return told(self.run.task.title or info.title or info.scenario, self.item_types)
+        return humanize_ids(self.run.task.title or info.title or info.scenario, self.item_types)
 
     def seconds(self, stamp_ns: int) -> float:
         """Seconds from the run's start to a stamp."""
@@ -151,8 +151,8 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
     actions = sorted(run.actions, key=lambda a: (a.stamp.ns, a.index))
     start_ns, end_ns = _span(run, actions)
     decisions = _decisions(run, actions)
-    way_s, way_xy, facing, imputed = way_of_actions(run.place, actions, start_ns)
-    told = way_of_poses(run, start_ns, end_ns)
+    way_s, way_xy, facing, imputed = path_of_actions(run.place, actions, start_ns)
+    told = path_of_poses(run, start_ns, end_ns)
     if told is not None:
         (way_s, way_xy, facing), imputed = told, np.zeros(len(told[0]), dtype=np.bool_)
     steps = np.hypot(*np.diff(way_xy, axis=0).T) if len(way_xy) > 1 else np.zeros(0)
@@ -169,7 +169,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
         way_s=way_s,
         way_xy=way_xy,
         way_m=np.concatenate([[0.0], np.cumsum(steps)]),
-        facing_rad=facing,
+        heading_rad=facing,
         imputed=imputed,
         cost_s=cost_s,
         cost=cost,
@@ -181,7 +181,7 @@ def timeline_of(run: Run, *, counterfactual: Counterfactual | None = None) -> Ti
         item_types=tuple(types),
         top_belief=_top_belief(run.beliefs),
         counterfactual=counterfactual,
-        ways=WaysAhead(run.place),
+        ways=PlannedPaths(run.place),
         decision_ns=tuple(d.stamp_ns for d in decisions),
         action_ns=tuple(a.start.ns for a in actions),
     )

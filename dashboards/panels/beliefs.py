@@ -11,8 +11,8 @@ from dashboards.panels.markup import bar, command, name, number, percent, place,
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
-MOST_ROWS = 60
-LONGEST_ROOM = 20
+MAX_ROWS = 60
+MAX_ROOM_CHARS = 20
 
 
 def beliefs(scene: Scene, timeline: Timeline) -> str:
@@ -26,20 +26,20 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
     top = scene.top_belief or 1.0
     rooms = {room.id: readable_name(room.kind) for room in plan.rooms}
     rows: list[list[str]] = []
-    for i in ranked[:MOST_ROWS]:
+    for i in ranked[:MAX_ROWS]:
         container = plan.containers[i]
         p = float(scene.belief[i])
         rows.append(
             [
                 str(int(scene.order[i])) if scene.order[i] else "",
                 _link(i, container),
-                name(rooms.get(container.room, ""), most=LONGEST_ROOM),
+                name(rooms.get(container.room, ""), most=MAX_ROOM_CHARS),
                 bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
                 percent(p) if p == p else "",
                 number(legs.get(container.id)),
             ]
         )
-    more = f'<p class="muted">and {len(ranked) - MOST_ROWS} more</p>' if len(ranked) > MOST_ROWS else ""
+    more = f'<p class="muted">and {len(ranked) - MAX_ROWS} more</p>' if len(ranked) > MAX_ROWS else ""
     head = ("#", "container", "room", "belief", "", "leg m")
     return f'<div class="lp">{table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n"))}{more}</div>'
 
@@ -55,7 +55,7 @@ def _words(container: Container) -> str:
     if "|" in container.id:
         return place(container.id)
     return (
-        name(kind) if own.lower() == kind.lower() else f"{name(kind)} <small>{name(own, most=LONGEST_ROOM)}</small>"
+        name(kind) if own.lower() == kind.lower() else f"{name(kind)} <small>{name(own, most=MAX_ROOM_CHARS)}</small>"
     )
 
 

@@ -11,8 +11,8 @@ HEIGHT_PX = 128
 TOP_PX, LOW_PX = 6, 6
 WIDE = 1000
 """Units across, whatever the panel's width."""
-LEAST_BAND = 30
-MOST_ABOVE = 2.0
+MIN_BAND = 30
+MAX_BAND_RATIO = 2.0
 """How far above the highest line, as a multiple of it, bands are shown."""
 Point = tuple[float, float]
 """Reading of the clock, value."""
@@ -87,7 +87,7 @@ def _top(lines: Sequence[Line], bands: Sequence[Band]) -> float:
     """The highest value shown. A band may end above it (the legend says where), so that lines are not flattened."""
     known = max([y for line in lines for _, y in line.points] + [band.low for band in bands], default=0.0)
     reach = max((band.high for band in bands), default=0.0)
-    return max(known, min(reach, MOST_ABOVE * known) if known > 0 else reach) or 1.0
+    return max(known, min(reach, MAX_BAND_RATIO * known) if known > 0 else reach) or 1.0
 
 
 def _y(share: float) -> float:
@@ -95,7 +95,7 @@ def _y(share: float) -> float:
 
 
 def _band(band: Band, end: float, top: float) -> str:
-    x = min(WIDE * band.from_reading / end, WIDE - LEAST_BAND)
+    x = min(WIDE * band.from_reading / end, WIDE - MIN_BAND)
     y = max(_y(band.high / top), -TOP_PX)
     return (
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{WIDE - x:.1f}" height="{max(_y(band.low / top) - y, 1.0):.1f}"'

@@ -10,15 +10,15 @@ from dashboards.palette import run_colour
 from dashboards.panels.markup import command, dot, name, number, percent, place, table, text
 from workbench.worlds.names import readable_name
 
-MOST_BELIEVED = 4
-LONGEST_RUN = 28
+MAX_BELIEVED = 4
+MAX_RUN_CHARS = 28
 
 
 def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     """One row for each run; below, where each other run diverges from the first, with both beliefs."""
     rows = [
         [
-            f"{dot(run_colour(i))}{name(names[i], most=LONGEST_RUN)}<br><small>{name(timeline.status)}</small>",
+            f"{dot(run_colour(i))}{name(names[i], most=MAX_RUN_CHARS)}<br><small>{name(timeline.status)}</small>",
             number(scene.cost),
             _final(timeline),
             number(scene.travel_m),
@@ -61,7 +61,7 @@ def _final(timeline: Timeline) -> str:
 def _parting(clock: Clock, other: int, names: list[str]) -> str:
     first, second = clock.timelines[0], clock.timelines[other]
     found = divergence(first, second)
-    mine, others = (f"{dot(run_colour(i))}{name(names[i], most=LONGEST_RUN)}" for i in (0, other))
+    mine, others = (f"{dot(run_colour(i))}{name(names[i], most=MAX_RUN_CHARS)}" for i in (0, other))
     title = f"<h3>{mine} and {others}</h3>"
     if found is None:
         return f"{title}<p>They do the same to the end.</p>"
@@ -86,5 +86,5 @@ def _believed(timeline: Timeline, found: Divergence, side: int) -> str:
     ranked = sorted(
         zip(belief.probability[row], belief.containers, strict=True), key=lambda pair: (-pair[0], pair[1])
     )
-    listed = ", ".join(f"{place(c)} {percent(p)}" for p, c in ranked[:MOST_BELIEVED])
+    listed = ", ".join(f"{place(c)} {percent(p)}" for p, c in ranked[:MAX_BELIEVED])
     return f'<br><span class="muted">believed {text(readable_name(belief.item_types[row]))}: {listed}</span>'

@@ -9,7 +9,7 @@ from dashboards.model.scene import Scene
 from dashboards.panels.markup import name, number, percent, place, table, text
 from workbench.worlds.names import readable_name
 
-MOST_ROWS = 200
+MAX_ROWS = 200
 SAME = 0.05
 """Costs that differ by less are shown as the same."""
 
@@ -36,11 +36,11 @@ def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -
         s.step.item_types[0]: s.step.target for s in scene.steps if s.step.action == "find" and s.step.item_types
     }
     rows = [
-        [name(readable_name(item)), place(target), number(cost), _why(item, target, cost, found, planned)]
-        for cost, item, target in found[:MOST_ROWS]
+        [name(readable_name(item)), place(target), number(cost), _reason(item, target, cost, found, planned)]
+        for cost, item, target in found[:MAX_ROWS]
     ]
     kind = costs.kind if costs.kind != "model" else f"model ({costs.belief_model})"
-    left = f'<p class="muted">and {len(found) - MOST_ROWS} more</p>' if len(found) > MOST_ROWS else ""
+    left = f'<p class="muted">and {len(found) - MAX_ROWS} more</p>' if len(found) > MAX_ROWS else ""
     made = table(("find", "bring to", "cost", "in the plan?"), rows, key="costs", classes=("", "", "n", ""))
     return (
         f'<div class="lp"><p class="muted">{text(kind)} costs from {place(costs.origins[origin])}</p>'
@@ -48,7 +48,9 @@ def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -
     )
 
 
-def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]], planned: Mapping[str, str]) -> str:
+def _reason(
+    item: str, target: str, cost: float, found: list[tuple[float, str, str]], planned: Mapping[str, str]
+) -> str:
     """In words: chosen, or what the plan does instead."""
     wanted = planned.get(item)
     if wanted == target:
@@ -56,11 +58,11 @@ def _why(item: str, target: str, cost: float, found: list[tuple[float, str, str]
     if wanted is None:
         return '<span class="muted">no: the plan does without it</span>'
     there = next((c for c, i, t in found if i == item and t == wanted), None)
-    more = f" ({_than(cost - there)})" if there is not None else ""
+    more = f" ({_difference_words(cost - there)})" if there is not None else ""
     return f'<span class="muted">no, to {place(wanted)} instead{more}</span>'
 
 
-def _than(more: float) -> str:
+def _difference_words(more: float) -> str:
     """By how much an alternative differs from what is done, in words; its cost is shown beside."""
     if abs(more) < SAME:
         return "costs the same"

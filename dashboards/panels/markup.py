@@ -17,7 +17,7 @@ from workbench.worlds.names import readable_name
 TURNING = dict.fromkeys([*range(0x202A, 0x202F), *range(0x2066, 0x206A)], "\ufffd")
 """Controls that change the direction of all text after them (Unicode's bidirectional embeddings and overrides)."""
 LARGE = 1e6
-LONGEST_NAME = 80
+MAX_NAME_CHARS = 80
 """Characters of a name that are shown; its tooltip has the whole."""
 
 
@@ -26,7 +26,7 @@ def text(value: object) -> str:
     return escape(str(value).translate(TURNING), quote=True)
 
 
-def name(value: object, *, most: int = LONGEST_NAME) -> str:
+def name(value: object, *, most: int = MAX_NAME_CHARS) -> str:
     """A name, shortened if very long, with the whole as a tooltip."""
     whole = str(value)
     if len(whole) <= most:
@@ -36,7 +36,7 @@ def name(value: object, *, most: int = LONGEST_NAME) -> str:
 
 def breakable(value: str) -> str:
     """As `name`, with breaks allowed where a file's name has its joints, so that a narrow table need not be cut."""
-    return re.sub(r"(?<=[_:/.])", "<wbr>", text(value)) if len(value) <= LONGEST_NAME else name(value)
+    return re.sub(r"(?<=[_:/.])", "<wbr>", text(value)) if len(value) <= MAX_NAME_CHARS else name(value)
 
 
 def place(location: str) -> str:
@@ -44,7 +44,7 @@ def place(location: str) -> str:
     kind, bar, rest = location.partition("|")
     if not bar:
         return name(readable_name(location))
-    which = f"<small>{text(rest[:LONGEST_NAME])}</small>"
+    which = f"<small>{text(rest[:MAX_NAME_CHARS])}</small>"
     return f'<span title="{text(location)}">{name(readable_name(kind))} {which}</span>'
 
 
@@ -58,7 +58,7 @@ def number(value: float | None, digits: int = 1) -> str:
     return f"{value:.{digits}f}"
 
 
-def at_axis(value: float, top: float) -> str:
+def axis_number(value: float, top: float) -> str:
     """A number at an axis that ends at top, with enough digits to distinguish the ticks."""
     return number(value, 0 if top >= 10 else 1 if top >= 1 else 2)
 
@@ -107,7 +107,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", 
     return f'<table class="lios" data-table="{text(key)}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
 
 
-def trouble(line: str) -> str:
+def error_line(line: str) -> str:
     """An error in one line; nothing for an empty text."""
     return f'<div class="lp"><p class="trouble">{name(line, most=400)}</p></div>' if line else ""
 

@@ -9,7 +9,7 @@ from dashboards.panels.markup import chip, dot, name, number, percent, text
 from workbench.worlds.names import readable_name
 
 SAME = 0.05
-LONGEST_TASK = 300
+MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
 
@@ -27,7 +27,7 @@ def title(timeline: Timeline) -> str:
         notes.append("This log holds no beliefs; containers keep one colour.")
     warned = "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
     facts = " · ".join(name(p) for p in parts if p)
-    task = name(timeline.task_words, most=LONGEST_TASK)
+    task = name(timeline.task_words, most=MAX_TASK_CHARS)
     return f'<div class="lp"><h2>{task}</h2><p class="muted">{facts}</p>{warned}</div>'
 
 
@@ -49,17 +49,17 @@ def now(scene: Scene) -> str:
     return (
         f'<div class="lp"><p>{phase} {name(scene.doing)}{holding}</p>'
         f'<div class="facts">{cells}</div>'
-        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}{_unhappy_end(scene)}</div>"
+        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}{_failure_note(scene)}</div>"
     )
 
 
-def _unhappy_end(scene: Scene) -> str:
+def _failure_note(scene: Scene) -> str:
     """Why a failed run ended, and the charged cost if it differs from the spent cost."""
     if scene.outcome in ("", "done"):
         return ""
     charged = scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > SAME else None
     cost = f" Charged: {number(charged)}." if charged is not None else ""
-    return f'<p class="warn">Ended because: {name(scene.why_ended, most=LONGEST_TASK)}.{cost}</p>'
+    return f'<p class="warn">Ended because: {name(scene.why_ended, most=MAX_TASK_CHARS)}.{cost}</p>'
 
 
 def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:

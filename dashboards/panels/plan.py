@@ -7,7 +7,7 @@ from dashboards.panels.markup import name, number, percent, place, table, text
 from workbench.log_schema.events import WayNotTaken
 
 MARKS = {"done": "✓", "current": "▶", "next": "○"}
-MOST_STEPS = 60
+MAX_STEPS = 60
 SAME = 1e-6
 
 
@@ -19,7 +19,7 @@ def plan(scene: Scene) -> str:
     items = "".join(
         f'<li class="{s.progress}"><span class="m">{MARKS[s.progress]}</span><span class="w">{name(s.words)}</span>'
         f'<span class="c">{number(s.step.cost)}</span></li>'
-        for s in scene.steps[:MOST_STEPS]
+        for s in scene.steps[:MAX_STEPS]
     )
     total = f"{text(scene.plan_status)} by {text(scene.solver)}, expected cost {number(scene.expected_cost)}"
     return (

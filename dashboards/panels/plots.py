@@ -13,10 +13,10 @@ from dashboards.model.labels import place_words
 from dashboards.model.timeline import Timeline
 from dashboards.palette import css, run_colour
 from dashboards.panels.chart import Band, Line, Point, chart
-from dashboards.panels.markup import at_axis, percent
+from dashboards.panels.markup import axis_number, percent
 from workbench.worlds.names import readable_name
 
-MOST_POINTS = 600
+MAX_POINTS = 600
 
 
 def plots(clock: Clock, names: list[str], focus: str) -> str:
@@ -37,7 +37,7 @@ def cost_plot(clock: Clock, names: list[str]) -> str:
             last = clock.reading(timeline.end_ns, run=row)
             low = max(lower, float(timeline.cost[-1]))
             bands.append(Band(name=names[row], colour=colour, from_reading=last, low=low, high=upper))
-    return chart("Cost so far", lines, end=clock.end, unit=UNITS[clock.alignment], shown=at_axis, bands=bands)
+    return chart("Cost so far", lines, end=clock.end, unit=UNITS[clock.alignment], shown=axis_number, bands=bands)
 
 
 def remaining_plot(clock: Clock, names: list[str]) -> str:
@@ -49,7 +49,7 @@ def remaining_plot(clock: Clock, names: list[str]) -> str:
     ]
     if not lines:
         return '<div class="lp"><p class="muted">No plan said what it expected.</p></div>'
-    return chart("Expected remaining cost", lines, end=clock.end, unit=UNITS[clock.alignment], shown=at_axis)
+    return chart("Expected remaining cost", lines, end=clock.end, unit=UNITS[clock.alignment], shown=axis_number)
 
 
 def belief_plot(clock: Clock, focus: str) -> str:
@@ -127,5 +127,5 @@ def _next_decision(at: float, timeline: Timeline, clock: Clock) -> float:
 
 
 def _thinned(count: int) -> list[int]:
-    stride = max(1, count // MOST_POINTS)
+    stride = max(1, count // MAX_POINTS)
     return sorted({*range(0, count, stride), *([count - 1] if count else [])})

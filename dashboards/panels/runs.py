@@ -23,7 +23,7 @@ class RunRow:
     searches: int | None
 
 
-MOST_ROWS = 300
+MAX_ROWS = 300
 
 
 def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
@@ -40,12 +40,10 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
             number(row.cost),
             "–" if row.searches is None else str(row.searches),
         ]
-        for row in rows[:MOST_ROWS]
+        for row in rows[:MAX_ROWS]
     ]
     head = ("", "place", "scenario", "strategy", "outcome", "cost", "looks")
-    more = (
-        f'<p class="muted">and {len(rows) - MOST_ROWS} more; filter to see them</p>' if len(rows) > MOST_ROWS else ""
-    )
+    more = f'<p class="muted">and {len(rows) - MAX_ROWS} more; filter to see them</p>' if len(rows) > MAX_ROWS else ""
     count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + overlays it.</p>'
     made = table(head, cells, key="runs", classes=("", "", "", "", "", "n", "n"))
     return f'<div class="lp">{count}{made}{more}</div>'

@@ -9,12 +9,12 @@ from collections import Counter
 from collections.abc import Sequence
 
 from dashboards.palette import RUNS, css
-from dashboards.panels.markup import at_axis, command, name, number, text
+from dashboards.panels.markup import axis_number, command, name, number, text
 from dashboards.panels.runs import RunRow
 
 SIDE_PX = 300
 MARGIN_PX = 44
-MOST_POINTS = 2000
+MAX_POINTS = 2000
 SAME = 1e-6
 BASELINES = ("pes-greedy", "opt-greedy", "greedy", "opt-lios", "lios")
 OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
@@ -37,7 +37,7 @@ def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow,
         other = runs.get((second, trial, which), [])
         if strategy == first and len(mine) == len(other) == 1:
             found.append((mine[0], other[0]))
-    return found[:MOST_POINTS][:MOST_POINTS]
+    return found[:MAX_POINTS][:MAX_POINTS]
 
 
 def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
@@ -104,7 +104,7 @@ def _point(a: RunRow, b: RunRow, top: float) -> str:
 
 def _tick(share: float, top: float) -> str:
     at = _at(share * top, top)
-    label = at_axis(share * top, top)
+    label = axis_number(share * top, top)
     return (
         f'<text x="{at:.1f}" y="{SIDE_PX - MARGIN_PX + 13}" text-anchor="{"end" if share == 1 else "middle"}">{label}'
         "</text>"

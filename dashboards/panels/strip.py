@@ -10,7 +10,7 @@ ROW_PX = 16
 TOP_PX = 14
 LAST_LABEL = 93
 """Per cent of the width; a label beyond this is drawn left of its line, to fit."""
-MOST_PHASES = 800
+MAX_PHASES = 800
 """The most phases drawn one by one; in a longer run neighbouring phases are joined."""
 
 
@@ -22,12 +22,12 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
     for row, timeline in enumerate(clock.timelines):
         y = TOP_PX + row * ROW_PX
         phases = timeline.phases
-        stride = max(1, len(phases) // MOST_PHASES)
+        stride = max(1, len(phases) // MAX_PHASES)
         for first in range(0, len(phases), stride):
             block = phases[first : first + stride]
             a, b = clock.position(block[0].start_ns, run=row), clock.position(block[-1].end_ns, run=row)
             parts.append(_phase(a / end, b / end, y, block[0].name, block[0].title, block[0].support))
-        for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MOST_PHASES)]:
+        for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MAX_PHASES)]:
             x = _x(clock.reading(stamp, run=row) / end)
             parts.append(f'<line x1="{x:.3f}%" x2="{x:.3f}%" y1="{y - 2}" y2="{y + ROW_PX - 3}" stroke="#23262b"/>')
     runs = "".join(f"<span>{dot(colours[i])}{name(names[i])}</span>" for i in range(len(names)))

@@ -10,7 +10,7 @@ from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import page_of
 from workbench.errors import BadValue, OutputExists
 
-LARGEST_PX = 4096
+MAX_PX = 4096
 USUAL_PX = (1280, 720)
 """The picture size for which text sizes are designed."""
 
@@ -20,7 +20,7 @@ class Framing:
     """Size and walls of the picture.
 
     Raises:
-        BadValue: a size that is not between 64 and LARGEST_PX, or walls of another kind.
+        BadValue: a size that is not between 64 and MAX_PX, or walls of another kind.
     """
 
     width: int = 1280
@@ -32,8 +32,8 @@ class Framing:
 
     def __post_init__(self) -> None:
         for name, value in (("width", self.width), ("height", self.height)):
-            if not 64 <= value <= LARGEST_PX:
-                raise BadValue(f"--{name}", value, f"from 64 to {LARGEST_PX} pixels")
+            if not 64 <= value <= MAX_PX:
+                raise BadValue(f"--{name}", value, f"from 64 to {MAX_PX} pixels")
         if self.walls not in ("cut", "whole", "none"):
             raise BadValue("--walls", self.walls, "cut, whole or none")
 

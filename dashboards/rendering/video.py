@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dashboards.library.same_place import here
+from dashboards.library.same_place import same_house
 from dashboards.model.timeline import Timeline
 from dashboards.rendering.chromium import PageFailed, page_of
 from dashboards.rendering.mp4 import Sample, mp4
@@ -59,7 +59,7 @@ def draw_video(
     count = max(2, round((end_s - from_s) / speed * frames_a_second) + 1)
     moments = [from_s + (end_s - from_s) * i / (count - 1) for i in range(count)]
     with page_of(timelines, width=width, height=height) as page:
-        covered = CAPTION_LINE_PX * (2 + len(here(timelines))) + 8 if framing.caption else 0
+        covered = CAPTION_LINE_PX * (2 + len(same_house(timelines))) + 8 if framing.caption else 0
         page.evaluate("(o) => window.lios.bare(o)", framing.options | {"caption": False, "coveredPx": covered})
         page.evaluate("([w, f]) => { window.lios.walls(w); window.lios.follow(f); }", [framing.walls, framing.follow])
         page.evaluate("(o) => window.liosFilm.begin(o)", _film(width, height, frames_a_second, framing))

@@ -15,7 +15,7 @@ from dashboards.sensing.frames import Frames, Matrix, matrix, spot_pose
 Points = npt.NDArray[np.float32]
 """Points on the map, shape (n, 3), metres."""
 
-MOST_POINTS = 60_000
+MAX_POINTS = 60_000
 """The most points of one message; a larger one is subsampled evenly."""
 NUMBERS = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8: "<f8"}
 """foxglove.PackedElementField.NumericType as numpy types."""
@@ -56,8 +56,8 @@ def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:
 
 
 def placed(points: npt.NDArray[np.float64], pose: Matrix) -> Points:
-    """Points moved by a pose, without non-finite ones, subsampled evenly to MOST_POINTS."""
-    points = points[:: max(1, -(-len(points) // MOST_POINTS))]
+    """Points moved by a pose, without non-finite ones, subsampled evenly to MAX_POINTS."""
+    points = points[:: max(1, -(-len(points) // MAX_POINTS))]
     points = points[np.isfinite(points).all(axis=1)]
     return (points @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)
 

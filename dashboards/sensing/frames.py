@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replayers.importers.frames import matrix_of
-from replayers.runs.sensor_index import TRANSFORMS, SensorTracks, Track
+from replayers.runs.sensor_index import TRANSFORMS, SensorTracks, TopicIndex
 
 Matrix = npt.NDArray[np.float64]
 """A pose, shape (4, 4)."""
@@ -22,7 +22,7 @@ LOOK_BACK = 40
 """How many messages before a moment are searched for a frame's newest transform."""
 STATIC = 20
 """How many first messages of a topic are searched for transforms that never change."""
-MOST_KEPT = 4000
+MAX_CACHED_TRANSFORMS = 4000
 """Messages whose transforms are cached."""
 DEEPEST = 32
 
@@ -98,9 +98,9 @@ class Frames:
                     self._static |= self._links(track, index)
         return self._static
 
-    def _links(self, track: Track, index: int) -> dict[str, tuple[str, Matrix]]:
+    def _links(self, track: TopicIndex, index: int) -> dict[str, tuple[str, Matrix]]:
         key = (track.topic, index)
-        if len(self._of_message) > MOST_KEPT:
+        if len(self._of_message) > MAX_CACHED_TRANSFORMS:
             self._of_message.clear()
         if key not in self._of_message:
             links: dict[str, tuple[str, Matrix]] = {}

@@ -12,12 +12,12 @@ from dashboards.sensing.clouds import NUMBERS
 from dashboards.sensing.frames import Frames, matrix
 
 HEIGHT_M = 0.03
-NEAR_M = 0.3
+NEGLIGIBLE_DETOUR_M = 0.3
 """Closer to an obstacle than this counts as near."""
 BLOCKED, NEAR = (178, 60, 40), (226, 170, 120)
 OCCUPIED_SHARE = 50
 """Cells of an occupancy grid with at least this value (of 100) are blocked."""
-MOST_CELLS = 250_000
+MAX_CELLS = 250_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +51,7 @@ def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> Cells | None:
         return None
     distance = "distance" in message.fields[0].name
     blocked = values <= 0 if distance else values >= OCCUPIED_SHARE
-    shown = values < NEAR_M if distance else blocked
+    shown = values < NEGLIGIBLE_DETOUR_M if distance else blocked
     rows, columns = np.nonzero(shown & np.isfinite(values))
     if not len(rows):
         return None
@@ -74,7 +74,7 @@ def _values(message: Any) -> npt.NDArray[np.float64] | None:
     if field is None or kind is None or not columns or not cell or row < columns * cell:
         return None
     rows = len(message.data) // row
-    if field.offset + kind.itemsize > cell or not 0 < rows * columns <= MOST_CELLS:
+    if field.offset + kind.itemsize > cell or not 0 < rows * columns <= MAX_CELLS:
         return None
     table = np.frombuffer(message.data, dtype=np.uint8, count=rows * row).reshape(rows, row)[:, : columns * cell]
     packed = table.reshape(rows, columns, cell)[:, :, field.offset : field.offset + kind.itemsize]

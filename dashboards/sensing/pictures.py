@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from dashboards.sensing.frames import Frames, Matrix, spot_pose
 
-LARGEST_BYTES = 8 << 20
-LARGEST_PX = 4096
+MAX_BYTES = 8 << 20
+MAX_PX = 4096
 SHOWN_PX = 480
 """Width of a picture in the 3D view, in pixels."""
 USUAL_FIELD_RAD = 1.2
@@ -46,7 +46,7 @@ class Picture:
 
 def mime_of(data: bytes) -> str | None:
     """The MIME type by the first bytes, whatever the message says; None if neither JPEG nor PNG, or far too large."""
-    if len(data) > LARGEST_BYTES:
+    if len(data) > MAX_BYTES:
         return None
     if data[:3] == b"\xff\xd8\xff":
         return "image/jpeg"
@@ -87,7 +87,7 @@ def pixels(picture: Picture) -> npt.NDArray[np.uint8] | None:
 
     try:
         with Image.open(io.BytesIO(picture.data), formats=("JPEG", "PNG")) as image:
-            if max(image.size) > LARGEST_PX:
+            if max(image.size) > MAX_PX:
                 return None
             image.draft("RGB", (SHOWN_PX, SHOWN_PX))
             image.thumbnail((SHOWN_PX, SHOWN_PX))

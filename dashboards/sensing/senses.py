@@ -18,20 +18,29 @@ from dashboards.sensing.clouds import NOTHING, Points, cloud_points, depth_point
 from dashboards.sensing.frames import Frames
 from dashboards.sensing.grids import Cells, grid_cells
 from dashboards.sensing.pictures import Picture, picture_of
-from replayers.runs.sensor_index import CLOUD, GRID, LENS, PICTURE, SPOT_IMAGE, SensorTracks, Track, sensor_tracks
+from replayers.runs.sensor_index import (
+    CLOUD,
+    GRID,
+    LENS,
+    PICTURE,
+    SPOT_IMAGE,
+    SensorTracks,
+    TopicIndex,
+    sensor_tracks,
+)
 
 STALE_NS = 5_000_000_000
 """A grid older than this is not shown: the robot has walked on."""
 CUBE_M = 0.05
 FLOOR_M, CUT_M = 0.06, 1.5
 """Points on the floor and near the ceiling are left out of the site, which is viewed from above."""
-MOST_CLOUDS = 240
+MAX_CLOUDS = 240
 """The most clouds read for the site; of more, evenly spaced ones are taken."""
-MOST_SITE_POINTS = 250_000
+MAX_SITE_POINTS = 250_000
 KEPT_PICTURES, KEPT_GRIDS = 64, 16
 
 
-class Senses:
+class RobotSensors:
     """The sensors of one log; everything is read on request."""
 
     def __init__(self, tracks: SensorTracks) -> None:
@@ -91,16 +100,14 @@ class Senses:
         tracks = [t for t in (*self._tracks.of_kind(CLOUD), *self._tracks.of_kind(SPOT_IMAGE)) if _may_hold_points(t)]
         for track in tracks:
             count = len(track.stamps_ns)
-            for index in np.unique(
-                np.linspace(0, count - 1, min(count, MOST_CLOUDS // len(tracks) or 1)).astype(int)
-            ):
+            for index in np.unique(np.linspace(0, count - 1, min(count, MAX_CLOUDS // len(tracks) or 1)).astype(int)):
                 message = self._tracks.message(track, int(index))
                 stamp = int(track.stamps_ns[index])
                 if message is not None:
                     read = cloud_points if track.schema.name == CLOUD else depth_points
-                    yield stamp, _cubes(read(message, self._frames, stamp))
+                    yield stamp, _voxels(read(message, self._frames, stamp))
 
-    def _grids(self) -> list[Track]:
+    def _grids(self) -> list[TopicIndex]:
         return [t for t in self._tracks.of_kind(GRID) if t.topic != "/map"]
 
     def _read_picture(self, topic: str, index: int) -> Picture | None:
@@ -118,29 +125,29 @@ class Senses:
         message = self._tracks.message(track, index)
         return grid_cells(message, self._frames, int(track.stamps_ns[index])) if message is not None else None
 
-    def _nearest(self, track: Track | None, stamp_ns: int) -> Any | None:
+    def _nearest(self, track: TopicIndex | None, stamp_ns: int) -> Any | None:
         """The newest message of a track at a moment, or its first."""
         return None if track is None else self._tracks.message(track, max(0, track.last_at(stamp_ns)))
 
 
-def senses_of(path: Path) -> Senses | None:
+def sensors_of(path: Path) -> RobotSensors | None:
     """The sensors of a log; None for a log without any."""
     tracks = sensor_tracks(path)
-    senses = Senses(tracks)
+    senses = RobotSensors(tracks)
     return senses if senses.cameras or senses.has_clouds or senses.has_grids else None
 
 
-def _may_hold_points(track: Track) -> bool:
+def _may_hold_points(track: TopicIndex) -> bool:
     return track.schema.name == CLOUD or "depth" in track.topic
 
 
-def _cubes(points: Points) -> Points:
+def _voxels(points: Points) -> Points:
     """One point for each cube of space, the first, between floor and ceiling: this keeps far less of a cloud."""
     points = points[(points[:, 2] > FLOOR_M) & (points[:, 2] < CUT_M)]
-    return points[_first_of_cubes(points)]
+    return points[_first_of_voxels(points)]
 
 
-def _first_of_cubes(points: Points) -> npt.NDArray[np.intp]:
+def _first_of_voxels(points: Points) -> npt.NDArray[np.intp]:
     """The index of the first point in each cube, in order."""
     _, first = np.unique(np.round(points / CUBE_M).astype(np.int64), axis=0, return_index=True)
     return np.sort(first)
@@ -157,6 +164,6 @@ def _gathered(clouds: list[tuple[int, Points]]) -> tuple[npt.NDArray[np.int64], 
         return np.zeros(0, dtype=np.int64), NOTHING
     points = np.concatenate([p for _, p in clouds])
     stamps = np.repeat(np.array([s for s, _ in clouds], dtype=np.int64), [len(p) for _, p in clouds])
-    first = _first_of_cubes(points)
-    first = first[:: max(1, -(-len(first) // MOST_SITE_POINTS))]
+    first = _first_of_voxels(points)
+    first = first[:: max(1, -(-len(first) // MAX_SITE_POINTS))]
     return stamps[first], points[first]

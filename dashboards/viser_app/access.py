@@ -29,7 +29,7 @@ TOKEN_BYTES = 24
 TOKEN_VARIABLE = "LIOS_DASHBOARD_TOKEN"
 """Of the environment: a token that stays the same, so that open pages find a dashboard that was started again."""
 LEAST_LETTERS = 16
-MOST_FIELDS = 100
+MAX_FIELDS = 100
 """Of an address's query; beyond it the request is refused."""
 FOREIGN_FIELDS = ("websocket", "playbackPath")
 """Fields of an address that make Viser's page listen to another server: it could run scripts as ours."""
@@ -210,7 +210,7 @@ def _no(words: str) -> Refused:
 def _fields(path: str) -> list[tuple[str, str]] | None:
     """The fields of an address as a browser reads them; None where there are too many."""
     try:
-        return parse_qsl(urlsplit(path).query, keep_blank_values=True, max_num_fields=MOST_FIELDS)
+        return parse_qsl(urlsplit(path).query, keep_blank_values=True, max_num_fields=MAX_FIELDS)
     except ValueError:
         return None
 

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from dashboards.geometry.marks import ROBOT_DARK, dashes, robot_body, robot_legs, walked
+from dashboards.geometry.marks import ROBOT_DARK, dashes, path_segments, robot_body, robot_legs
 from dashboards.model.labels import label as label_words
-from dashboards.model.scene import RobotLook, Scene
+from dashboards.model.scene import RobotState, Scene
 from dashboards.palette import Colour
 from workbench.worlds.geometry import Point
 
@@ -29,7 +29,7 @@ higher."""
 
 
 @dataclass(slots=True)
-class _Actor:
+class _RobotActor:
     """The moving parts of one run."""
 
     frame: viser.FrameHandle
@@ -52,7 +52,7 @@ class _Actor:
             self.frame.position = (robot.x_m, robot.y_m, 0.0)
             self.frame.wxyz = (cos(robot.yaw_rad / 2), 0.0, 0.0, sin(robot.yaw_rad / 2))
             self.pose = pose
-            _set_points(self.trail, walked(scene.trail, scene.imputed, self.height_m))
+            _set_points(self.trail, path_segments(scene.trail, scene.imputed, self.height_m))
         ahead = dashes(scene.ahead, self.height_m + 0.004)
         if self.ahead_shown is None or not np.array_equal(self.ahead_shown, ahead):
             _set_points(self.ahead, ahead)
@@ -65,7 +65,7 @@ class Actors:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
-        self._actors: list[_Actor] = []
+        self._actors: list[_RobotActor] = []
 
     def cast(self, colours: Sequence[Colour], names: Sequence[str], here: Sequence[bool]) -> None:
         """Creates as many actors as there are runs, in their colours.
@@ -87,7 +87,7 @@ class Actors:
         Args:
             numbered: positions of the numbers of the order of search.
         """
-        tags: list[tuple[_Actor, RobotLook, list[str]]] = []
+        tags: list[tuple[_RobotActor, RobotState, list[str]]] = []
         for i, (actor, scene) in enumerate(zip(self._actors, scenes, strict=False)):
             actor.show(scene)
             others = [(p, GHOST_BESIDE_M if i else BESIDE_M) for p in numbered]
@@ -106,7 +106,7 @@ class Actors:
             if actor.label.text != words:
                 actor.label.text = words
 
-    def _actor(self, index: int, colour: Colour, name: str, *, here: bool) -> _Actor:
+    def _actor(self, index: int, colour: Colour, name: str, *, here: bool) -> _RobotActor:
         root = f"/runs/{index}"
         ghost = 0.4 if index else None
         frame = self._scene.add_frame(f"{root}/robot", show_axes=False, visible=here)
@@ -116,7 +116,7 @@ class Actors:
             )
         nothing = np.zeros((1, 2, 3), dtype=np.float32)
         thick = 0.05 if index == 0 else 0.035
-        return _Actor(
+        return _RobotActor(
             frame=frame,
             trail=self._scene.add_line_segments(f"{root}/trail", nothing, colour, thickness=thick, visible=here),
             ahead=self._scene.add_line_segments(
@@ -136,11 +136,11 @@ class Actors:
         )
 
 
-def _apart(robot: RobotLook, point: Point) -> float:
+def _apart(robot: RobotState, point: Point) -> float:
     return hypot(robot.x_m - point[0], robot.y_m - point[1])
 
 
-def _point(robot: RobotLook) -> Point:
+def _point(robot: RobotState) -> Point:
     return robot.x_m, robot.y_m
 
 

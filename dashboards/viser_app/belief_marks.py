@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from dashboards.geometry.marks import cross, question, tick, unknown
+from dashboards.geometry.marks import cross, tick, unopened_marker, unseen_marker
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.model.container_style import bar_heights_m, container_colours
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import STATUSES, Scene
-from dashboards.palette import UNOPENED, UNSEEN, linear
+from dashboards.palette import UNOPENED, UNSEEN, linear_rgb
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -62,8 +62,8 @@ class BeliefMarks:
             for name, mesh, colour in (
                 ("cross", cross(), (84, 92, 104)),
                 ("tick", tick(), (255, 255, 255)),
-                ("question", question(), UNSEEN),
-                ("unknown", unknown(), UNOPENED),
+                ("question", unseen_marker(), UNSEEN),
+                ("unknown", unopened_marker(), UNOPENED),
             )
             if (handle := self._mesh(name, mesh, self._tops + up, colour=colour)) is not None
         }
@@ -108,7 +108,7 @@ class BeliefMarks:
             np.tile(np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32), (len(at), 1)),
             at,
             batched_scales=np.full((len(at), 3), SPECK, dtype=np.float32),
-            batched_colors=linear(np.array(colour, dtype=np.uint8)) if colour is not None else (90, 200, 255),
+            batched_colors=linear_rgb(np.array(colour, dtype=np.uint8)) if colour is not None else (90, 200, 255),
             lod="off",
             flat_shading=colour is not None,
             cast_shadow=False,
@@ -118,9 +118,9 @@ class BeliefMarks:
     def _show_colours(self, of_owner: npt.NDArray[np.uint8], height_m: npt.NDArray[np.float64]) -> None:
         if self._changed("colours", of_owner):
             for batch, handle in self._furniture:
-                handle.batched_colors = linear(batch.coloured(of_owner))
+                handle.batched_colors = linear_rgb(batch.coloured(of_owner))
             if self._bars is not None:
-                self._bars.batched_colors = linear(of_owner)
+                self._bars.batched_colors = linear_rgb(of_owner)
         if self._bars is not None and self._changed("bars", height_m):
             thin = np.where(height_m > 0.01, 0.12, SPECK)
             self._bars.batched_scales = np.column_stack([thin, thin, np.maximum(height_m, SPECK)]).astype(np.float32)

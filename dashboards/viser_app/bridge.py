@@ -15,11 +15,11 @@ import viser
 
 from dashboards.model.clock import ALIGNMENTS
 from dashboards.resources import resource
-from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
+from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
 
 SCRIPTS = ("panels/panels.js", "viser_app/bridge.js")
 WALLS = ("cut", "whole", "none")
-MOST_FIELDS = 40
+MAX_FIELDS = 40
 """The most fields of an address; none of ours has as many."""
 DIGITS = 6
 """Of a run's number, at most."""
@@ -31,7 +31,7 @@ def script() -> str:
     return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
 
 
-def keep_address(query: str) -> str:
+def update_address(query: str) -> str:
     """Markup that puts a query into the page's address without reloading it."""
     code = f"history.replaceState(null,'',{dumps('?' + query)})"
     return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
@@ -59,19 +59,19 @@ def _exact(reading: float) -> str:
     return f"{reading:.9f}".rstrip("0").rstrip(".")
 
 
-def changes_of(query: str, *, runs: int) -> dict[str, Any]:
+def parse_query(query: str, *, runs: int) -> dict[str, Any]:
     """The changes of state that a query asks for; invalid fields are ignored.
 
     Args:
         query: "?runs=0,1&at=12.5".
         runs: how many logs there are.
     """
-    query = "&".join(query.lstrip("?").split("&", MOST_FIELDS)[:MOST_FIELDS])
+    query = "&".join(query.lstrip("?").split("&", MAX_FIELDS)[:MAX_FIELDS])
     words = {key: values[-1] for key, values in parse_qs(query).items()}
     changes: dict[str, Any] = {}
     chosen = [run for run in _runs(words.get("runs", "")) if run < runs]
     if chosen:
-        changes["runs"] = tuple(dict.fromkeys(chosen))[:MOST_RUNS]
+        changes["runs"] = tuple(dict.fromkeys(chosen))[:MAX_RUNS]
     at = _number(words.get("at"))
     if at is not None:
         changes["at"] = max(0.0, at)
@@ -86,14 +86,14 @@ def changes_of(query: str, *, runs: int) -> dict[str, Any]:
     return changes
 
 
-def obey(session: Session, words: str) -> None:
+def execute_command(session: Session, words: str) -> None:
     """Executes a command: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5"."""
     verb, _, rest = words.strip().partition(" ")
     value = _number(rest) if rest else _number(verb)
     if verb == "open":
-        session.open_runs(tuple(_runs(rest)[:MOST_RUNS]))
+        session.open_runs(tuple(_runs(rest)[:MAX_RUNS]))
     elif verb == "address":
-        changes = changes_of(rest, runs=len(session.library.paths))
+        changes = parse_query(rest, runs=len(session.library.paths))
         if changes:
             session.change(**changes)
     elif value is None:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
-from dashboards.model.scene import RobotLook
+from dashboards.model.scene import RobotState
 
 FIELD_OF_VIEW = radians(38)
 FILL = 0.92
@@ -79,7 +79,7 @@ def _vector(values: npt.NDArray[np.float64]) -> Vector:
     return (float(values[0]), float(values[1]), float(values[2]))
 
 
-def behind(robot: RobotLook) -> CameraPose:
+def behind(robot: RobotState) -> CameraPose:
     """A pose above and behind the robot, looking where it goes."""
     c, s = cos(robot.yaw_rad), sin(robot.yaw_rad)
     return CameraPose(

@@ -17,14 +17,14 @@ from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
-from dashboards.panels.markup import style, trouble
+from dashboards.panels.markup import error_line, style
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
-from dashboards.viser_app.bridge import address, keep_address, obey, script
+from dashboards.viser_app.bridge import address, execute_command, script, update_address
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
 
@@ -67,9 +67,9 @@ class Controls:
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
-        session.settlers.append(self._settled)
-        session.troubled.append(lambda line: self._set("trouble", trouble(line)))
-        session.client.camera.on_update(self._looked)
+        session.settlers.append(self._update_address)
+        session.troubled.append(lambda line: self._set("trouble", error_line(line)))
+        session.client.camera.on_update(self._camera_changed)
 
     def _build(self) -> None:
         gui = self._gui
@@ -84,7 +84,7 @@ class Controls:
         self._add("now")
         self._build_time()
         go = gui.add_text("Go to", "", hint="Seconds, or: decision 7, seek 12.5, open 2, overlay 3.")
-        go.on_update(lambda _: self._obey(go))
+        go.on_update(lambda _: self._execute_field(go))
         tabs = gui.add_tab_group()
         if self._session.library.folder is not None:
             self._build_runs(tabs)
@@ -164,7 +164,7 @@ class Controls:
 
     def _draw(self, name: str, make: Callable[[], str]) -> None:
         """Fills a panel; one that cannot be drawn says so, and the others are drawn all the same."""
-        with self._session.trouble.survived(f"the panel {name}", lambda line: self._set(name, trouble(line))):
+        with self._session.trouble.caught(f"the panel {name}", lambda line: self._set(name, error_line(line))):
             self._set(name, make())
 
     def _opened(self, session: Session) -> None:
@@ -229,10 +229,10 @@ class Controls:
         if event.client is not None:
             self._session.change(at=min(event.target.value, self._session.clock.end), playing=False)
 
-    def _obey(self, go: viser.GuiTextHandle) -> None:
+    def _execute_field(self, go: viser.GuiTextHandle) -> None:
         """Executes the field's command; a command of the page (not a number being typed) then clears it."""
         words = go.value
-        obey(self._session, words)
+        execute_command(self._session, words)
         if words.startswith("address"):
             if not self._arrived and "initialCameraPosition" not in words:
                 self._session.look()
@@ -241,12 +241,12 @@ class Controls:
         if words.strip() and not words.strip()[0].isdecimal():
             go.value = ""
 
-    def _looked(self, camera: viser.CameraHandle) -> None:
+    def _camera_changed(self, camera: viser.CameraHandle) -> None:
         """The camera has moved, or its picture has another shape: a fitted house is fitted again."""
         size = (camera.image_width, camera.image_height)
         if size != self._size:
             self._size = size
-            self._session.fit_again()
+            self._session.refit()
         self._session.stir()
 
     def _list_runs(self) -> None:
@@ -271,10 +271,10 @@ class Controls:
             self._first.value, self._second.value = default_pair(names)
             self._draw_scatter()
 
-    def _settled(self, session: Session) -> None:
+    def _update_address(self, session: Session) -> None:
         """Updates the page's address once the view is stable and the page has sent its own address."""
         if self._arrived:
-            self._set("address", keep_address(address(session.state, session.client.camera)))
+            self._set("address", update_address(address(session.state, session.client.camera)))
 
     def _step(self, kind: Literal["decision", "action"], direction: int) -> None:
         clock = self._session.clock

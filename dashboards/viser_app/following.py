@@ -12,7 +12,7 @@ from threading import Event, Thread
 
 from dashboards.library.library import Library
 from dashboards.viser_app.session import Session
-from dashboards.viser_app.trouble import Trouble
+from dashboards.viser_app.trouble import ViewErrors
 from workbench.errors import LiosError
 
 EVERY_S = 0.5
@@ -27,7 +27,7 @@ class Follower:
         self._library = library
         self._sessions = sessions
         self._stopped = Event()
-        self._trouble = Trouble("of what is being recorded")
+        self._trouble = ViewErrors("of what is being recorded")
         self._sizes = [_size(path) for path in library.paths]
         self._thread = Thread(target=self._watch, name="follow", daemon=True)
         self._thread.start()
@@ -40,7 +40,7 @@ class Follower:
         rest_s = EVERY_S
         while not self._stopped.wait(rest_s):
             began = time.monotonic()
-            with self._trouble.survived("the run being recorded", lambda _: None):
+            with self._trouble.caught("the run being recorded", lambda _: None):
                 if self._read_what_grew():
                     for session in self._sessions():
                         session.reread()

@@ -15,12 +15,12 @@ import numpy.typing as npt
 import viser
 import viser.transforms
 
-from dashboards.model.scene import RobotLook
+from dashboards.model.scene import RobotState
 from dashboards.sensing.clouds import Points
 from dashboards.sensing.frames import Matrix
 from dashboards.sensing.grids import BLOCKED, NEAR, Cells
 from dashboards.sensing.pictures import Picture, pixels
-from dashboards.sensing.senses import Senses
+from dashboards.sensing.senses import RobotSensors
 
 FRUSTUM_M = 0.4
 POINT_M = 0.022
@@ -38,8 +38,8 @@ class SensorLayers:
         """ready: called from another thread when a site's points have been gathered."""
         self._client, self._scene = client, client.scene
         self._ready = ready
-        self._senses: Senses | None = None
-        self._gathered: Senses | None = None
+        self._senses: RobotSensors | None = None
+        self._gathered: RobotSensors | None = None
         self._gathering = False
         self._lock = Lock()
         self._frustums: dict[str, tuple[viser.CameraFrustumHandle, int]] = {}
@@ -48,7 +48,7 @@ class SensorLayers:
         self._grid: list[viser.MeshHandle] = []
         self._grid_shown: Cells | None = None
 
-    def open(self, senses: Senses | None) -> None:
+    def open(self, senses: RobotSensors | None) -> None:
         """Switches to other sensors, or none; for a log that has grown, what is shown stays until there is something
         newer."""
         if senses is self._senses:
@@ -57,12 +57,12 @@ class SensorLayers:
             self.clear()
         with self._lock:
             self._senses = senses
-            begin = self._wanted() is not None and not self._gathering
+            begin = self._pending_sensors() is not None and not self._gathering
             self._gathering = self._gathering or begin
         if begin:
             Thread(target=self._gather, name="site points", daemon=True).start()
 
-    def show(self, stamp_ns: int, robot: RobotLook, *, pictures: bool, points: bool, grid: bool) -> None:
+    def show(self, stamp_ns: int, robot: RobotState, *, pictures: bool, points: bool, grid: bool) -> None:
         """Shows a moment."""
         if self._senses is None:
             return
@@ -84,7 +84,7 @@ class SensorLayers:
             handle.remove()
         self._frustums, self._site, self._grid, self._grid_shown, self._site_shown = {}, None, [], None, -1
 
-    def _wanted(self) -> Senses | None:
+    def _pending_sensors(self) -> RobotSensors | None:
         """The sensors whose clouds have not been gathered yet."""
         senses = self._senses
         return senses if senses is not None and senses.has_clouds and senses is not self._gathered else None
@@ -93,7 +93,7 @@ class SensorLayers:
         """Gathers until nothing is left: another log may have been opened meanwhile."""
         while True:
             with self._lock:
-                senses = self._wanted()
+                senses = self._pending_sensors()
                 self._gathering = senses is not None
             if senses is None:
                 return
@@ -101,7 +101,7 @@ class SensorLayers:
             self._gathered = senses
             self._ready()
 
-    def _show_pictures(self, pictures: tuple[Picture, ...], robot: RobotLook) -> None:
+    def _show_pictures(self, pictures: tuple[Picture, ...], robot: RobotState) -> None:
         for topic in self._frustums.keys() - {p.topic for p in pictures}:
             self._frustums.pop(topic)[0].remove()
         for place, picture in enumerate(pictures):
@@ -175,7 +175,7 @@ def _by_height(points: Points) -> npt.NDArray[np.uint8]:
     return np.round(np.array(LOW) + share * (np.array(HIGH) - np.array(LOW))).astype(np.uint8)
 
 
-def _on_the_robot(robot: RobotLook) -> Matrix:
+def _on_the_robot(robot: RobotState) -> Matrix:
     """The pose for a camera without a known pose: on the robot, looking ahead."""
     c, s = cos(robot.yaw_rad), sin(robot.yaw_rad)
     pose = np.eye(4)

@@ -16,7 +16,7 @@ from workbench.terminal import say
 
 PATIENCE_S = 600.0
 """How long to wait for a log to be followed that does not exist yet."""
-MOST_AT_ONCE = 8
+MAX_INITIAL_RUNS = 8
 """Runs overlaid at first; more can be chosen in the table."""
 
 
@@ -68,7 +68,7 @@ def open_dashboard(
     if named:
         for index in range(len(library.paths)):
             library.timeline(index)
-        runs = tuple(range(min(len(named), MOST_AT_ONCE)))
+        runs = tuple(range(min(len(named), MAX_INITIAL_RUNS)))
     else:
         rows = library.rows()
         for problem in library.unreadable:

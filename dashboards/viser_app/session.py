@@ -22,11 +22,11 @@ from dashboards.model.scene import AUTOMATIC, Scene, scene_at
 from dashboards.model.timeline import Timeline
 from dashboards.model.unopened import unopened
 from dashboards.palette import run_colour
-from dashboards.sensing.senses import Senses
+from dashboards.sensing.senses import RobotSensors
 from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
-from dashboards.viser_app.trouble import Trouble, one_line
+from dashboards.viser_app.trouble import ViewErrors, one_line
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
@@ -35,11 +35,11 @@ STRIP_PX, STRIP_ROW_PX = 170, 16
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
 UNMOVED_M = 0.02
-MOST_PLACED = 8
-MOST_LATE_FITS = 5
+MAX_CAMERA_HISTORY = 8
+MAX_LATE_FITS = 5
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
-MOST_RUNS = 16
+MAX_RUNS = 16
 """Runs that one browser shows at once."""
 
 
@@ -81,7 +81,7 @@ class Session:
         self.library = library
         self.stage = Stage(client)
         self.sensors = SensorLayers(client, self._show_again)
-        self.senses: Senses | None = None
+        self.senses: RobotSensors | None = None
         self.unopened: npt.NDArray[np.bool_] = np.zeros(0, dtype=np.bool_)
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
@@ -89,7 +89,7 @@ class Session:
         self.watchers: list[Callable[[Session, list[Scene]], None]] = []
         self.openers: list[Callable[[Session], None]] = []
         self.settlers: list[Callable[[Session], None]] = []
-        self.trouble = Trouble(str(client.client_id))
+        self.trouble = ViewErrors(str(client.client_id))
         self.troubled: list[Callable[[str], None]] = []
         """Called with an error as one line; with an empty one when it is resolved."""
         self._wake = Condition()
@@ -106,7 +106,7 @@ class Session:
     def start(self) -> None:
         self.stage.light()
         self._placed.append(tuple(self.client.camera.position))
-        self._survive(lambda: self._open(self.state))
+        self._run_safely(lambda: self._open(self.state))
         self._thread.start()
 
     def stop(self) -> None:
@@ -184,11 +184,11 @@ class Session:
         with self._wake:
             shown = self.state.runs
             left = tuple(r for r in shown if r != run) if run in shown else (*shown, run)
-            if 1 <= len(left) <= MOST_RUNS:
+            if 1 <= len(left) <= MAX_RUNS:
                 self.change(runs=left)
                 return
         if left:
-            self._tell("No more runs fit", f"At most {MOST_RUNS} are shown at once. Remove one first.")
+            self._tell("No more runs fit", f"At most {MAX_RUNS} are shown at once. Remove one first.")
 
     def look_at_container(self, index: int) -> None:
         """Turns the camera to a container of the place."""
@@ -216,10 +216,10 @@ class Session:
         pose = self.fit(from_above=from_above)
         if pose is not None:
             self._fitted = (from_above, pose)
-            self._placed = [*self._placed[1 - MOST_PLACED :], pose.position]
+            self._placed = [*self._placed[1 - MAX_CAMERA_HISTORY :], pose.position]
             look(self.client, pose)
 
-    def fit_again(self, *, late: bool = False) -> None:
+    def refit(self, *, late: bool = False) -> None:
         """Fits the camera to a picture of another shape, if nobody has moved it since it was fitted.
 
         A browser's report of its camera may be older than the last pose sent to it: it then equals an earlier pose.
@@ -232,7 +232,7 @@ class Session:
         from_above, _ = self._fitted
         at, pose = self.client.camera.position, self.fit(from_above=from_above)
         self._late_fits = self._late_fits if late else 0
-        if pose is None or _is_near(at, pose.position) or self._late_fits >= MOST_LATE_FITS:
+        if pose is None or _is_near(at, pose.position) or self._late_fits >= MAX_LATE_FITS:
             return
         if any(_is_near(at, place) for place in self._placed):
             self._late_fits += late
@@ -259,7 +259,7 @@ class Session:
         self.clock = Clock(timelines=timelines, alignment=state.alignment)
         self.unopened = unopened(timelines)
         if timelines and (self._opened is None or self._opened[0] != state.runs):
-            self._set_the_stage(timelines, first=self._opened is None, before=before)
+            self._prepare_stage(timelines, first=self._opened is None, before=before)
         self.senses = self.library.senses(readable[0]) if readable else None
         self.sensors.open(self.senses)
         self._opened = wanted
@@ -268,7 +268,7 @@ class Session:
         for opener in self.openers:
             opener(self)
 
-    def _set_the_stage(self, timelines: tuple[Timeline, ...], *, first: bool, before: tuple[Timeline, ...]) -> None:
+    def _prepare_stage(self, timelines: tuple[Timeline, ...], *, first: bool, before: tuple[Timeline, ...]) -> None:
         """The house of the run in focus, if another one is shown, and an actor for each run."""
         plan = timelines[0].plan
         elsewhere = not before or plan != before[0].plan
@@ -297,34 +297,34 @@ class Session:
                 self._dirty = self._stirred = False
             if not changed:
                 if not woken:
-                    self._survive(self._settle)
+                    self._run_safely(self._settle)
                 unsettled = woken
                 continue
             now, unsettled = time.monotonic(), True
-            self._survive(lambda passed_s=now - last: self._show_next(passed_s))
+            self._run_safely(lambda passed_s=now - last: self._show_next(passed_s))
             last = now
             if self.state.playing:
                 time.sleep(max(0.0, 1 / FRAMES_A_SECOND - (time.monotonic() - now)))
 
-    def _survive(self, act: Callable[[], None]) -> None:
+    def _run_safely(self, act: Callable[[], None]) -> None:
         """Does a thing; when it fails, the tab says so, and drawing goes on."""
         lines: list[str] = []
-        with self.trouble.survived("this moment", lines.append):
+        with self.trouble.caught("this moment", lines.append):
             act()
         for troubled in self.troubled:
-            with self.trouble.survived("what went wrong", lines.append):
+            with self.trouble.caught("what went wrong", lines.append):
                 troubled("".join(lines[:1]))
 
     def _settle(self) -> None:
-        self.fit_again(late=True)
+        self.refit(late=True)
         for settler in self.settlers:
             settler(self)
 
     def _show_next(self, passed_s: float) -> None:
-        self._advance(passed_s)
+        self._advance_playback(passed_s)
         self._show()
 
-    def _advance(self, seconds: float) -> None:
+    def _advance_playback(self, seconds: float) -> None:
         """Moves a playing run on; at its end it stops or begins again."""
         with self._wake:  # a seek between reading the state and changing it would be lost
             state = self.state

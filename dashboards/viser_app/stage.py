@@ -18,7 +18,7 @@ from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import Scene
-from dashboards.palette import OCCUPIED, Colour, linear
+from dashboards.palette import OCCUPIED, Colour, linear_rgb
 from dashboards.viser_app.actors import Actors
 from dashboards.viser_app.belief_marks import BeliefMarks
 from workbench.worlds.house import FloorPlan
@@ -157,7 +157,7 @@ class Stage:
             batched_wxyzs=batch.wxyz(),
             batched_positions=batch.centre,
             batched_scales=batch.size_m,
-            batched_colors=linear(batch.colour),
+            batched_colors=linear_rgb(batch.colour),
             lod="off",
             flat_shading=batch.shape == "box",
             cast_shadow=False,

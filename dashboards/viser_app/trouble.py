@@ -15,12 +15,12 @@ from typing import final
 
 from workbench.errors import LiosError
 
-LONGEST_LINE = 300
+MAX_LINE_CHARS = 300
 log = logging.getLogger("lios.dashboard")
 
 
 @final
-class Trouble:
+class ViewErrors:
     """Errors of one view. The log reports an error once, for as long as it stays the same."""
 
     def __init__(self, view: str) -> None:
@@ -28,7 +28,7 @@ class Trouble:
         self._told: dict[str, str] = {}
 
     @contextmanager
-    def survived(self, what: str, tell: Callable[[str], None]) -> Generator[None]:
+    def caught(self, what: str, tell: Callable[[str], None]) -> Generator[None]:
         """Catches what is raised inside the block.
 
         Args:
@@ -52,7 +52,7 @@ class Trouble:
 def one_line(error: Exception) -> str:
     """An exception as a line: its message, and for a fault of ours its kind and where it came from."""
     words = " ".join(str(error).split())
-    words = words if len(words) <= LONGEST_LINE else words[: LONGEST_LINE - 1] + "…"
+    words = words if len(words) <= MAX_LINE_CHARS else words[: MAX_LINE_CHARS - 1] + "…"
     if isinstance(error, LiosError):
         return words
     frames = traceback.extract_tb(error.__traceback__)

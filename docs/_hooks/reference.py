@@ -91,7 +91,7 @@ def tables_page() -> str:
         "# Tables of a log",
         "",
         "What `replayers.read(...).tables`, `replayers.read_many(...)` and `lios export` give. Made from "
-        "`replayers/tables/schemas.py`. Units are metres, seconds and radians; costs are metres and what counts like them. "
+        "`replayers/tables/schemas.py`. Units are metres, seconds and radians; costs are in metres of travel. "
         "Times are in UTC, with nanoseconds. Frames have a plain index from 0; `run_id` and `decision` join tables. "
         "A word is text that repeats: a categorical in pandas.",
         "",

@@ -11,17 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dashboards.figures.style import figure_style
-from dashboards.palette import run_colour, unit
-from replayers.batch.replay_all import LogFailed, Wanted, replay_log, strategies_named
+from dashboards.palette import run_colour, unit_rgb
+from replayers.batch.replay_all import LogFailed, ReplayRequest, replay_log, strategies_named
 from replayers.batch.store import StoredReplay
-from replayers.counterfactual.replay import Settings
+from replayers.counterfactual.replay import ReplaySettings
 from replayers.runs.run import read
 from workbench.beliefs.belief import Belief
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.engine import expected_search
 from workbench.search.find_costs import BeliefModel
-from workbench.search.orders import along
-from workbench.search.places import Places, places
+from workbench.search.orders import order_cost
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import still_missing_along
@@ -50,11 +50,11 @@ def first_query(log: Path, item: str) -> SearchQuery:
         target=START,
         belief=belief,
         travel=run.place.travel,
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
     )
 
 
-def _orders(query: SearchQuery, here: Places) -> dict[str, list[int]]:
+def _orders(query: SearchQuery, here: SearchSpace) -> dict[str, list[int]]:
     """Whole orders of three policies, as indices of containers."""
     chosen = {
         "nearest first": [stop.container for stop in policy("greedy").order(query)],
@@ -70,12 +70,12 @@ def _orders(query: SearchQuery, here: Places) -> dict[str, list[int]]:
 def draw_found_by(ax: Axes) -> None:
     """The chance to have found the item by so many metres, for three orders; the dots are looks."""
     query = first_query(ROOT / "logs" / "deliver-3.mcap", "Pencil")
-    here = places(query.belief, query.travel, origins=(START,), targets=(START,))
+    here = search_space(query.belief, query.travel, origins=(START,), targets=(START,))
     for i, (name, order) in enumerate(_orders(query, here).items()):
-        search = along(order, here, model=MODEL, costs=query.costs)
+        search = order_cost(order, here, model=MODEL, costs=query.costs)
         walked = np.cumsum([stop.leg_m for stop in search.stops])
         found = 1 - still_missing_along(here.probability[:1], np.array([order]), MODEL)[0]
-        colour = unit(run_colour(i))
+        colour = unit_rgb(run_colour(i))
         label = f"{name}: {search.cost:.1f} on average"
         ax.step([0, *walked], found, where="post", color=colour, label=label)
         ax.plot(walked, found[1:], ".", color=colour, markersize=3)
@@ -89,13 +89,13 @@ def draw_found_by(ax: Axes) -> None:
 def draw_belief_models(ax: Axes) -> None:
     """What the same numbers mean once others turned out empty: the chance to find it in the next container."""
     query = first_query(LOG, "Mug")
-    here = places(query.belief, query.travel, origins=(START,), targets=(START,))
+    here = search_space(query.belief, query.travel, origins=(START,), targets=(START,))
     order = np.argsort(-here.probability[0])[:8]
     looks = np.arange(1, len(order) + 1)
     ax.bar(looks, here.probability[0][order], color="#d9dce1", width=0.8, label="the network's probability")
     for i, model in enumerate(MODELS):
         missing = still_missing_along(here.probability[:1], order[None], model)[0]
-        ax.plot(looks, 1 - missing[1:] / missing[:-1], "o-", color=unit(run_colour(i)), markersize=3, label=model)
+        ax.plot(looks, 1 - missing[1:] / missing[:-1], "o-", color=unit_rgb(run_colour(i)), markersize=3, label=model)
     ax.set_xlabel("look, most probable container first; all before it were empty")
     ax.set_ylabel("chance that it is here")
     ax.set_ylim(0, 1.02)
@@ -104,13 +104,15 @@ def draw_belief_models(ax: Axes) -> None:
 
 def draw_consistent_worlds(ax: Axes) -> None:
     """Bounds, estimate and truth of every strategy, replayed over one log."""
-    wanted = Wanted(strategies=strategies_named("all", with_truth=False), settings=Settings(with_truth=True))
+    wanted = ReplayRequest(
+        strategies=strategies_named("all", with_truth=False), settings=ReplaySettings(with_truth=True)
+    )
     rows: list[StoredReplay] = []
     for row in replay_log(LOG, wanted):
         if isinstance(row, LogFailed):
             raise SystemExit(f"{row.strategy}: {row.reason}")
         rows.append(row)
-    grey, blue = "#b9bec6", unit(run_colour(0))
+    grey, blue = "#b9bec6", unit_rgb(run_colour(0))
     for y, row in enumerate(reversed(rows)):
         assert row.bounds is not None
         ax.plot([row.bounds.lower, row.bounds.upper], [y, y], "|-", color=grey, linewidth=4, markersize=10)

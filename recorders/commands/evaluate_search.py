@@ -66,7 +66,7 @@ def search(
         lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_weights import folds_asked, trained
+    from workbench.evaluation.beliefs.fold_weights import folds_from_options, trained_per_fold
     from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 
@@ -83,7 +83,7 @@ def search(
         workers=workers,
         seed=seed,
         assets=assets,
-        folds=folds_asked(folds, also),
+        folds=folds_from_options(folds, also),
     )
     experiment = request.experiment()
     if dry_run:
@@ -93,7 +93,7 @@ def search(
         emit_json(planned) if json else say(told)
         return
     folder = None if output is None else output_folder(output, force=force)
-    with trained(
+    with trained_per_fold(
         experiment.estimators(), request.dealt, folder, watched=lambda them: progress(list(them), title="Training")
     ) as believers:
         report = measure(request, believers=believers, watched=lambda results: progress(results, title="Searching"))

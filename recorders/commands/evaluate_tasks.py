@@ -22,7 +22,7 @@ from workbench.options import (
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.evaluation.beliefs.fold_weights import Dealt
+    from workbench.evaluation.beliefs.fold_weights import FoldSplit
     from workbench.evaluation.tasks.cell_filter import CellFilter
     from workbench.evaluation.tasks.experiment import Plan, TaskRequest
     from workbench.evaluation.tasks.rows import TaskRow
@@ -81,7 +81,7 @@ def tasks(
         lios evaluate tasks --houses mine.jsonl.gz --folds 5 --scenarios deliver-3 --workers 2 -o out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_weights import folds_asked
+    from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.cell_filter import cell_filter
     from workbench.evaluation.tasks.store import TrialStore
@@ -92,7 +92,7 @@ def tasks(
     if record and output is None:
         raise BadValue("-o/--output", None, "a folder, for --record to record to")
     table = assets_for(houses or shipped_houses(), assets)
-    dealt_as = folds_asked(folds, also)
+    dealt_as = folds_from_options(folds, also)
     request = experiment.TaskRequest(
         houses=str((houses or shipped_houses()).absolute()),
         split=split if dealt_as is None else "train",
@@ -132,7 +132,7 @@ class _How(NamedTuple):
     """How the trials are run."""
 
     meant: CellFilter
-    dealt: Dealt | None
+    dealt: FoldSplit | None
     output: Path | None
     workers: int
     scheduler: str
@@ -142,7 +142,7 @@ class _How(NamedTuple):
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
     from recorders.task_trials import RecordTo
-    from workbench.evaluation.beliefs.fold_weights import trained
+    from workbench.evaluation.beliefs.fold_weights import trained_per_fold
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.workers import run_units
     from workbench.terminal import progress, say
@@ -151,10 +151,10 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
     tap = RecordTo(folder=how.output / "logs") if how.record and how.output else None
     if tap:
         done = [row for row in done if tap.log_of(row).exists()]
-    with trained(
+    with trained_per_fold(
         request.estimators(), how.dealt, how.output, watched=lambda them: progress(list(them), title="Training")
     ) as believers:
-        units = experiment.units_left(request, planned.keys, done, tap, how.meant, believers)
+        units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, believers)
         if done:
             say(f"{len(done)} runs are done already; {sum(len(u.strategies) for u in units)} are left.")
         results = run_units(units, workers=how.workers, scheduler=how.scheduler)
@@ -183,7 +183,7 @@ def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dic
 
     return {
         "houses": request.houses,
-        "split": request.met,
+        "split": request.house_description,
         "also": list(request.also),
         "assets": request.assets or None,
         "seed": request.seed,

@@ -11,7 +11,7 @@ from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from recorders.simulated_run import Trial
-    from workbench.execution.events import Ended
+    from workbench.execution.events import RunEnded
 
 
 def record(
@@ -50,7 +50,7 @@ def record(
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
-    from recorders.simulated_run import Wish, record_trial, trial_for
+    from recorders.simulated_run import TaskRequest, record_trial, trial_for
     from recorders.sinks.files import LogFiles, Split
     from workbench.errors import Failed, OutputExists
     from workbench.execution.events import RunStatus
@@ -62,7 +62,7 @@ def record(
 
     if output.exists() and not force and split_mb is None and split_s is None:
         raise OutputExists(output)
-    wish = Wish(find=find, scenario=scenario, task_file=task)
+    wish = TaskRequest(find=find, scenario=scenario, task_file=task)
     address = house or f"{shipped_houses()}:0"
     place = load_house(address, assets=assets_for(address, assets))
     trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
@@ -81,7 +81,7 @@ def record(
         raise Failed(f"{by} broke: {end.reason}")
 
 
-def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+def _emit(trial: Trial, by: str, end: RunEnded, output: Path, parts: Sequence[Path] | None) -> None:
     from workbench.terminal import emit_json
 
     files = [str(part) for part in ((output,) if parts is None else parts)]
@@ -103,7 +103,7 @@ def _emit(trial: Trial, by: str, end: Ended, output: Path, parts: Sequence[Path]
     )
 
 
-def _tell(end: Ended, output: Path, parts: Sequence[Path] | None) -> None:
+def _tell(end: RunEnded, output: Path, parts: Sequence[Path] | None) -> None:
     from workbench.execution.events import RunStatus
     from workbench.terminal import counted, say
 

@@ -61,7 +61,7 @@ def simulate(
     from recorders.spot.simulated.services.server import SimulatedSpot
     from workbench.errors import BadValue
     from workbench.terminal import say
-    from workbench.worlds.sites.configurations import arranged, pick_configuration
+    from workbench.worlds.sites.configurations import pick_configuration, site_and_house
     from workbench.worlds.sites.site import load_site
 
     if not 0.01 <= speed_up <= 100:
@@ -69,7 +69,7 @@ def simulate(
     if for_s is not None and for_s < 0:
         raise BadValue("--for", for_s, "at least 0 seconds")
     surveyed = load_site(site)
-    place, house = arranged(surveyed, pick_configuration(surveyed, configuration))
+    place, house = site_and_house(surveyed, pick_configuration(surveyed, configuration))
     faults = read_faults(fault or ())
     with SimulatedSpot(
         place, house, clock=RunningClock(speed_up=speed_up), port=port, faults=faults, seed=seed
@@ -203,7 +203,7 @@ def run(
 
     require_bosdyn()
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.run.run import RobotRun, who_decides
+    from recorders.spot.run.run import RobotRun, strategy_and_estimator
     from recorders.spot.run.site_tasks import delivery_of, site_task
     from recorders.spot.run.world import RunSettings
     from recorders.spot.session.session import Rates
@@ -230,7 +230,7 @@ def run(
         own_estop=own_estop,
         map_folder=map_folder,
     )
-    who_decides(wanted)
+    strategy_and_estimator(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
             _tell_plan(connection, wanted)
@@ -241,27 +241,27 @@ def run(
 
 def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
     """Print the first decision without moving the robot."""
-    from recorders.spot.run.event_text import in_words
+    from recorders.spot.run.event_text import event_line
     from recorders.spot.run.run import first_decision
     from workbench.terminal import say
 
     planned = first_decision(connection, wanted)
     say(f"{connection.serial} is localised and all waypoints of {wanted.site.name} are on its map.")
-    say(in_words(planned) if planned is not None else "The goal is met already: nothing to do.")
+    say(event_line(planned) if planned is not None else "The goal is met already: nothing to do.")
 
 
 def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
     """Run with progress output and keyboard control."""
-    from recorders.spot.run.event_text import in_words
-    from recorders.spot.run.operator import KeyBoard, StopSwitch, signals_press
+    from recorders.spot.run.event_text import event_line
+    from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
     from recorders.spot.run.run import run_and_record
     from workbench.terminal import say
 
     stop = StopSwitch()
     say("Space or s stops the robot; n marks the moment in the log.")
-    with signals_press(stop), KeyBoard(stop) as keys:
+    with stop_on_signals(stop), KeyboardOperator(stop) as keys:
         return run_and_record(
-            connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(in_words(e))
+            connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(event_line(e))
         )
 
 

@@ -11,7 +11,15 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.message import Message
 
 from recorders.foxglove import scene as viewer
-from workbench.execution.events import Acted, Believed, Ended, Event, Observed, Planned, RunStatus
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    PlanMade,
+    RunEnded,
+    RunStatus,
+)
 from workbench.log_schema.place import Place
 from workbench.planning.plans import PlanStatus
 from workbench.planning.tasks import Task, goal_types
@@ -31,7 +39,7 @@ POSE_EVERY_M = 0.5
 
 
 @final
-class Narrator:
+class ViewerMessages:
     """Builds viewer messages and keeps the state of the scene: last belief, searched containers, item sought.
 
     Args:
@@ -44,7 +52,7 @@ class Narrator:
         self._paths = paths or place.paths()
         self._motion = motion
         self._searched: dict[str, tuple[str, ...]] = {}
-        self._believed: Believed | None = None
+        self._believed: BeliefUpdated | None = None
         self._sought = (*goal_types(task.goal), ItemType(""))[0]
         self._title = task.title or task.scenario
 
@@ -60,15 +68,15 @@ class Narrator:
     def tell(self, event: Event) -> Iterator[ViewerMessage]:
         """The viewer messages of one event, sorted by stamp."""
         match event:
-            case Observed():
+            case ContainerObserved():
                 yield from self._observed(event)
-            case Believed():
+            case BeliefUpdated():
                 self._believed = event
-            case Planned():
+            case PlanMade():
                 yield from self._planned(event)
-            case Acted():
+            case ActionEnded():
                 yield from self._acted(event)
-            case Ended():
+            case RunEnded():
                 level = Log.INFO if event.status is RunStatus.DONE else Log.WARNING
                 text = f"Ended: {event.status.value}, cost {event.cost:.1f} ({event.reason})"
                 yield LOG, viewer.words(text, event.stamp_ns, level=level), event.stamp_ns
@@ -76,13 +84,13 @@ class Narrator:
             case _:
                 pass
 
-    def _observed(self, event: Observed) -> Iterator[ViewerMessage]:
+    def _observed(self, event: ContainerObserved) -> Iterator[ViewerMessage]:
         self._searched[event.container] = tuple(item.type for item in event.items)
         if not event.known_at_start:
             held = ", ".join(readable_name(item.type) for item in event.items) or "nothing"
             yield LOG, viewer.words(f"{event.container} holds {held}", event.stamp_ns), event.stamp_ns
 
-    def _planned(self, event: Planned) -> Iterator[ViewerMessage]:
+    def _planned(self, event: PlanMade) -> Iterator[ViewerMessage]:
         stamp, plan = event.stamp_ns, event.made.plan
         finds = [step for step in plan.steps if step.action == "find"]
         if finds:
@@ -94,7 +102,7 @@ class Narrator:
         yield SCENE, self._scene(stamp), stamp
         yield PATH, viewer.path_ahead(self._ahead(event), stamp), stamp
 
-    def _ahead(self, event: Planned) -> list[Point]:
+    def _ahead(self, event: PlanMade) -> list[Point]:
         """The path ahead: to the first stop of the plan's find, and on through its targets."""
         stops = [event.robot_at]
         for step in event.made.plan.steps:
@@ -107,9 +115,9 @@ class Narrator:
             points.extend(way or ())
         return points
 
-    def _acted(self, event: Acted) -> Iterator[ViewerMessage]:
+    def _acted(self, event: ActionEnded) -> Iterator[ViewerMessage]:
         if self._motion:
-            for pose, stamp in walked(event):
+            for pose, stamp in poses_along(event):
                 yield from self._robot(pose, stamp)
         if not event.success:
             text = f"{event.step} failed: {event.reason}"
@@ -130,7 +138,7 @@ class Narrator:
         )
 
 
-def walked(event: Acted) -> Iterator[tuple[Pose, int]]:
+def poses_along(event: ActionEnded) -> Iterator[tuple[Pose, int]]:
     """The robot's poses during an action, with stamps interpolated by distance."""
     points = [*event.path[:1], *(p for a, b in pairwise(event.path) for p in _between(a, b))]
     poses = viewer.facing(points)
@@ -150,5 +158,5 @@ def _between(a: Point, b: Point) -> list[Point]:
     return [(a[0] + (b[0] - a[0]) * k / count, a[1] + (b[1] - a[1]) * k / count) for k in range(1, count + 1)]
 
 
-def _first_find(event: Planned) -> object:
+def _first_find(event: PlanMade) -> object:
     return next(step for step in event.made.plan.steps if step.action == "find")

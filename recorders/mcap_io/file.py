@@ -19,7 +19,7 @@ class CannotCreate(Failed):
         super().__init__(f"{path}: cannot be written ({reason}). Choose another -o/--output.")
 
 
-class BeingWritten(InputError):
+class LogInUse(InputError):
     """Another process is writing this file."""
 
     def __init__(self, path: Path | str) -> None:
@@ -33,7 +33,7 @@ def create(path: Path, *, force: bool) -> BinaryIO:
         OutputExists: it exists, and force is not set.
         WrongKind: it is a folder.
         CannotCreate: no permission, or a component of its path is a file.
-        BeingWritten: another process is writing it.
+        LogInUse: another process is writing it.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +47,7 @@ def create(path: Path, *, force: bool) -> BinaryIO:
         raise WrongKind(path, needed="file") from None
     except OSError as error:
         raise CannotCreate(path, error.strerror or str(error)) from error
-    reserve(stream, path)
+    lock_file(stream, path)
     if stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
         stream.truncate(0)  # truncate only after locking, so that a file in use stays unchanged
     return stream
@@ -62,7 +62,7 @@ def reopen(path: Path, *, size: int | None) -> BinaryIO:
     Raises:
         FileMissing: it does not exist.
         CannotCreate: it is not writable.
-        BeingWritten: another process is writing it, or has changed it since it was read.
+        LogInUse: another process is writing it, or has changed it since it was read.
     """
     try:
         stream = open(path, "r+b", buffering=0)  # noqa: SIM115
@@ -70,10 +70,10 @@ def reopen(path: Path, *, size: int | None) -> BinaryIO:
         raise FileMissing(path) from None
     except OSError as error:
         raise CannotCreate(path, error.strerror or str(error)) from error
-    reserve(stream, path)
+    lock_file(stream, path)
     if size is not None and os.fstat(stream.fileno()).st_size != size:
         stream.close()
-        raise BeingWritten(path)
+        raise LogInUse(path)
     return stream
 
 
@@ -89,7 +89,7 @@ def remove_parts(path: Path, *, beyond: int) -> None:
     Only consecutive parts are removed, not other files with a number in their name.
 
     Raises:
-        BeingWritten: another process is writing the last of them; then none is removed.
+        LogInUse: another process is writing the last of them; then none is removed.
     """
     there: list[Path] = []
     while (part := part_path(path, beyond + len(there))).is_file():
@@ -99,12 +99,12 @@ def remove_parts(path: Path, *, beyond: int) -> None:
             part.unlink()
 
 
-def reserve(stream: BinaryIO, path: Path) -> None:
+def lock_file(stream: BinaryIO, path: Path) -> None:
     """Lock a file against other writers until it is closed, where the system supports it.
 
     Raises:
-        BeingWritten: another process holds the lock.
+        LogInUse: another process holds the lock.
     """
     if not locked(stream):
         stream.close()
-        raise BeingWritten(path)
+        raise LogInUse(path)

@@ -109,7 +109,7 @@ class McapWriter:
             size: size of the log in bytes when its index was read.
 
         Raises:
-            BeingWritten: another process is writing it, or has changed it since its index was read.
+            LogInUse: another process is writing it, or has changed it since its index was read.
         """
         writer = object.__new__(cls)
         writer.path = Path(path)

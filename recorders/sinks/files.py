@@ -80,7 +80,7 @@ class Split:
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class StoredMessage:
     """A message held in memory."""
 
     channel: ChannelSpec
@@ -90,14 +90,14 @@ class Kept:
 
 
 @dataclass(slots=True)
-class Standing:
+class RepeatedData:
     """Data that every part repeats: attachments, metadata, and the last message of every latched channel."""
 
     attachments: dict[str, tuple[str, bytes, int]] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    latched: dict[ChannelSpec, Kept] = field(default_factory=dict)
+    latched: dict[ChannelSpec, StoredMessage] = field(default_factory=dict)
 
-    def write_to(self, part: Part, log_time: int) -> None:
+    def write_to(self, part: LogPart, log_time: int) -> None:
         """Write all repeated data; messages get the start time of the part."""
         for name, values in self.metadata.items():
             part.writer.add_metadata(name, values)
@@ -106,11 +106,11 @@ class Standing:
         for kept in self.latched.values():
             publish_time = kept.log_time if kept.publish_time is None else kept.publish_time
             channel = replace(kept.channel, metadata=(*kept.channel.metadata, REPEATED))
-            part.write(Kept(channel, kept.data, log_time, publish_time))
+            part.write(StoredMessage(channel, kept.data, log_time, publish_time))
 
 
 @final
-class Part:
+class LogPart:
     """One file of a log: a writer with its channel ids."""
 
     def __init__(self, writer: McapWriter) -> None:
@@ -118,7 +118,7 @@ class Part:
         self.first_ns: int | None = None
         self._ids: dict[ChannelSpec, int] = {}
 
-    def write(self, message: Kept) -> None:
+    def write(self, message: StoredMessage) -> None:
         channel = message.channel
         if channel not in self._ids:
             schema = 0
@@ -158,7 +158,7 @@ class LogFiles:
         self._force = force
         self._chunk_bytes, self._keep_free_bytes = chunk_bytes, keep_free_bytes
         self._compression: Compression = compression
-        self._standing = Standing()
+        self._standing = RepeatedData()
         self.parts: list[Path] = []
         if not self._split.never:
             self._refuse_parts_of_another_log() if not force else remove_parts(self._path, beyond=1)
@@ -175,7 +175,7 @@ class LogFiles:
     def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
         if self._is_full(log_time):
             self._next_part(log_time)
-        message = Kept(channel, data, log_time, publish_time)
+        message = StoredMessage(channel, data, log_time, publish_time)
         self._part.write(message)
         if channel.latched and not self._split.never:
             self._standing.latched[channel] = message
@@ -221,7 +221,7 @@ class LogFiles:
         for there in sorted(self._path.parent.glob(pattern)):
             raise OutputExists(there)
 
-    def _open_part(self) -> Part:
+    def _open_part(self) -> LogPart:
         path = self._path
         if not self._split.never:
             path = part_path(path, len(self.parts))
@@ -236,4 +236,4 @@ class LogFiles:
             before = fsencode(self.parts[-1].name).decode("utf-8", "replace") if self.parts else ""
             writer.add_metadata(PART_METADATA, {"part": str(len(self.parts)), "before": before})
         self.parts.append(path)
-        return Part(writer)
+        return LogPart(writer)

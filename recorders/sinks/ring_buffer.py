@@ -10,7 +10,7 @@ from typing import final
 
 from recorders.mcap_io.channels import ChannelSpec
 from recorders.mcap_io.writer import McapWriter
-from recorders.sinks.files import PART_METADATA, Kept, Part, Standing
+from recorders.sinks.files import PART_METADATA, LogPart, RepeatedData, StoredMessage
 from workbench.errors import BadValue
 
 BUFFER_BYTES = 256 << 20
@@ -31,10 +31,10 @@ class RingBuffer:
             raise BadValue("ring buffer", (keep_s, keep_bytes), "of more than 0 s and 0 bytes")
         self._path = Path(path)
         self._keep_ns, self._keep_bytes = round(keep_s * 1e9), keep_bytes
-        self._kept: deque[Kept] = deque()
+        self._kept: deque[StoredMessage] = deque()
         self._bytes = 0
         self._newest_ns = 0
-        self._standing = Standing()
+        self._standing = RepeatedData()
         self._lock = threading.Lock()
 
     @property
@@ -47,7 +47,7 @@ class RingBuffer:
 
     def write(self, channel: ChannelSpec, data: bytes, *, log_time: int, publish_time: int | None = None) -> bool:
         with self._lock:
-            self._kept.append(Kept(channel, data, log_time, publish_time))
+            self._kept.append(StoredMessage(channel, data, log_time, publish_time))
             self._bytes += len(data)
             self._newest_ns = max(self._newest_ns, log_time)
             while self._kept and self._is_too_old():
@@ -81,13 +81,13 @@ class RingBuffer:
         """
         with self._lock:
             kept = list(self._kept)
-            standing = Standing(
+            standing = RepeatedData(
                 attachments=dict(self._standing.attachments),
                 metadata=dict(self._standing.metadata),
                 latched=dict(self._standing.latched),
             )
         with McapWriter(path or self._path, force=force) as writer:
-            part = Part(writer)
+            part = LogPart(writer)
             writer.add_metadata(PART_METADATA, {"part": "0", "before": "", "last_s": f"{self._keep_ns / 1e9:g}"})
             standing.write_to(part, kept[0].log_time if kept else self._newest_ns)
             for message in kept:

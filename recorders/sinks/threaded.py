@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import final
 
 from recorders.mcap_io.channels import ChannelSpec, json_channel
-from recorders.sinks.files import Kept, Sink
+from recorders.sinks.files import Sink, StoredMessage
 from workbench.errors import Failed, LiosError
 from workbench.log_schema.codec import encode
 from workbench.log_schema.events import Dropped, Stamp
@@ -28,7 +28,7 @@ GATHER_S = 0.02
 """Time in seconds for which messages are collected before the thread takes them."""
 JOB_BYTES = 4096
 """Size of a job in the queue, in bytes."""
-Order = Kept | Callable[[], None]
+Order = StoredMessage | Callable[[], None]
 
 
 class RecorderStopped(Failed):
@@ -39,7 +39,7 @@ class RecorderStopped(Failed):
 
 
 @final
-class Background:
+class ThreadedSink:
     """A Sink that passes everything to another sink in a thread of its own. `write` neither blocks nor raises.
 
     Args:
@@ -98,14 +98,14 @@ class Background:
             if self.trouble is not None or self._closing or self._waiting_bytes + len(data) > bound:
                 self._dropped[channel.topic] = self._dropped.get(channel.topic, 0) + 1
                 return False
-            self._hand_over(Kept(channel, data, log_time, publish_time), len(data))
+            self._enqueue(StoredMessage(channel, data, log_time, publish_time), len(data))
         return True
 
     def submit(self, job: Callable[[], None]) -> None:
         """Queue a job that the thread executes between messages, in order; it writes to the inner sink."""
         with self._lock:
             if self.trouble is None and not self._closing:
-                self._hand_over(job, JOB_BYTES)
+                self._enqueue(job, JOB_BYTES)
 
     def attach(self, name: str, media_type: str, data: bytes, *, log_time: int) -> None:
         self.submit(lambda: self._inner.attach(name, media_type, data, log_time=log_time))
@@ -136,7 +136,7 @@ class Background:
         if self._thread is not threading.current_thread():
             self._thread.join()
 
-    def _hand_over(self, order: Order, size: int) -> None:
+    def _enqueue(self, order: Order, size: int) -> None:
         self._queue.append((order, size))
         self._waiting_bytes += size
         if self._waiting_bytes > self._queue_bytes // 4:
@@ -152,9 +152,9 @@ class Background:
                 self._urgent.clear()
                 closing, flush = self._closing, self._flush_wanted
                 self._flush_wanted = False
-                unsynced = self._take_all() or unsynced
+                unsynced = self._drain_queue() or unsynced
                 if (dropped := self.dropped) != told and (closing or time.monotonic() - synced >= self._sync_s):
-                    self._tell_dropped(dropped)
+                    self._write_dropped(dropped)
                     told, unsynced = dropped, True
                 if flush or (unsynced and time.monotonic() - synced >= self._sync_s):
                     self._inner.flush()
@@ -168,12 +168,12 @@ class Background:
             if not finished and self.trouble is None:  # a programming error: report it, and let threading print it
                 self._stop(RecorderStopped(self._inner.path))
 
-    def _take_all(self) -> bool:
+    def _drain_queue(self) -> bool:
         """Process everything in the queue now; True if there was anything."""
         count = len(self._queue)
         for _ in range(count):
             order, size = self._queue.popleft()
-            if isinstance(order, Kept):
+            if isinstance(order, StoredMessage):
                 self._inner.write(order.channel, order.data, log_time=order.log_time, publish_time=order.publish_time)
             else:
                 order()
@@ -181,7 +181,7 @@ class Background:
                 self._waiting_bytes -= size
         return count > 0
 
-    def _tell_dropped(self, counts: dict[str, int]) -> None:
+    def _write_dropped(self, counts: dict[str, int]) -> None:
         stamp_ns = self._clock_ns()
         event = Dropped(stamp=Stamp.of(stamp_ns), counts=dict(sorted(counts.items())))
         self._inner.write(json_channel(Dropped), encode(event), log_time=stamp_ns)
@@ -190,7 +190,7 @@ class Background:
         with self._lock:
             self.trouble = error
             for order, _ in self._queue:
-                if isinstance(order, Kept):
+                if isinstance(order, StoredMessage):
                     self._dropped[order.channel.topic] = self._dropped.get(order.channel.topic, 0) + 1
             self._queue.clear()
             self._waiting_bytes = 0

@@ -10,20 +10,20 @@ from typing import Any
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
 from recorders.sinks.ring_buffer import RingBuffer
-from recorders.sinks.threaded import Background
+from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.identity import robot_run_info
-from recorders.spot.run.operator import KeyBoard, StopSwitch, signals_press
+from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
-from recorders.spot.session.inferred_actions import Derivation
+from recorders.spot.session.inferred_actions import ActionDeriver
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.errors import OutputExists
-from workbench.execution.events import Ended, RunStatus
+from workbench.execution.events import RunEnded, RunStatus
 from workbench.log_schema.events import RunInfo
 from workbench.planning.tasks import Task
-from workbench.search.costs import ROBOT
+from workbench.search.costs import ROBOT_COSTS
 from workbench.terminal import counted, say
 from workbench.worlds.sites.site import Site
 
@@ -63,7 +63,7 @@ class SessionReport:
         gaps_s: durations of outages in seconds.
     """
 
-    ended: Ended
+    ended: RunEnded
     seconds: float
     taken: dict[str, int]
     skipped: dict[str, int]
@@ -123,34 +123,34 @@ def record_session(
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
     check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
-    kept = None if plan.keep_last_s is None else KeptMoments(output, plan.keep_last_s, force=force)
+    kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)
     files = LogFiles(output, force=force, split=plan.split) if kept is None else kept.ring
     with RunRecorder(
         output,
         info=session_info(connection, plan.site, task),
         place=place_of(plan.site),
         task=task,
-        costs=ROBOT,
+        costs=ROBOT_COSTS,
         background=True,
         sink=files,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
-        derived = Derivation(site=plan.site, task=task, costs=ROBOT, tell=recorder.record)
+        derived = ActionDeriver(site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record)
         session.watch = derived
-        keys: KeyBoard = KeyBoard(
+        keys: KeyboardOperator = KeyboardOperator(
             stop, lambda key: _key_pressed(key, keys, session, ending, kept), stop_keys=("\x03",)
         )
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
-        with signals_press(stop), session, keys:
+        with stop_on_signals(stop), session, keys:
             while not ending.over and not stop.is_pressed and time.monotonic() < until:
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)
         if kept is not None:
             kept.save_the_end(recorder.sink)
-        dropped = recorder.sink.dropped if isinstance(recorder.sink, Background) else {}
+        dropped = recorder.sink.dropped if isinstance(recorder.sink, ThreadedSink) else {}
     return SessionReport(
         ended=ended,
         seconds=seconds,
@@ -164,7 +164,7 @@ def record_session(
     )
 
 
-class KeptMoments:
+class RecentMoments:
     """The last seconds in memory, saved on demand and at the end; the last save goes to `output`.
 
     Raises:
@@ -185,12 +185,14 @@ class KeptMoments:
         return path
 
     def save_the_end(self, sink: Sink) -> None:
-        if isinstance(sink, Background):
+        if isinstance(sink, ThreadedSink):
             sink.wait()
         self.files.append(self.ring.save(self._output, force=self._force))
 
 
-def _key_pressed(key: str, keys: KeyBoard, session: Session, ending: Ending, kept: KeptMoments | None) -> None:
+def _key_pressed(
+    key: str, keys: KeyboardOperator, session: Session, ending: Ending, kept: RecentMoments | None
+) -> None:
     """Handle a key: n opens a note, m sets a mark, w saves the last seconds; the others end the session."""
     pressed_ns = session.now_ns()
 

@@ -15,18 +15,18 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from replayers.batch.store import StoredAnswer, StoredReplay, StoredTold
+from replayers.batch.store import StoredAnswer, StoredReplay, StoredWorldGroup
 from workbench.evaluation.statistics import Estimate, paired_difference
 
 NEAR = 1e-6
-MOST_PAIRS = 1_000_000
+MAX_PAIRS = 1_000_000
 """Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
 
 WINS, LOSES, EQUAL, UNDECIDED = "wins", "loses", "equal", "undecided"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Difference:
+class CostDifference:
     """The cost of a minus the cost of b over one log.
 
     Attributes:
@@ -49,7 +49,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pair:
+class StrategyComparison:
     """Two strategies over many logs.
 
     Attributes:
@@ -73,32 +73,32 @@ class Pair:
     chance: float | None
     drawn: Estimate | None
     true: Estimate | None
-    differences: tuple[Difference, ...]
+    differences: tuple[CostDifference, ...]
 
 
-def compare(records: Iterable[StoredReplay], *, rng: np.random.Generator) -> tuple[Pair, ...]:
+def compare(records: Iterable[StoredReplay], *, rng: np.random.Generator) -> tuple[StrategyComparison, ...]:
     """Every pair of strategies that share a log, in the order of first appearance."""
     by_log: dict[str, dict[str, StoredReplay]] = {}
     for record in records:
         if record.bounds is not None:
             by_log.setdefault(record.sha256, {})[record.strategy] = record
     names = tuple(dict.fromkeys(name for group in by_log.values() for name in group))
-    pairs: list[Pair] = []
+    pairs: list[StrategyComparison] = []
     for a, b in combinations(names, 2):
         both = [(g[a], g[b]) for g in by_log.values() if a in g and b in g]
         if both:
-            pairs.append(_pair(a, b, [difference(x, y) for x, y in both], rng))
+            pairs.append(_pair(a, b, [cost_difference(x, y) for x, y in both], rng))
     return tuple(pairs)
 
 
-def difference(a: StoredReplay, b: StoredReplay) -> Difference:
+def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     """a minus b over the log that both were made from."""
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
     least, most = a.bounds.lower - b.bounds.at_most, a.bounds.at_most - b.bounds.lower
-    paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MOST_PAIRS
+    paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MAX_PAIRS
     if paired:
-        lowest, highest = _apart(a.told, b.told)
+        lowest, highest = _difference_bounds(a.told, b.told)
         least, most = max(least, lowest), min(most, highest)
     chance, drawn = None, None
     common = min(len(a.drawn), len(b.drawn))
@@ -106,7 +106,7 @@ def difference(a: StoredReplay, b: StoredReplay) -> Difference:
         costs = np.array(a.drawn[:common]) - np.array(b.drawn[:common])
         chance = (float(np.mean(costs < -NEAR)), float(np.mean(np.abs(costs) <= NEAR)))
         drawn = float(costs.mean())
-    return Difference(
+    return CostDifference(
         log=a.log,
         house=a.place_sha256,
         least=least,
@@ -174,15 +174,15 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
     return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
 
 
-def _apart(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> tuple[float, float]:
+def _difference_bounds(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> tuple[float, float]:
     """The least and the greatest cost difference over the groups of worlds that both strategies share."""
-    together = _together(a, b)
+    together = _compatible_groups(a, b)
     least = np.array([x.least for x in a])[:, None] - np.array([y.at_most for y in b])[None, :]
     most = np.array([x.at_most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
     return float(least[together].min()), float(most[together].max())
 
 
-def _together(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> npt.NDArray[np.bool_]:
+def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> npt.NDArray[np.bool_]:
     """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
     possible = np.ones((len(a), len(b)), dtype=bool)
     told_a, told_b = _by_container(a), _by_container(b)
@@ -191,13 +191,13 @@ def _together(a: Sequence[StoredTold], b: Sequence[StoredTold]) -> npt.NDArray[n
         answers_b, which_b = told_b[container]
         alike = np.ones((len(answers_a) + 1, len(answers_b) + 1), dtype=bool)
         for i, x in enumerate(answers_a):
-            alike[i, :-1] = [agree(x, y) for y in answers_b]
+            alike[i, :-1] = [answers_compatible(x, y) for y in answers_b]
         possible &= alike[which_a][:, which_b]
     return possible
 
 
 def _by_container(
-    groups: Sequence[StoredTold],
+    groups: Sequence[StoredWorldGroup],
 ) -> dict[str, tuple[tuple[StoredAnswer, ...], npt.NDArray[np.int64]]]:
     """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
     found: dict[str, tuple[dict[StoredAnswer, int], npt.NDArray[np.int64]]] = {}
@@ -208,7 +208,7 @@ def _by_container(
     return {container: (tuple(known), which) for container, (known, which) in found.items()}
 
 
-def agree(a: StoredAnswer, b: StoredAnswer) -> bool:
+def answers_compatible(a: StoredAnswer, b: StoredAnswer) -> bool:
     """Whether one container can have given both answers: equal in every type that mattered to both."""
     both = set(a.live) & set(b.live)
     return all(a.answer.count(t) == b.answer.count(t) for t in both)
@@ -222,13 +222,13 @@ def _verdict(least: float, most: float) -> str:
     return EQUAL if max(abs(least), abs(most)) <= NEAR else UNDECIDED
 
 
-def _pair(a: str, b: str, differences: list[Difference], rng: np.random.Generator) -> Pair:
+def _pair(a: str, b: str, differences: list[CostDifference], rng: np.random.Generator) -> StrategyComparison:
     houses = [d.house for d in differences]
     drawn = [(d.drawn, d.house) for d in differences if d.drawn is not None]
     true = [(d.true, d.house) for d in differences if d.true is not None]
     chances = [d.chance[0] for d in differences if d.chance is not None]
     verdicts = [d.verdict for d in differences]
-    return Pair(
+    return StrategyComparison(
         a=a,
         b=b,
         logs=len(differences),

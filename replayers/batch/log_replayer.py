@@ -16,8 +16,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import final
 
-from replayers.batch.store import SUFFIX, StoredReplay, key_of, path_of, read_replay, stored, write_replay
-from replayers.counterfactual.prepared_log import Ground, Settings, ground_of
+from replayers.batch.store import SUFFIX, StoredReplay, read_replay, replay_key, replay_path, to_stored, write_replay
+from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.replay import WORLDS, Replay, over_log_alone, replay_on
 from replayers.counterfactual.sandbox import is_foreign
 from replayers.runs.run import Run, read
@@ -32,7 +32,7 @@ NEW_OBJECTS = 500_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
+class ReplayRequest:
     """What to replay and where to keep it.
 
     Attributes:
@@ -44,7 +44,7 @@ class Wanted:
     """
 
     strategies: tuple[str, ...]
-    settings: Settings
+    settings: ReplaySettings
     output: Path | None = None
     write_logs: bool = False
     worlds: tuple[str, ...] = ()
@@ -68,48 +68,50 @@ Outcome = StoredReplay | LogFailed
 
 
 @final
-class OneLog:
+class LogReplayer:
     """One log for all strategies to be replayed over it.
 
     Attributes:
         failure: why it cannot be read; None if it can.
     """
 
-    def __init__(self, log: Path, wanted: Wanted) -> None:
+    def __init__(self, log: Path, wanted: ReplayRequest) -> None:
         self.failure: LogFailed | None = None
         self._log = str(log)
         self._wanted = wanted
         self._run: Run | None = None
-        self._ground: Ground | LiosError | None = None
+        self._ground: PreparedLog | LiosError | None = None
         try:
             self._run = read(log, with_truth=wanted.settings.with_truth)
         except LiosError as error:
             self.failure = LogFailed(log=self._log, strategy="", reason=str(error))
 
-    def without_work(self, name: str) -> Outcome | None:
+    def known_outcome(self, name: str) -> Outcome | None:
         """What is known of a strategy over this log without running it: stored, or impossible. None if it must be
         run."""
         if needs_truth(name) and not self._wanted.settings.with_truth:
             reason = "it knows the whole house: give --with-truth"
             return LogFailed(log=self._log, strategy=name, reason=reason)
         path = self._path(name)
-        return _kept(path, self._key(name), self._wanted) if path and not self._may_have_changed(name) else None
+        return (
+            _stored_replay(path, self._key(name), self._wanted) if path and not self._may_have_changed(name) else None
+        )
 
     def made(self, name: str) -> Outcome:
         """A strategy replayed over this log, and stored where that is wanted."""
         ground = self.ground
-        if not isinstance(ground, Ground):
+        if not isinstance(ground, PreparedLog):
             return LogFailed(log=self._log, strategy=name, reason=str(ground))
         path, key = self._path(name), self._key(name)
-        same = path is not None and not self._may_have_changed(name) and _is_of(path, key)
+        same = path is not None and not self._may_have_changed(name) and _has_key(path, key)
         return _one(ground, name, key, path, self._wanted, same=same)
 
     @property
-    def ground(self) -> Ground | LiosError:
+    def ground(self) -> PreparedLog | LiosError:
         """The prepared log, or the reason why it cannot be prepared."""
         if self._ground is None:
             try:
-                self._ground = ground_of(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
+                self._ground = prepare_log(self.run, self._wanted.settings, with_ways=self._wanted.write_logs)
             except LiosError as error:
                 self._ground = error
         return self._ground
@@ -122,7 +124,7 @@ class OneLog:
     def load(self, name: str) -> None:
         """Runs a strategy over the log alone to load its code, so that forked processes have it."""
         with suppress(LiosError):  # it will be told where the strategy is replayed
-            if isinstance(self.ground, Ground) and not self._wanted.is_foreign(name):
+            if isinstance(self.ground, PreparedLog) and not self._wanted.is_foreign(name):
                 over_log_alone(self.ground, strategy(name, origin=self._wanted.origin))
 
     def _may_have_changed(self, name: str) -> bool:
@@ -135,21 +137,23 @@ class OneLog:
         return changes or self._wanted.is_foreign(name)
 
     def _key(self, name: str) -> str:
-        return key_of(self.run.sha256, name, self._wanted.settings)
+        return replay_key(self.run.sha256, name, self._wanted.settings)
 
     def _path(self, name: str) -> Path | None:
         output = self._wanted.output
-        return path_of(output, self.run.sha256, self.run.info.run_id, name) if output else None
+        return replay_path(output, self.run.sha256, self.run.info.run_id, name) if output else None
 
 
-def replay_log(log: Path, wanted: Wanted) -> Iterator[Outcome]:
+def replay_log(log: Path, wanted: ReplayRequest) -> Iterator[Outcome]:
     """Replays every strategy over one log, one by one."""
-    with what_is_loaded_stays():
-        yield from replayed(OneLog(log, wanted), wanted)
+    with gc_frozen():
+        yield from replayed(LogReplayer(log, wanted), wanted)
 
 
 def replayed(
-    one: OneLog, wanted: Wanted, elsewhere: Mapping[str, Future[dict[str, Outcome]]] = MappingProxyType({})
+    one: LogReplayer,
+    wanted: ReplayRequest,
+    elsewhere: Mapping[str, Future[dict[str, Outcome]]] = MappingProxyType({}),
 ) -> Iterator[Outcome]:
     """Replays every strategy over a log that was read; a single row where the log cannot be replayed.
 
@@ -163,11 +167,11 @@ def replayed(
         if name in elsewhere:
             yield elsewhere[name].result()[name]
         else:
-            yield one.without_work(name) or one.made(name)
+            yield one.known_outcome(name) or one.made(name)
 
 
 @contextmanager
-def what_is_loaded_stays() -> Generator[None]:
+def gc_frozen() -> Generator[None]:
     """Meanwhile the garbage collector ignores what exists already and runs less often: what a replay makes is either
     kept or freed by reference counts."""
     before = gc.get_threshold()
@@ -180,12 +184,14 @@ def what_is_loaded_stays() -> Generator[None]:
         gc.unfreeze()
 
 
-def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted, *, same: bool) -> Outcome:
+def _one(
+    ground: PreparedLog, name: str, key: str, path: Path | None, wanted: ReplayRequest, *, same: bool
+) -> Outcome:
     try:
         made = replay_on(ground, name, origin=wanted.origin, worlds=wanted.worlds)
     except LiosError as error:
         return LogFailed(log=ground.evidence.path, strategy=name, reason=str(error))
-    record = stored(ground, made, key=key)
+    record = to_stored(ground, made, key=key)
     if path is not None:
         if wanted.write_logs and made.status is RunStatus.NOT_REPRODUCED:
             for world in ("", *WORLDS):
@@ -196,7 +202,7 @@ def _one(ground: Ground, name: str, key: str, path: Path | None, wanted: Wanted,
     return record
 
 
-def _write_logs(path: Path, ground: Ground, made: Replay, *, same: bool) -> None:
+def _write_logs(path: Path, ground: PreparedLog, made: Replay, *, same: bool) -> None:
     """Writes the recordings of a stored replay; recordings in worlds are removed first if they are of an earlier
     replay."""
     from replayers.batch.replay_log import write_replay_log
@@ -209,14 +215,14 @@ def _write_logs(path: Path, ground: Ground, made: Replay, *, same: bool) -> None
         write_replay_log(log_path(path, world), ground, made, world=world, force=True)
 
 
-def _is_of(path: Path, key: str) -> bool:
+def _has_key(path: Path, key: str) -> bool:
     """Whether the stored replay at a path has that key."""
     with suppress(FileMissing, MalformedFile):
         return read_replay(path).key == key
     return False
 
 
-def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
+def _stored_replay(path: Path, key: str, wanted: ReplayRequest) -> StoredReplay | None:
     """A stored replay of the same key, complete with its log if that is wanted."""
     if wanted.write_logs and not log_path(path).exists():
         return None
@@ -226,11 +232,11 @@ def _kept(path: Path, key: str, wanted: Wanted) -> StoredReplay | None:
         return None
     if record.key != key:
         return None
-    told = [world for world in wanted.worlds if _has_run_in(world, record)]
+    told = [world for world in wanted.worlds if _has_world_run(world, record)]
     return record if all(log_path(path, world).exists() for world in told) else None
 
 
-def _has_run_in(world: str, record: StoredReplay) -> bool:
+def _has_world_run(world: str, record: StoredReplay) -> bool:
     """Whether a replay has a run in such a world to record: a run was followed to its end, or worlds were sampled."""
     if record.bounds is None:
         return False

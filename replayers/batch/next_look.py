@@ -16,20 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
 from workbench.errors import LiosError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from replayers.counterfactual.prepared_log import Settings
+    from replayers.counterfactual.prepared_log import ReplaySettings
 
 Floats = npt.NDArray[np.float64]
 NEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Look:
+class LookValue:
     """What a look into one container is expected to reveal.
 
     Attributes:
@@ -48,7 +48,7 @@ class Look:
     chance_found: float
 
 
-def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collection[str]) -> tuple[Look, ...]:
+def rank_looks(worlds: SampledWorlds, costs: Mapping[str, Floats], asked: Collection[str]) -> tuple[LookValue, ...]:
     """Open containers, the most informative first.
 
     Args:
@@ -60,7 +60,7 @@ def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collecti
         return ()
     table = np.array([costs[name][:common] for name in sorted(costs)])
     doubt, spread = _doubt(table), _spread(table)
-    looks: list[Look] = []
+    looks: list[LookValue] = []
     for j, container in enumerate(worlds.containers):
         if container not in asked:
             continue
@@ -68,7 +68,7 @@ def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collecti
         groups = _groups(inside)
         shares = [len(g) / common for g in groups]
         looks.append(
-            Look(
+            LookValue(
                 container=container,
                 settles=doubt - sum(s * _doubt(table[:, g]) for s, g in zip(shares, groups, strict=True)),
                 doubt=doubt,
@@ -79,10 +79,10 @@ def rank_looks(worlds: DrawnWorlds, costs: Mapping[str, Floats], asked: Collecti
     return tuple(sorted(looks, key=lambda look: (-round(look.settles, 9), -round(look.narrows, 9), look.container)))
 
 
-def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
+def best_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: ReplaySettings) -> list[dict[str, Any]]:
     """The most informative look for each replayed log, from the costs stored with its replays."""
     from replayers.batch.store import StoredReplay
-    from replayers.counterfactual.prepared_log import ground_of
+    from replayers.counterfactual.prepared_log import prepare_log
     from replayers.runs.run import read
 
     by_log: dict[str, list[StoredReplay]] = {}
@@ -96,7 +96,7 @@ def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Sett
         except LiosError:
             continue  # its row says why it was not replayed
         replays = by_log.get(run.sha256, [])
-        worlds = ground_of(run, settings, with_ways=False).worlds if replays else None
+        worlds = prepare_log(run, settings, with_ways=False).worlds if replays else None
         if worlds is None:
             continue
         costs = {r.strategy: np.array(r.drawn) for r in replays}
@@ -106,7 +106,7 @@ def telling_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: Sett
     return found
 
 
-def _words(look: Look) -> str:
+def _words(look: LookValue) -> str:
     if look.doubt <= NEAR and look.narrows <= NEAR:
         return "no look would change what is known of these strategies"
     return (

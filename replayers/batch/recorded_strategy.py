@@ -14,7 +14,7 @@ from workbench.planning.strategies import EVERYWHERE, canonical_name
 from workbench.plugins import NameOrigin, NotFromLog, quoted
 
 
-class RecordedBySomebodyElse(NotFound):
+class UnknownRecordedStrategy(NotFound):
     """A log whose strategy, or its solver, is neither built in nor installed."""
 
     def __init__(self, run: Run) -> None:
@@ -25,14 +25,14 @@ class RecordedBySomebodyElse(NotFound):
         )
 
 
-def known_here(run: Run, *, other_solver: bool = False) -> str:
+def loadable_name(run: Run, *, other_solver: bool = False) -> str:
     """The name of the run's own strategy.
 
     Args:
         other_solver: its solver is replaced, so that the one in STRATEGY@SOLVER does not matter.
 
     Raises:
-        RecordedBySomebodyElse: no strategy of that name is built in or installed here, or its solver is not.
+        UnknownRecordedStrategy: no strategy of that name is built in or installed here, or its solver is not.
     """
     name = run.info.strategy
     base, _, solver = name.partition("@")
@@ -41,5 +41,5 @@ def known_here(run: Run, *, other_solver: bool = False) -> str:
         if canonical_name(base) is not None and solver not in ("", EVERYWHERE) and not other_solver:
             solver_plugin(solver, origin=NameOrigin.LOG)
     except (UnknownName, NotFromLog) as error:
-        raise RecordedBySomebodyElse(run) from error
+        raise UnknownRecordedStrategy(run) from error
     return name

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from replayers.batch.recorded_strategy import known_here
+from replayers.batch.recorded_strategy import loadable_name
 from replayers.runs.run import Run
 from replayers.runs.state_at import decision_at, moment_of
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.actions import prepares
-from workbench.planning.builtin.solver import Solved, without_hypothetical
+from workbench.planning.builtin.solver import SolverResult, without_hypothetical
 from workbench.planning.composed import Composed, problem_at
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
@@ -25,7 +25,7 @@ from workbench.planning.strategies import strategy as strategy_named
 from workbench.plugins import NameOrigin
 
 
-class PlansOnItsOwn(Unsupported):
+class NoTypedProblem(Unsupported):
     """A strategy whose problem cannot be shown, because it does not plan with a typed problem."""
 
     def __init__(self, name: str) -> None:
@@ -35,7 +35,7 @@ class PlansOnItsOwn(Unsupported):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlannedAgain:
+class Replanned:
     """A plan made again, with the problem that it solves."""
 
     run: Run
@@ -77,7 +77,7 @@ class PlannedAgain:
         }
 
 
-def plan_again(
+def replan(
     run: Run,
     *,
     at: float | None = None,
@@ -87,7 +87,7 @@ def plan_again(
     origin: NameOrigin = NameOrigin.LOG,
     everywhere: bool = False,
     budget_s: float = 120.0,
-) -> PlannedAgain:
+) -> Replanned:
     """Plans at a moment of a log.
 
     Args:
@@ -100,16 +100,16 @@ def plan_again(
     Raises:
         BadValue: both a time and a decision.
         NoSuchDecision: the log has none there.
-        RecordedBySomebodyElse: the run's own strategy is neither built in nor installed, and no other is given.
+        UnknownRecordedStrategy: the run's own strategy is neither built in nor installed, and no other is given.
         UnknownName, NotFromLog: no such strategy or solver, or one that only a user may give.
-        PlansOnItsOwn: a strategy that is not find cost + policy + solver.
+        NoTypedProblem: a strategy that is not find cost + policy + solver.
         MissingExtra: the extra of the solver is not installed.
     """
     if at is not None and decision is not None:
         raise BadValue("moment", f"--at {at:g} and --decision {decision}", "one of the two")
     number = decision if decision is not None else decision_at(run, at or 0.0)
     moment = moment_of(run, number)
-    name = strategy or known_here(run, other_solver=bool(solver))
+    name = strategy or loadable_name(run, other_solver=bool(solver))
     base = _base(
         name.partition("@")[0] if solver and not name.endswith(f"@{EVERYWHERE}") else name,
         origin if strategy else NameOrigin.LOG,
@@ -123,13 +123,13 @@ def plan_again(
             moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations
         )
     chosen: Solver = solver_of_extra(solver, origin=origin) if solver else base.solver
-    solved: Solved
+    solved: SolverResult
     if everywhere and isinstance(chosen, BuiltIn):
         widened = solve_widening(problem, core, budget_s=budget_s)
         solved = replace(widened, plan=without_hypothetical(widened.plan))
     else:
         solved = chosen.solve(problem, budget_s=budget_s)
-    return PlannedAgain(
+    return Replanned(
         run=run,
         decision=number,
         strategy=name,
@@ -143,10 +143,10 @@ def plan_again(
 
 def _base(name: str, origin: NameOrigin, *, cooking: bool) -> Composed:
     if name.partition("@")[0] == "oracle":
-        raise PlansOnItsOwn(name)
+        raise NoTypedProblem(name)
     made = strategy_named(name, origin=origin)
     if isinstance(made, Scout):
         made = made.cooking if cooking else made.base
     if not isinstance(made, Composed):
-        raise PlansOnItsOwn(name)
+        raise NoTypedProblem(name)
     return made

@@ -15,21 +15,30 @@ from pathlib import Path
 
 from replayers.batch.log_replayer import (
     LogFailed,
-    OneLog,
+    LogReplayer,
     Outcome,
-    Wanted,
+    ReplayRequest,
+    gc_frozen,
     log_path,
     replay_log,
     replayed,
-    what_is_loaded_stays,
 )
-from replayers.batch.work_split import Share, shares_of
-from replayers.counterfactual.prepared_log import Ground
+from replayers.batch.work_split import WorkPackage, work_packages
+from replayers.counterfactual.prepared_log import PreparedLog
 from workbench.errors import BadValue, FileMissing, MalformedFile
 from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
 
-__all__ = ["LogFailed", "Outcome", "Wanted", "log_path", "logs_among", "replay_all", "replay_log", "strategies_named"]
+__all__ = [
+    "LogFailed",
+    "Outcome",
+    "ReplayRequest",
+    "log_path",
+    "logs_among",
+    "replay_all",
+    "replay_log",
+    "strategies_named",
+]
 
 FEW_OPEN = 6
 """With fewer open containers, one process replays a log before others would have started."""
@@ -76,7 +85,7 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
     return tuple(names)
 
 
-def replay_all(logs: Sequence[Path], wanted: Wanted, *, workers: int | None = None) -> Iterator[Outcome]:
+def replay_all(logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | None = None) -> Iterator[Outcome]:
     """Replays every strategy over every log, in the order of the logs and then the strategies.
 
     Processes start at once, before the first outcome is asked for: they can be copies of this one only while no other
@@ -95,7 +104,7 @@ def _at_work(handed: Handed) -> Iterator[Outcome]:
     return (outcome for outcome in handed if outcome is not None)
 
 
-def _log_by_log(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
+def _log_by_log(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Handed:
     with process_pool(count, inherit=True) as pool:
         made = [pool.submit(_all_of, log, wanted) for log in logs]
         yield None
@@ -103,11 +112,11 @@ def _log_by_log(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
             yield from outcomes.result()
 
 
-def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
+def _in_shares(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Handed:
     """Processes share the strategies over a log; they inherit what was read and prepared here."""
-    with what_is_loaded_stays():
-        opened = {log: OneLog(log, wanted) for log in logs}
-        shares = shares_of({log: _much_to_make(one, wanted) for log, one in opened.items()})
+    with gc_frozen():
+        opened = {log: LogReplayer(log, wanted) for log in logs}
+        shares = work_packages({log: _much_to_make(one, wanted) for log, one in opened.items()})
         if len(shares) <= 1:
             yield None
             for log in logs:
@@ -124,29 +133,29 @@ def _in_shares(logs: Sequence[Path], wanted: Wanted, count: int) -> Handed:
                 yield from replayed(opened[log], wanted, elsewhere)
 
 
-def _much_to_make(one: OneLog, wanted: Wanted) -> tuple[str, ...]:
+def _much_to_make(one: LogReplayer, wanted: ReplayRequest) -> tuple[str, ...]:
     """The strategies over a log that are worth starting another process for."""
     if one.failure is not None:
         return ()
-    names = tuple(name for name in wanted.strategies if one.without_work(name) is None)
-    if not names or not isinstance(one.ground, Ground) or len(one.ground.evidence.open) < FEW_OPEN:
+    names = tuple(name for name in wanted.strategies if one.known_outcome(name) is None)
+    if not names or not isinstance(one.ground, PreparedLog) or len(one.ground.evidence.open) < FEW_OPEN:
         return ()
     return names
 
 
-def _all_of(log: Path, wanted: Wanted) -> list[Outcome]:
+def _all_of(log: Path, wanted: ReplayRequest) -> list[Outcome]:
     return list(replay_log(log, wanted))
 
 
-_opened: Mapping[Path, OneLog] = {}
+_opened: Mapping[Path, LogReplayer] = {}
 """In a worker that shares logs: the logs as the parent process prepared them."""
 
 
-def _inherit(opened: Mapping[Path, OneLog]) -> None:
+def _inherit(opened: Mapping[Path, LogReplayer]) -> None:
     global _opened
     _opened = opened
 
 
-def _share_of(share: Share) -> dict[str, Outcome]:
+def _share_of(share: WorkPackage) -> dict[str, Outcome]:
     one = _opened[share.log]
     return {name: one.made(name) for name in share.strategies}

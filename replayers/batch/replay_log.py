@@ -14,7 +14,7 @@ import msgspec
 
 from recorders.code_revision import revision
 from recorders.run_recorder import RunRecorder
-from replayers.counterfactual.prepared_log import Ground
+from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.counterfactual.replay import Replay
 from workbench import __version__
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo
@@ -27,7 +27,7 @@ IN_WORDS = {
 }
 
 
-def write_replay_log(path: Path, ground: Ground, made: Replay, *, world: str = "", force: bool = False) -> None:
+def write_replay_log(path: Path, ground: PreparedLog, made: Replay, *, world: str = "", force: bool = False) -> None:
     """Records a replay as MCAP.
 
     Args:
@@ -50,7 +50,7 @@ def write_replay_log(path: Path, ground: Ground, made: Replay, *, world: str = "
             recorder.record(event)
 
 
-def replay_info(ground: Ground, made: Replay, world: str = "") -> RunInfo:
+def replay_info(ground: PreparedLog, made: Replay, world: str = "") -> RunInfo:
     """The identity of a replay: the run's, with another strategy and its origin."""
     info = ground.evidence.info
     code = revision()

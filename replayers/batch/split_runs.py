@@ -11,7 +11,7 @@ from replayers.mcap_io.reader import metadata
 from workbench.errors import LiosError
 from workbench.log_schema.run_info import INFO_METADATA
 
-MOST_NAMED = 20
+MAX_NAMED = 20
 """Parts that a message names; of more, their folder and a pattern would be told apart by no one."""
 
 
@@ -35,8 +35,8 @@ def parts_of_one_run(logs: Iterable[Path]) -> dict[Path, tuple[Path, ...]]:
 
 def join_first(log: Path, parts: tuple[Path, ...]) -> str:
     """Why a part is not taken for a run, and what to do."""
-    names = " ".join(quote(str(part)) for part in parts[:MOST_NAMED])
-    more = " ..." if len(parts) > MOST_NAMED else ""
+    names = " ".join(quote(str(part)) for part in parts[:MAX_NAMED])
+    more = " ..." if len(parts) > MAX_NAMED else ""
     return (
         f"{log}: one of {len(parts)} parts of one run; each shows only what it holds, and they would count as "
         f"{len(parts)} runs. Join them first: lios log merge {names}{more} -o WHOLE.mcap"

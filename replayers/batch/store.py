@@ -17,14 +17,14 @@ import msgspec
 from replayers.counterfactual.estimates.intervals import finite
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
-from workbench.execution.events import Acted
+from workbench.execution.events import ActionEnded
 
 if TYPE_CHECKING:  # stored replays are read without importing what makes them
     from replayers.counterfactual.bounds.bounds import Bounds
     from replayers.counterfactual.durations import Durations
-    from replayers.counterfactual.prepared_log import Ground, Settings
+    from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings
     from replayers.counterfactual.replay import Replay
-    from replayers.counterfactual.run_tree import Filled
+    from replayers.counterfactual.run_tree import Assignment
 
 RECORD_VERSION = 5
 SUFFIX = ".replay.json"
@@ -53,7 +53,7 @@ class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
     answer: tuple[str, ...]
 
 
-class StoredTold(msgspec.Struct, frozen=True, kw_only=True):
+class StoredWorldGroup(msgspec.Struct, frozen=True, kw_only=True):
     """What the run is charged, from least to most, in all worlds whose open containers answer so.
 
     A most of None is no bound.
@@ -164,7 +164,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     durations: StoredDurations | None
     true_cost: float | None
     true_status: str | None
-    told: tuple[StoredTold, ...]
+    told: tuple[StoredWorldGroup, ...]
     if_beliefs_stand: StoredBounds | None
     drawn: tuple[float, ...]
     draws: str
@@ -175,7 +175,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     imputed: tuple[str, ...] = ()
 
 
-def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
+def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
     """A replay in the form in which it is stored."""
     evidence = ground.evidence
     outcome = ground.recorded
@@ -210,7 +210,7 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         true_cost=made.true_cost,
         true_status=made.true_status,
         told=tuple(
-            StoredTold(filled=_answers(group.filled), least=group.least, most=finite(group.most))
+            StoredWorldGroup(filled=_answers(group.filled), least=group.least, most=finite(group.most))
             for group in (bounds.told if bounds else ())
         ),
         if_beliefs_stand=_bounds(made.if_beliefs_stand) if made.if_beliefs_stand else None,
@@ -218,19 +218,19 @@ def stored(ground: Ground, made: Replay, *, key: str) -> StoredReplay:
         draws=ground.draws,
         asked=made.asked,
         steady_beliefs=ground.steady,
-        steps=tuple(_step(e) for e in made.events if isinstance(e, Acted)),
+        steps=tuple(_step(e) for e in made.events if isinstance(e, ActionEnded)),
         notes=made.notes,
         imputed=evidence.imputed,
     )
 
 
-def key_of(sha256: str, strategy: str, settings: Settings) -> str:
+def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
     """Hash of everything that a result depends on: the log's bytes, the strategy, the settings, the version."""
     parts = (__version__, RECORD_VERSION, sha256, strategy, repr(settings))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-def path_of(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
+def replay_path(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
     """Where a replay is stored: one folder for each log, one file for each strategy."""
     safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in strategy)
     return folder / f"{_safe(run_id)}-{sha256[:8]}" / f"{safe}{SUFFIX}"
@@ -288,7 +288,7 @@ def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | No
             on_skipped(error)
 
 
-def _answers(filled: tuple[Filled, ...]) -> tuple[StoredAnswer, ...]:
+def _answers(filled: tuple[Assignment, ...]) -> tuple[StoredAnswer, ...]:
     return tuple(StoredAnswer(container=f.container, live=f.live, answer=f.answer) for f in filled)
 
 
@@ -320,7 +320,7 @@ def _fields(value: object) -> dict[str, object]:
     return {name: getattr(value, name) for name in StoredEstimate.__struct_fields__}
 
 
-def _step(event: Acted) -> StepRow:
+def _step(event: ActionEnded) -> StepRow:
     return StepRow(
         index=event.index,
         decision=event.decision,

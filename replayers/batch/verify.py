@@ -14,11 +14,11 @@ from itertools import zip_longest
 import msgspec
 
 from recorders.code_revision import revision
-from replayers.batch.recorded_strategy import known_here
+from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
 from replayers.counterfactual.logged_belief import RecordedBeliefs
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.run_tree import no_time
+from replayers.counterfactual.run_tree import zero_clock
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
 from replayers.runs.run import Run
 from workbench import __version__
@@ -99,12 +99,12 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
         origin: who gives strategy_name. The name in the log is the log's in any case.
 
     Raises:
-        RecordedBySomebodyElse: the strategy is neither built in nor installed here.
+        UnknownRecordedStrategy: the strategy is neither built in nor installed here.
         UnknownName, NotFromLog: no strategy of the name given.
         Unsupported: the oracle, and the log was read without its truth.
     """
     evidence = evidence_of(run)
-    name = strategy_name or known_here(run)
+    name = strategy_name or loadable_name(run)
     origin = origin if strategy_name else NameOrigin.LOG
     if needs_truth(name):
         return _compared(run, _with_truth(run, name, origin), ())
@@ -114,7 +114,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     def again(planner: Strategy) -> Iterator[Event]:
         world = LoggedWorld(evidence, with_ways=False)
         return run_task(
-            world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=no_time
+            world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=zero_clock
         )
 
     if is_foreign(name, origin=origin):
@@ -136,12 +136,12 @@ def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
 
 
 def _with_truth(run: Run, name: str, origin: NameOrigin) -> Iterable[Event]:
-    from replayers.counterfactual.prepared_log import Settings, ground_of
+    from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
     from replayers.counterfactual.replay import in_truth
 
     if run.truth is None:
         raise Unsupported(f"{run.path}: {name} knows the whole house, and this log holds no ground truth.")
-    ground = ground_of(run, Settings(worlds=0, with_truth=True))
+    ground = prepare_log(run, ReplaySettings(worlds=0, with_truth=True))
     ground = replace(ground, estimator=_believer(run, ground.evidence)[0])
     return in_truth(ground, strategy(name, origin=origin, house=ground.truth))
 

@@ -23,14 +23,14 @@ unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Share:
+class WorkPackage:
     """One work package: strategies over a log, in the order in which they were requested."""
 
     log: Path
     strategies: tuple[str, ...]
 
 
-def shares_of(wanted: Mapping[Path, tuple[str, ...]]) -> tuple[Share, ...]:
+def work_packages(wanted: Mapping[Path, tuple[str, ...]]) -> tuple[WorkPackage, ...]:
     """All work packages, in the order in which they should be started.
 
     Args:
@@ -39,12 +39,12 @@ def shares_of(wanted: Mapping[Path, tuple[str, ...]]) -> tuple[Share, ...]:
     together: dict[tuple[int, str, Path], list[str]] = {}
     for log, strategies in wanted.items():
         for name in strategies:
-            together.setdefault((*_family(name), log), []).append(name)
+            together.setdefault((*_family_rank(name), log), []).append(name)
     begun = sorted(together, key=lambda family: family[:2])
-    return tuple(Share(log=family[2], strategies=tuple(together[family])) for family in begun)
+    return tuple(WorkPackage(log=family[2], strategies=tuple(together[family])) for family in begun)
 
 
-def _family(name: str) -> tuple[int, str]:
+def _family_rank(name: str) -> tuple[int, str]:
     """The rank of a strategy's family by expense, and its name if it is a family of its own. NAME@SOLVER belongs to
     NAME's."""
     base = canonical_name(name.partition("@")[0])

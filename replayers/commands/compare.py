@@ -12,7 +12,7 @@ from workbench.options import Json
 from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
-    from replayers.batch.compare import Pair, RunInSeveralLogs
+    from replayers.batch.compare import RunInSeveralLogs, StrategyComparison
     from replayers.batch.store import StoredReplay
 
 JOIN = "Join the parts, and replay the whole: lios log merge PART... -o WHOLE.mcap, lios replay WHOLE.mcap -o DIR"
@@ -135,7 +135,7 @@ def _not_reproduced(records: Sequence[StoredReplay]) -> dict[str, str]:
     return {r.log: r.reason for r in records if r.status == "not-reproduced"}
 
 
-def _row(pair: Pair) -> dict[str, Any]:
+def _row(pair: StrategyComparison) -> dict[str, Any]:
     return {
         "a": pair.a,
         "b": pair.b,

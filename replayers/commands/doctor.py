@@ -29,7 +29,7 @@ def doctor(
 
         lios doctor logs/*.mcap --json
     """
-    from replayers.doctor import examine
+    from replayers.doctor.examine import examine
 
     examined = [examine(log, told=lambda parts: progress(parts, title="doctor")) for log in logs]
     if as_json:

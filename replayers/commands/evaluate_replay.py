@@ -10,7 +10,7 @@ from workbench.options import DryRun, Force, Houses, Json, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from replayers.evaluation.trials import Counterfactual, Plan, Skipped
+    from replayers.evaluation.trials import Counterfactual, MeasurementSettings, SkippedTask
 
 
 def replay(
@@ -63,8 +63,8 @@ def replay(
         lios evaluate replay --houses houses.jsonl.gz --scenarios deliver-3 -n 2000 -j 2 -o replay.csv
     """
     from replayers.counterfactual.bounds.bounds import Budget
-    from replayers.counterfactual.prepared_log import Settings
-    from replayers.evaluation.trials import Plan, outside, places_for
+    from replayers.counterfactual.prepared_log import ReplaySettings
+    from replayers.evaluation.trials import MeasurementSettings, outside_bounds, tasks_for
     from workbench.errors import Failed, OutputExists, WrongKind
     from workbench.terminal import say
 
@@ -74,9 +74,11 @@ def replay(
     believers = _estimators(estimators)
     if output is not None and output.is_dir():
         raise WrongKind(output, needed="file")
-    places = places_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
-    settings = Settings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
-    plans = [Plan(places=places, strategies=names, settings=settings, estimator=name) for name in believers]
+    places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
+    settings = ReplaySettings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
+    plans = [
+        MeasurementSettings(places=places, strategies=names, settings=settings, estimator=name) for name in believers
+    ]
     each = len(places) * len(names) * (len(names) - 1)
     if dry_run:
         by = f" by each of {len(believers)} estimators" if len(believers) > 1 else ""
@@ -87,7 +89,7 @@ def replay(
         raise Failed(f"no counterfactual could be measured: {skipped[0].reason if skipped else 'no tasks'}")
     if output is not None:
         _write(output, found)
-    faults = outside(found)
+    faults = outside_bounds(found)
     _answer(found, faults, (believers, wanted), {"skipped": len(skipped), "seed": seed}, as_json=json)
     for one in skipped:
         say(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
@@ -131,17 +133,19 @@ def _estimators(text: str) -> tuple[str, ...]:
     return names
 
 
-def _measured(plans: Sequence[Plan], *, workers: int, total: int) -> tuple[list[Counterfactual], list[Skipped]]:
+def _measured(
+    plans: Sequence[MeasurementSettings], *, workers: int, total: int
+) -> tuple[list[Counterfactual], list[SkippedTask]]:
     from itertools import chain
 
-    from replayers.evaluation.trials import Skipped, counterfactuals
+    from replayers.evaluation.trials import SkippedTask, counterfactuals
     from workbench.terminal import progress
 
     found: list[Counterfactual] = []
-    skipped: list[Skipped] = []
+    skipped: list[SkippedTask] = []
     every = chain.from_iterable(counterfactuals(plan, workers=workers) for plan in plans)
     for one in progress(every, title="replaying", total=total):
-        skipped.append(one) if isinstance(one, Skipped) else found.append(one)
+        skipped.append(one) if isinstance(one, SkippedTask) else found.append(one)
     return found, skipped
 
 

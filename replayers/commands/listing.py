@@ -11,7 +11,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
-    from replayers.log_tools.listing import Row
+    from replayers.log_tools.listing import LogRow
 
 SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s", "started_ns", "size_bytes")
 
@@ -34,7 +34,7 @@ def list_logs(
 
         lios list 'logs/**/*.mcap' --strategy model-lios --sort cost --json
     """
-    from replayers.log_tools.listing import memory_for, rows_of
+    from replayers.log_tools.listing import cache_path, rows_of
     from replayers.log_tools.log_paths import find_logs
 
     if sort not in SORTS:
@@ -44,7 +44,7 @@ def list_logs(
 
         strategy = resolved_name(strategy)
     places = where or ["."]
-    memory = memory_for(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
+    memory = cache_path(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
     paths = find_logs(places)
     rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"))
     wanted = [
@@ -68,5 +68,5 @@ def list_logs(
     say(f"{len(wanted)} of {len(rows)} logs" + (f", {problems} with a problem" if problems else ""))
 
 
-def _answer(row: Row) -> dict[str, Any]:
+def _answer(row: LogRow) -> dict[str, Any]:
     return {name: getattr(row, name) for name in row.__struct_fields__}

@@ -34,11 +34,11 @@ def cat(
     """
     import msgspec
 
-    from replayers.log_tools.decode_message import Shown
+    from replayers.log_tools.decode_message import MessageDecoder
     from replayers.mcap_io.reader import messages
 
     wanted = wanted_of(log, include, exclude, start, end, topics=topics)
-    shown = Shown(whole=whole)
+    shown = MessageDecoder(whole=whole)
     found = messages(log, topics=wanted.topic, start_ns=wanted.start_ns, end_ns=wanted.end_ns, on_damage=warn)
     count = 0
     for count, message in enumerate(found, start=1):

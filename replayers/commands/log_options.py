@@ -13,8 +13,8 @@ from workbench.terminal import progress, say
 
 if TYPE_CHECKING:
     from recorders.mcap_io.chunk import Compression
-    from replayers.log_tools.copy_log import Style
-    from replayers.log_tools.rewrite import Wanted
+    from replayers.log_tools.copy_log import LogLayout
+    from replayers.log_tools.rewrite import MessageFilter
     from replayers.mcap_io.messages import Message
     from replayers.mcap_io.scan import Damage
 
@@ -51,7 +51,7 @@ def wanted_of(
     end: str,
     *,
     topics: str = "",
-) -> Wanted:
+) -> MessageFilter:
     """The messages that the options ask for.
 
     Args:
@@ -62,7 +62,7 @@ def wanted_of(
         BadValue: an invalid time or expression.
     """
     from replayers.log_tools.info import describe
-    from replayers.log_tools.rewrite import Wanted, patterns
+    from replayers.log_tools.rewrite import MessageFilter, patterns
     from replayers.log_tools.time_argument import moment
 
     named = [topic.strip() for topic in topics.split(",") if topic.strip()]
@@ -73,7 +73,7 @@ def wanted_of(
     end_ns = moment(end, start_ns=first_ns, option="--end") if end else None
     if end_ns is not None and end_ns <= start_ns:
         raise BadValue("--end", end, "after --start")
-    wanted = Wanted(
+    wanted = MessageFilter(
         include=(*patterns(included, "--include-topic-regex"), *patterns(map(re.escape, named), "--topics")),
         exclude=patterns(excluded, "--exclude-topic-regex"),
         start_ns=start_ns,
@@ -88,13 +88,13 @@ def wanted_of(
     return wanted
 
 
-def style_of(compression: str, chunk_size: int, force: bool) -> Style:
-    from replayers.log_tools.copy_log import Style
+def style_of(compression: str, chunk_size: int, force: bool) -> LogLayout:
+    from replayers.log_tools.copy_log import LogLayout
 
     known: dict[str, Compression] = {"zstd": "zstd", "lz4": "lz4", "none": ""}
     if compression not in known:
         raise BadValue("--compression", compression, "zstd, lz4 or none")
-    return Style(compression=known[compression], chunk_bytes=chunk_size, force=force)
+    return LogLayout(compression=known[compression], chunk_bytes=chunk_size, force=force)
 
 
 def bar(title: str) -> Any:

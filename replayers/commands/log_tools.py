@@ -85,10 +85,10 @@ def merge(
 
         lios log merge monday/*.mcap -o monday.mcap --runs
     """
-    from replayers.log_tools.rewrite import merged
+    from replayers.log_tools.rewrite import merge_logs
 
     style = style_of(compression, chunk_size, force)
-    done = merged(logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, told=bar("merge"))
+    done = merge_logs(logs, output, style, several_runs=runs, allow_duplicates=allow_duplicates, told=bar("merge"))
     _tell(done, as_json)
 
 
@@ -109,13 +109,13 @@ def split(
 
         lios log split monday.mcap -o runs/run.mcap --by run
     """
-    from replayers.log_tools.copy_log import Style
-    from replayers.log_tools.rewrite import split_up
+    from replayers.log_tools.copy_log import LogLayout
+    from replayers.log_tools.rewrite import split_log
 
     if by not in (None, "run"):
         raise BadValue("--by", by, "run")
-    done = split_up(
-        log, output, Style(force=force), part_s=every, part_bytes=size, by_run=by == "run", told=bar("split")
+    done = split_log(
+        log, output, LogLayout(force=force), part_s=every, part_bytes=size, by_run=by == "run", told=bar("split")
     )
     _tell(done, as_json)
 
@@ -134,9 +134,9 @@ def compact(
 
         lios log compact run.mcap -o small.mcap
     """
-    from replayers.log_tools.rewrite import Wanted, filtered
+    from replayers.log_tools.rewrite import MessageFilter, filtered
 
-    _tell(filtered(log, output, Wanted(), style_of(compression, chunk_size, force), bar("compact")), as_json)
+    _tell(filtered(log, output, MessageFilter(), style_of(compression, chunk_size, force), bar("compact")), as_json)
 
 
 def convert(
@@ -156,12 +156,14 @@ def convert(
         lios log convert run.mcap -o plain.mcap --compression none
     """
     from replayers.log_tools.jsonl import to_lines
-    from replayers.log_tools.rewrite import Wanted, filtered
+    from replayers.log_tools.rewrite import MessageFilter, filtered
 
     if output.suffix == ".jsonl":
         _tell(to_lines(log, output, force=force, told=bar("convert")), as_json)
     elif output.suffix == ".mcap":
-        _tell(filtered(log, output, Wanted(), style_of(compression, chunk_size, force), bar("convert")), as_json)
+        _tell(
+            filtered(log, output, MessageFilter(), style_of(compression, chunk_size, force), bar("convert")), as_json
+        )
     else:
         raise UnknownFormat(output)
 
@@ -190,6 +192,6 @@ def _tell(done: Rewritten, as_json: bool) -> None:
     say(f"{done.messages:,} messages" + (f", {done.dropped:,} left out" if done.dropped else ""))
     for damage in done.loss.damages[:5]:
         warn(damage)
-    if any(damage.costs_content for damage in done.loss.damages) or done.loss.messages:
+    if any(damage.loses_content for damage in done.loss.damages) or done.loss.messages:
         say("Something was lost; lios doctor shows what.")
         raise click.exceptions.Exit(3)

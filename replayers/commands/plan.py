@@ -45,13 +45,13 @@ def plan(
 
         lios plan run.mcap -o problem/
     """
-    from replayers.batch.replan import plan_again
+    from replayers.batch.replan import replan
     from replayers.runs.run import read
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, emit_text, patience
 
     with patience():
-        made = plan_again(
+        made = replan(
             read(log),
             at=at,
             decision=decision,

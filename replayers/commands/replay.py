@@ -96,10 +96,10 @@ def replay(
     if verify:
         _verify(logs, _recorded_as(strategies), json=json)
         return
-    from replayers.batch.replay_all import LogFailed, Wanted, logs_among, replay_all, strategies_named
+    from replayers.batch.replay_all import LogFailed, ReplayRequest, logs_among, replay_all, strategies_named
     from replayers.batch.split_runs import join_first, parts_of_one_run
     from replayers.counterfactual.bounds.bounds import Budget
-    from replayers.counterfactual.prepared_log import Settings
+    from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
     from workbench.errors import Failed
     from workbench.plugins import NameOrigin
@@ -111,7 +111,7 @@ def replay(
     named = strategies_named(strategies, with_truth=with_truth)
     not_there = _not_there(named)
     names = tuple(name for name in named if name not in not_there)
-    settings = Settings(
+    settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
         worlds=worlds,
@@ -121,7 +121,7 @@ def replay(
         timeout_s=timeout,
         seed=seed,
     )
-    wanted = Wanted(
+    wanted = ReplayRequest(
         strategies=names,
         settings=settings,
         output=output,
@@ -241,7 +241,7 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
     """Every pair of strategies over one log, in the same world."""
     from itertools import combinations
 
-    from replayers.batch.compare import difference
+    from replayers.batch.compare import cost_difference
     from replayers.batch.store import StoredReplay
     from replayers.counterfactual.estimates.intervals import finite
 
@@ -249,7 +249,7 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for a, b in combinations(bounded, 2):
         if a.sha256 == b.sha256:
-            apart = difference(a, b)
+            apart = cost_difference(a, b)
             found.append({"log": a.log, "a": a.strategy, "b": b.strategy, "verdict": apart.verdict,
                           "difference_lower": finite(apart.least), "difference_upper": finite(apart.most),
                           "chance_a_cheaper": apart.chance[0] if apart.chance else None,
@@ -375,9 +375,9 @@ def _refuse(failed: list[LogFailed]) -> None:
 
 
 def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> list[dict[str, Any]]:
-    from replayers.batch.next_look import telling_looks
+    from replayers.batch.next_look import best_looks
 
-    return telling_looks(outcomes, files, settings)
+    return best_looks(outcomes, files, settings)
 
 
 def _recorded_as(strategies: str) -> str:

@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from workbench.execution.events import Acted, Event
+from workbench.execution.events import ActionEnded, Event
 from workbench.log_schema.events import NANO, ActionFinished
 
 
@@ -53,7 +53,7 @@ class Durations:
         kind."""
         left = dict(self.residual_s)
         kinds = {"move": "move", "search": "look"}
-        acted = (e for e in events if isinstance(e, Acted) and e.success)
+        acted = (e for e in events if isinstance(e, ActionEnded) and e.success)
         return sqrt(sum(left.get(kinds.get(e.step.action, "manipulation"), 0.0) ** 2 for e in acted))
 
     @property

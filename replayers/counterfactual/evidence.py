@@ -16,10 +16,10 @@ from replayers.counterfactual.evidence_rules import (
     Deed,
     Leg,
     contents_at_start,
-    deeds,
     first_belief,
-    refused,
     refused_looks,
+    refused_targets,
+    successful_manipulations,
 )
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
@@ -30,7 +30,7 @@ from workbench.search.costs import ActionCosts
 from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
 
 
-class NothingWasTried(Unsupported):
+class NoTaskAttempted(Unsupported):
     """The log of a session in which no task was attempted: every planner would be done before it began."""
 
     def __init__(self, run: Run) -> None:
@@ -70,7 +70,7 @@ class Evidence:
     known: Contents
     contents: Contents
     shut: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
-    barred: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
+    refused_moves: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
     stuck: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
     walked: frozenset[Leg] = frozenset()
     done: frozenset[Deed] = frozenset()
@@ -88,7 +88,7 @@ class Evidence:
             for c in self.place.plan.containers
             if c.id not in self.contents
             and c.id not in self.shut
-            and LocationId(c.id) not in self.barred
+            and LocationId(c.id) not in self.refused_moves
             and self.place.travel.reaches(LocationId(c.id))
         )
 
@@ -101,10 +101,10 @@ def evidence_of(run: Run) -> Evidence:
     """The evidence in the log of a run.
 
     Raises:
-        NothingWasTried: a session without a task.
+        NoTaskAttempted: a session without a task.
     """
     if run.task.goal == AllOf(parts=()):
-        raise NothingWasTried(run)
+        raise NoTaskAttempted(run)
     containers = tuple(c.id for c in run.place.plan.containers)
     contents, odd = contents_at_start(run.observations, run.actions, containers)
     rounded = run.info.schema_version < ROUNDED_BEFORE
@@ -123,10 +123,10 @@ def evidence_of(run: Run) -> Evidence:
         known=MappingProxyType({c: contents[c] for c in sorted(known) if c in contents}),
         contents=MappingProxyType(contents),
         shut=refused_looks(run.actions, contents),
-        barred=MappingProxyType({LocationId(k): v for k, v in refused(run.actions, "move").items()}),
-        stuck=MappingProxyType({ItemId(k): v for k, v in refused(run.actions, "pick").items()}),
+        refused_moves=MappingProxyType({LocationId(k): v for k, v in refused_targets(run.actions, "move").items()}),
+        stuck=MappingProxyType({ItemId(k): v for k, v in refused_targets(run.actions, "pick").items()}),
         walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
-        done=deeds(run.actions),
+        done=successful_manipulations(run.actions),
         first_belief=probabilities,
         steady=steady,
         rounded=rounded,

@@ -29,7 +29,7 @@ def contents_at_start(
     observations: Iterable[Observation], actions: Iterable[ActionFinished], containers: tuple[ContainerId, ...]
 ) -> tuple[dict[ContainerId, tuple[Item, ...]], tuple[str, ...]]:
     """Contents of each searched container at the start of the run, and notes on what was odd."""
-    placed = _first_time_handled(actions)
+    placed = _first_pick_times(actions)
     home: dict[str, str] = {}
     contents: dict[ContainerId, tuple[Item, ...]] = {}
     notes: dict[str, None] = {}
@@ -66,7 +66,7 @@ def refused_looks(
     return MappingProxyType(failed)
 
 
-def refused(actions: Iterable[ActionFinished], action: str) -> dict[str, str]:
+def refused_targets(actions: Iterable[ActionFinished], action: str) -> dict[str, str]:
     """Targets of moves, or items of picks, of which every recorded attempt was refused, with the reason."""
     attempts = [a for a in actions if a.action == action and (action == "move" or a.items)]
     key = {id(a): a.target if action == "move" else a.items[0] for a in attempts}
@@ -74,7 +74,7 @@ def refused(actions: Iterable[ActionFinished], action: str) -> dict[str, str]:
     return {key[id(a)]: a.reason or "it was refused" for a in attempts if not a.success and key[id(a)] not in worked}
 
 
-def deeds(actions: Iterable[ActionFinished]) -> frozenset[Deed]:
+def successful_manipulations(actions: Iterable[ActionFinished]) -> frozenset[Deed]:
     """The manipulations that succeeded: kind, place, items."""
     return frozenset(
         (a.action, LocationId(a.target), tuple(ItemId(i) for i in a.items))
@@ -106,7 +106,7 @@ def first_belief(
     return MappingProxyType(first), steady, tuple(strange)
 
 
-def _first_time_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:
+def _first_pick_times(actions: Iterable[ActionFinished]) -> dict[str, int]:
     """When each item was first picked up, in nanoseconds since the epoch."""
     handled: dict[str, int] = {}
     for action in actions:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import final
 
-from replayers.counterfactual.bounds.search_cache import Memory, Remembered, RememberedPricing
+from replayers.counterfactual.bounds.search_cache import Remembered, RememberedPricing, SearchCache
 from workbench.planning.composed import Composed
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.solvers.protocol import BuiltIn
@@ -38,13 +38,13 @@ class FirstOnly:
         return (SearchStop(container=first, probability=0.0, reached=1.0, leg_m=leg),)
 
 
-def briefly(planner: Strategy, memory: Memory | None = None) -> Strategy:
+def fast_strategy(planner: Strategy, memory: SearchCache | None = None) -> Strategy:
     """The same strategy without explanations; a strategy that is not made of built-in parts is returned as it is.
 
     Args:
         memory: cache of the searches over one log; strategies may share it.
     """
-    memory = memory if memory is not None else Memory()
+    memory = memory if memory is not None else SearchCache()
     if isinstance(planner, Composed):
         return _quiet(planner, memory)
     if isinstance(planner, Scout):
@@ -52,7 +52,7 @@ def briefly(planner: Strategy, memory: Memory | None = None) -> Strategy:
     return planner
 
 
-def _quiet(planner: Composed, memory: Memory) -> Composed:
+def _quiet(planner: Composed, memory: SearchCache) -> Composed:
     solver = replace(planner.solver, explain=False) if isinstance(planner.solver, BuiltIn) else planner.solver
     pricing = RememberedPricing(planner.pricing, memory)
     return replace(planner, solver=solver, pricing=pricing, policy=FirstOnly(Remembered(planner.policy, memory)))

@@ -27,7 +27,7 @@ NAMES_ALONE = ("counts", "fcnn")
 LEARNING = ("best",)
 """Estimators that every observation changes, even where a short run does not show it."""
 
-MOST_BELIEFS = 10_000
+MAX_CACHED_BELIEFS = 10_000
 """Entries in the cache; beyond this, it is cleared."""
 
 ROUNDED = (
@@ -82,7 +82,7 @@ class LoggedBelief:
     """Answers with the first probability in the log; 0 for a pair that the log does not name.
 
     Attributes:
-        made: cache of beliefs, at most MOST_BELIEFS.
+        made: cache of beliefs, at most MAX_CACHED_BELIEFS.
     """
 
     evidence: Evidence
@@ -98,7 +98,7 @@ class LoggedBelief:
         containers = knowledge.unsearched
         made = self.made.get((containers, item_types))
         if made is None:
-            if len(self.made) >= MOST_BELIEFS:
+            if len(self.made) >= MAX_CACHED_BELIEFS:
                 self.made.clear()
             made = self.made[containers, item_types] = self._about(containers, item_types)
         return made
@@ -118,7 +118,7 @@ def covers(evidence: Evidence, item_types: Iterable[ItemType]) -> bool:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Believer:
+class EstimatorChoice:
     """Who believes in a replay.
 
     Attributes:
@@ -147,7 +147,7 @@ LEARNS = (
 
 def estimator_for(
     evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log", origin: NameOrigin = NameOrigin.LOG
-) -> Believer:
+) -> EstimatorChoice:
     """Who believes in a replay.
 
     Args:
@@ -170,7 +170,7 @@ def estimator_for(
         found = estimator(name, origin=origin)
         other = found.name != recorded
         note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
-        return Believer(estimator=found, steady=name in NAMES_ALONE, hypothetical=other, note=note)
+        return EstimatorChoice(estimator=found, steady=name in NAMES_ALONE, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
     stays = evidence.steady and whole and kind not in LEARNING
     if stays and not evidence.rounded:
@@ -185,13 +185,13 @@ def estimator_for(
         return _first_of(evidence, note="" if stays else HELD)
     steady = kind in NAMES_ALONE
     other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
-    return Believer(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
+    return EstimatorChoice(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
 
 
-def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> Believer:
+def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> EstimatorChoice:
     """The log's first belief, held fixed, with a note where the log rounded it."""
     words = ". ".join(w for w in (note, ROUNDED if evidence.rounded else "") if w)
-    return Believer(
+    return EstimatorChoice(
         estimator=LoggedBelief(evidence),
         steady=True,
         rounded=evidence.rounded,

@@ -20,13 +20,13 @@ from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import Paths, TravelCosts
-from workbench.worlds.world import Done, Looked, Refused, Unseen
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
 """What an open container holds, given what the robot knows when it looks; None when it cannot be told."""
 
 
-def untold(container: ContainerId, knowledge: Knowledge) -> None:
+def unknown_contents(container: ContainerId, knowledge: Knowledge) -> None:
     """The assignment for a log alone: the contents of no open container are known."""
     return
 
@@ -48,7 +48,7 @@ class LoggedWorld:
         self,
         log: Run | Evidence,
         *,
-        filling: Filling = untold,
+        filling: Filling = unknown_contents,
         durations: Durations = SIMULATED,
         with_ways: bool = True,
         paths: Paths | None = None,
@@ -61,7 +61,7 @@ class LoggedWorld:
         self._filling = filling
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
-        self._paths = paths or (place.paths() if with_ways else OnlyStanding(self.evidence))
+        self._paths = paths or (place.paths() if with_ways else NoPaths(self.evidence))
         self._now_ns = self.evidence.info.started.ns
 
     @property
@@ -82,76 +82,76 @@ class LoggedWorld:
     def known_at_start(self) -> Contents:
         return self.evidence.known
 
-    def go_to(self, location: LocationId) -> Done | Refused:
+    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         here, start = self.knowledge.robot_at, self._now_ns
         metres = self.travel.between(here, location)
         if metres is None:
-            return Refused(start_ns=start, end_ns=start, reason=f"{location} cannot be reached")
-        if location in self.evidence.barred:
-            return Refused(start_ns=start, end_ns=start, reason=self.evidence.barred[location])
+            return ActionRefused(start_ns=start, end_ns=start, reason=f"{location} cannot be reached")
+        if location in self.evidence.refused_moves:
+            return ActionRefused(start_ns=start, end_ns=start, reason=self.evidence.refused_moves[location])
         way = self._paths.path(here, location) or ()
         self._now_ns += self._durations.move_ns(metres)
         self.knowledge = self.knowledge.moved(location)
         support = LOGGED if (here, location) in self.evidence.walked else IMPLIED
-        return Done(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
+        return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=metres, path=way, support=support)
 
-    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+    def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start = self._now_ns
         if self.knowledge.robot_at != container:
-            return Refused(start_ns=start, end_ns=start, reason=f"the robot does not stand at {container}")
+            return ActionRefused(start_ns=start, end_ns=start, reason=f"the robot does not stand at {container}")
         if container in self.evidence.shut:
             self._now_ns += self._durations.look_ns
             self.knowledge = self.knowledge.shut(container)
-            return Refused(start_ns=start, end_ns=self._now_ns, reason=self.evidence.shut[container])
+            return ActionRefused(start_ns=start, end_ns=self._now_ns, reason=self.evidence.shut[container])
         support = LOGGED if container in self.evidence.contents else IMPUTED
         inside = self.evidence.contents.get(container)
         if inside is None:
             inside = self._filling(container, self.knowledge)
             if inside is None:
-                return Unseen(start_ns=start, container=container)
+                return NotInLog(start_ns=start, container=container)
             self.imputed[container] = inside
             self._imputed_items |= {item.id for item in inside}
         self._now_ns += self._durations.look_ns
         there = self._now_there(container, inside)
         self.knowledge = self.knowledge.seen(container, there)
-        return Looked(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
+        return LookResult(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
 
-    def pick(self, item: ItemId) -> Done | Refused:
+    def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self._now_ns
         if item in self.evidence.stuck:
-            self.knowledge = self.knowledge.lost(item)
-            return Refused(start_ns=start, end_ns=start, reason=self.evidence.stuck[item])
+            self.knowledge = self.knowledge.without_item(item)
+            return ActionRefused(start_ns=start, end_ns=start, reason=self.evidence.stuck[item])
         here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
         found = next((i for i in here if i.id == item), None)
         if found is None or self.knowledge.holding is not None:
             why = f"{item} is not here" if found is None else "the hand is not free"
-            return Refused(start_ns=start, end_ns=start, reason=why)
+            return ActionRefused(start_ns=start, end_ns=start, reason=why)
         self.knowledge = self.knowledge.picked(found)
         return self._handled("pick", (item,), start)
 
-    def place(self, item: ItemId) -> Done | Refused:
+    def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self._now_ns
         held = self.knowledge.holding
         if held is None or held.id != item:
-            return Refused(start_ns=start, end_ns=start, reason=f"the hand does not hold {item}")
+            return ActionRefused(start_ns=start, end_ns=start, reason=f"the hand does not hold {item}")
         self.knowledge = self.knowledge.placed()
         return self._handled("place", (item,), start)
 
-    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
         start = self._now_ns
         held = self.knowledge.holding
         here = {i.id for i in self.knowledge.items_at.get(self.knowledge.robot_at, ())} | {held.id if held else ""}
         missing = [item for item in items if item not in here]
         if missing or action not in EFFECTS:
             why = f"{missing[0]} is not at hand" if missing else f"there is no action {action!r}"
-            return Refused(start_ns=start, end_ns=start, reason=why)
+            return ActionRefused(start_ns=start, end_ns=start, reason=why)
         prop, index = EFFECTS[action]
         self.knowledge = self.knowledge.with_facts(self.knowledge.facts | {(prop, (items[index],))})
         return self._handled(action, items, start)
 
-    def _handled(self, action: str, items: tuple[ItemId, ...], start: int) -> Done:
+    def _handled(self, action: str, items: tuple[ItemId, ...], start: int) -> ActionDone:
         self._now_ns += self._durations.manipulation_ns
-        return Done(start_ns=start, end_ns=self._now_ns, support=self._support(action, items))
+        return ActionDone(start_ns=start, end_ns=self._now_ns, support=self._support(action, items))
 
     def _support(self, action: str, items: tuple[ItemId, ...]) -> str:
         if any(item in self._imputed_items for item in items):
@@ -168,7 +168,7 @@ class LoggedWorld:
 
 
 @final
-class OnlyStanding:
+class NoPaths:
     """A path finder that gives no paths, for runs that need only where the robot stands."""
 
     def __init__(self, evidence: Evidence) -> None:

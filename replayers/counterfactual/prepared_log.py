@@ -11,12 +11,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from replayers.counterfactual.bounds.bounds import Budget
-from replayers.counterfactual.bounds.search_cache import Memory
+from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
-from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds, draw_worlds
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import Believer, estimator_for
-from replayers.counterfactual.logged_world import OnlyStanding
+from replayers.counterfactual.logged_belief import EstimatorChoice, estimator_for
+from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
 from replayers.runs.run import Run
@@ -25,7 +25,7 @@ from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
 from workbench.planning.actions import relevant_types
-from workbench.planning.scenarios.added_items import with_added
+from workbench.planning.scenarios.added_items import believe_scenario_items
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
@@ -40,7 +40,7 @@ class TruthNotRecorded(Unsupported):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class ReplaySettings:
     """How replays are made.
 
     Attributes:
@@ -65,7 +65,7 @@ class Settings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ground:
+class PreparedLog:
     """One log prepared for any number of strategies.
 
     Attributes:
@@ -87,10 +87,10 @@ class Ground:
     evidence: Evidence
     estimator: Estimator
     steady: bool
-    worlds: DrawnWorlds | None
+    worlds: SampledWorlds | None
     durations: Durations
     truth: House | None
-    settings: Settings
+    settings: ReplaySettings
     recorded: Outcome | None
     place_sha256: str
     draws: str
@@ -99,7 +99,7 @@ class Ground:
     reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
     claims: bool = True
     notes: tuple[str, ...] = ()
-    memory: Memory = field(default_factory=Memory, compare=False)
+    memory: SearchCache = field(default_factory=SearchCache, compare=False)
 
     @property
     def is_fitted(self) -> bool:
@@ -107,7 +107,7 @@ class Ground:
         return bool(self.durations.samples)
 
 
-def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground:
+def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -> PreparedLog:
     """Prepares a log.
 
     Args:
@@ -126,28 +126,28 @@ def ground_of(run: Run, settings: Settings, *, with_ways: bool = True) -> Ground
     robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, evidence, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
-    ground = Ground(
+    ground = PreparedLog(
         evidence=evidence,
         estimator=estimator,
         steady=believer.steady,
         worlds=None,
         durations=durations,
-        truth=house_of(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
+        truth=house_from_truth(evidence, run.truth) if settings.with_truth and run.truth is not None else None,
         settings=settings,
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
         draws=_draws(evidence, settings, estimator),
-        paths=evidence.place.paths() if with_ways else OnlyStanding(evidence),
+        paths=evidence.place.paths() if with_ways else NoPaths(evidence),
         exact_beliefs=not believer.rounded,
         reproduction=reproduction,
         claims=believer.hypothetical or reproduction.same is not False,
         notes=tuple(n for n in _notes(evidence, believer, durations if robot else None, reproduction) if n),
     )
-    return replace(ground, worlds=_worlds(ground, types))
+    return replace(ground, worlds=_sample_worlds(ground, types))
 
 
 def _notes(
-    evidence: Evidence, believer: Believer, durations: Durations | None, reproduction: Reproduction
+    evidence: Evidence, believer: EstimatorChoice, durations: Durations | None, reproduction: Reproduction
 ) -> tuple[str, ...]:
     """What is to be known of all replays over a log; an empty one says nothing."""
     words = (*evidence.notes, believer.note, durations.words() if durations else "")
@@ -158,7 +158,7 @@ def _notes(
     return (*words, reproduction.why)
 
 
-def house_of(evidence: Evidence, truth: GroundTruth) -> House:
+def house_from_truth(evidence: Evidence, truth: GroundTruth) -> House:
     """The house of a recorded truth, by its containers' true contents."""
     contents = {
         ContainerId(c): tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in items)
@@ -167,7 +167,7 @@ def house_of(evidence: Evidence, truth: GroundTruth) -> House:
     return House(plan=evidence.place.plan, contents=contents)
 
 
-def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
+def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledWorlds | None:
     """Worlds for the estimate, sampled from the belief given all that the log shows."""
     evidence, settings = ground.evidence, ground.settings
     if settings.worlds <= 0:
@@ -175,8 +175,8 @@ def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
     relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
     all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
     believed = ground.estimator.believe(all_seen, relevance.types)
-    belief = with_added(believed, evidence.task, evidence.place.plan)
-    return draw_worlds(
+    belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
+    return sample_worlds(
         evidence,
         relevance,
         belief,
@@ -186,6 +186,6 @@ def _worlds(ground: Ground, types: tuple[ItemType, ...]) -> DrawnWorlds | None:
     )
 
 
-def _draws(evidence: Evidence, settings: Settings, estimator: Estimator) -> str:
+def _draws(evidence: Evidence, settings: ReplaySettings, estimator: Estimator) -> str:
     parts = (evidence.sha256, settings.seed, settings.worlds, estimator.name, settings.assumptions)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

@@ -28,7 +28,7 @@ Answer = tuple[ItemType, ...]
 
 NOTHING: Answer = ()
 
-MOST_ANSWERS = 64
+MAX_ANSWERS = 64
 """An open container of a kitchen can hold any of a thousand subsets of what a breakfast may use. With more answers
 than this, those with the fewest items are followed, and all others together get outer bounds."""
 
@@ -104,8 +104,8 @@ class Relevance:
             last_chance = open_left == 0 and not self.hidden and t in self.must_exist
             least = 1 if last_chance and t not in seen and t not in before else 0
             counts.append((least, max(most, least)))
-        if prod(high - low + 1 for low, high in counts) > MOST_ANSWERS:
-            return _fewest(live, counts), True
+        if prod(high - low + 1 for low, high in counts) > MAX_ANSWERS:
+            return _smallest_answers(live, counts), True
         every = product(*(range(low, high + 1) for low, high in counts))
         answers = (tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in every)
         return tuple(sorted(answers, key=lambda a: (len(a), a))), False
@@ -137,12 +137,12 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
     )
 
 
-def most_instances(goal: Goal) -> int:
+def max_instances(goal: Goal) -> int:
     """The number of a goal's parts that can be worked on together: no type needs more instances than this."""
     if isinstance(goal, AllOf):
-        return sum(most_instances(part) for part in goal.parts)
+        return sum(max_instances(part) for part in goal.parts)
     if isinstance(goal, AnyOf):
-        return max((most_instances(part) for part in goal.parts), default=0)
+        return max((max_instances(part) for part in goal.parts), default=0)
     return 1
 
 
@@ -166,14 +166,14 @@ def imputed_items(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
     return tuple(items)
 
 
-def _fewest(live: tuple[ItemType, ...], counts: list[tuple[int, int]]) -> tuple[Answer, ...]:
+def _smallest_answers(live: tuple[ItemType, ...], counts: list[tuple[int, int]]) -> tuple[Answer, ...]:
     """The answers with the fewest items, as many as are explored."""
     at_least = tuple(t for t, (low, _) in zip(live, counts, strict=True) for _ in range(low))
     room = {t: high - low for t, (low, high) in zip(live, counts, strict=True)}
     found: list[Answer] = []
     for size in range(sum(room.values()) + 1):
         for more in combinations_with_replacement(live, size):
-            if len(found) == MOST_ANSWERS:
+            if len(found) == MAX_ANSWERS:
                 return tuple(found)
             if all(more.count(t) <= room[t] for t in more):
                 found.append(tuple(sorted((*at_least, *more))))

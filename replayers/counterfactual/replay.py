@@ -17,16 +17,16 @@ import numpy.typing as npt
 from replayers.counterfactual.bounds.bounds import NEAR, Bounds
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
-from replayers.counterfactual.fast_strategy import briefly
+from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.prepared_log import Ground, Settings, ground_of
+from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
-from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, Unfolding, no_time
+from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, reads_beliefs
+from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
-from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
+from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
@@ -35,12 +35,12 @@ from workbench.worlds.house import ContainerId, Item
 from workbench.worlds.knowledge import Knowledge
 
 __all__ = [
-    "Ground",
+    "PreparedLog",
     "Replay",
-    "Settings",
-    "ground_of",
+    "ReplaySettings",
     "in_truth",
     "over_log_alone",
+    "prepare_log",
     "replay",
     "replay_on",
     "replay_strategy",
@@ -112,14 +112,14 @@ class Replay:
 
 
 def replay(
-    run: Run, strategy_name: str, settings: Settings | None = None, *, origin: NameOrigin = NameOrigin.LOG
+    run: Run, strategy_name: str, settings: ReplaySettings | None = None, *, origin: NameOrigin = NameOrigin.LOG
 ) -> Replay:
     """Replays one strategy over one run. For many over one log, prepare it once: ground_of, replay_on."""
-    return replay_on(ground_of(run, settings or Settings()), strategy_name, origin=origin)
+    return replay_on(prepare_log(run, settings or ReplaySettings()), strategy_name, origin=origin)
 
 
 def replay_on(
-    ground: Ground, strategy_name: str, *, origin: NameOrigin = NameOrigin.LOG, worlds: Sequence[str] = ()
+    ground: PreparedLog, strategy_name: str, *, origin: NameOrigin = NameOrigin.LOG, worlds: Sequence[str] = ()
 ) -> Replay:
     """Replays one strategy over a prepared log.
 
@@ -142,7 +142,7 @@ def replay_on(
     return replay_strategy(ground, strategy(strategy_name, origin=origin), worlds=worlds)
 
 
-def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
+def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[str] = ()) -> Replay:
     """Replays a strategy over a prepared log."""
     if not ground.claims:
         return _not_reproduced(ground, planner.name)
@@ -178,27 +178,27 @@ def replay_strategy(ground: Ground, planner: Strategy, *, worlds: Sequence[str] 
         if_beliefs_stand=standing,
         stretches=tree.stretches,
         asked=tuple(tree.asked),
-        worlds=MappingProxyType(dict(_told_in(worlds, ground, tree, planner, bounds, drawn))),
-        notes=(*ground.notes, *_wavers(tree, ended)),
+        worlds=MappingProxyType(dict(_events_in_worlds(worlds, ground, tree, planner, bounds, drawn))),
+        notes=(*ground.notes, *_nondeterminism_note(tree, ended)),
     )
-    why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _breaks_later(tree)
-    return _without_claims(made, why_broken) if why_broken else made
+    why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _failure_in_worlds(tree)
+    return _without_bounds(made, why_broken) if why_broken else made
 
 
-def _tree(ground: Ground, planner: Strategy) -> Unfolding:
+def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
     """The strategy's runs over the log, to be unfolded."""
     evidence, built_in = ground.evidence, canonical_name(planner.name)
     drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)
-    return Unfolding(
+    return RunTree(
         evidence,
-        briefly(planner, ground.memory),
+        fast_strategy(planner, ground.memory),
         ground.estimator,
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
         seed=evidence.info.seed,
         merge=built_in is not None and not isinstance(planner, Sandboxed),
         steady=ground.steady,
         exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
-        reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+        reads_beliefs=uses_beliefs(planner, evidence.task.goal),
         nearest_first=looks_nearest_first(planner, evidence.task.goal),
         empty_handed=looks_empty_handed(planner),
         durations=ground.durations,
@@ -206,7 +206,7 @@ def _tree(ground: Ground, planner: Strategy) -> Unfolding:
 
 
 def _with_all_ends(
-    bounds: Bounds, standing: Bounds | None, drawn: Sequence[Leaf], tree: Unfolding
+    bounds: Bounds, standing: Bounds | None, drawn: Sequence[Leaf], tree: RunTree
 ) -> tuple[Bounds, Bounds | None]:
     """Bounds that know of every end that was reached: in drawn worlds, and with nothing but the task's types about.
 
@@ -220,8 +220,8 @@ def _with_all_ends(
     return bounds.with_ends((*others, *drawn)), standing
 
 
-def _told_in(
-    worlds: Sequence[str], ground: Ground, tree: Unfolding, planner: Strategy, bounds: Bounds, drawn: Floats | None
+def _events_in_worlds(
+    worlds: Sequence[str], ground: PreparedLog, tree: RunTree, planner: Strategy, bounds: Bounds, drawn: Floats | None
 ) -> Iterator[tuple[str, tuple[Event, ...]]]:
     """The run in the cheapest and the dearest world that is known, and in the drawn world of median cost."""
     found: dict[str, Leaf | None] = {"best": bounds.cheapest, "worst": bounds.dearest}
@@ -234,12 +234,12 @@ def _told_in(
             yield name, tree.events(leaf, told_by=planner)
 
 
-def over_log_alone(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
+def over_log_alone(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run over what the log holds and nothing else; it ends undetermined at the first unopened container."""
     return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
 
 
-def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
+def in_truth(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run in the recorded truth."""
     assert ground.truth is not None, "asked for the truth of a ground without one"
     contents = ground.truth.contents
@@ -253,11 +253,11 @@ def in_truth(ground: Ground, planner: Strategy) -> tuple[Event, ...]:
 
 def support_of(events: tuple[Event, ...]) -> dict[str, int]:
     """How many steps have which support: logged, implied, imputed."""
-    counted = Counter(e.support for e in events if isinstance(e, Acted | Observed) and e.support)
+    counted = Counter(e.support for e in events if isinstance(e, ActionEnded | ContainerObserved) and e.support)
     return dict(sorted(counted.items()))
 
 
-def _run(ground: Ground, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
+def _run(ground: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Event, ...]:
     evidence = ground.evidence
     return tuple(
         run_task(
@@ -268,18 +268,18 @@ def _run(ground: Ground, planner: Strategy, world: LoggedWorld) -> tuple[Event, 
             costs=evidence.costs,
             seed=evidence.info.seed,
             max_steps=MAX_STEPS,
-            stopwatch=no_time,
+            stopwatch=zero_clock,
         )
     )
 
 
-def _ended(events: tuple[Event, ...]) -> Ended:
+def _ended(events: tuple[Event, ...]) -> RunEnded:
     ended = events[-1]
-    assert isinstance(ended, Ended), "the loop always ends with Ended"
+    assert isinstance(ended, RunEnded), "the loop always ends with Ended"
     return ended
 
 
-def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Replay:
+def _in_truth_only(ground: PreparedLog, strategy_name: str, origin: NameOrigin) -> Replay:
     """A replay of a strategy that must see the truth: only where the log holds it and it may be used."""
     if ground.truth is None:
         raise Unsupported(
@@ -305,7 +305,7 @@ def _in_truth_only(ground: Ground, strategy_name: str, origin: NameOrigin) -> Re
     )
 
 
-def _not_reproduced(ground: Ground, name: str) -> Replay:
+def _not_reproduced(ground: PreparedLog, name: str) -> Replay:
     """Nothing but the reason: the recorded strategy itself does not do here what was recorded."""
     return Replay(
         strategy=name,
@@ -325,7 +325,7 @@ def _not_reproduced(ground: Ground, name: str) -> Replay:
     )
 
 
-def _breaks_later(tree: Unfolding) -> str:
+def _failure_in_worlds(tree: RunTree) -> str:
     """Why the strategy broke in the first explored world in which it did; empty if it broke in none."""
     waiting: list[tuple[Node, str]] = [(tree.root, "")]
     met: set[int] = set()
@@ -342,7 +342,7 @@ def _breaks_later(tree: Unfolding) -> str:
     return ""
 
 
-def _without_claims(made: Replay, why: str) -> Replay:
+def _without_bounds(made: Replay, why: str) -> Replay:
     """A replay of a strategy that broke in some world: neither bounds nor an estimate, but the reason."""
     return replace(
         made,
@@ -356,7 +356,7 @@ def _without_claims(made: Replay, why: str) -> Replay:
     )
 
 
-def _wavers(tree: Unfolding, alone: Ended) -> tuple[str, ...]:
+def _nondeterminism_note(tree: RunTree, alone: RunEnded) -> tuple[str, ...]:
     """A note where the strategy, given the same view again, went elsewhere before the first open container."""
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None

@@ -13,7 +13,7 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
-from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
+from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
@@ -88,16 +88,16 @@ def _compared(run: Run, events: Iterator[Event]) -> Reproduction:
     made: PlanComputed | None = None
     done = 0
     for event in events:
-        if isinstance(event, Planned):
+        if isinstance(event, PlanMade):
             made = next(wire for wire in to_wire(event) if isinstance(wire, PlanComputed))
-        elif isinstance(event, Acted):
+        elif isinstance(event, ActionEnded):
             now = next(wire for wire in to_wire(event) if isinstance(wire, ActionFinished))
             if done == len(logged):
                 return _beyond(run, now)
             if _what(now) != _what(logged[done]):
                 return _parted(run, logged[done], now, made, plans)
             done += 1
-        elif isinstance(event, Ended):
+        elif isinstance(event, RunEnded):
             return _at_end(run, event, logged[done:], made, plans)
     raise AssertionError("the loop always ends with Ended")
 
@@ -123,7 +123,7 @@ def _parted(
 
 def _at_end(
     run: Run,
-    ended: Ended,
+    ended: RunEnded,
     left: Sequence[ActionFinished],
     made: PlanComputed | None,
     plans: dict[int, PlanComputed],
@@ -143,7 +143,7 @@ def _at_end(
     return _same_end(run, outcome, ended)
 
 
-def _same_end(run: Run, outcome: Outcome, ended: Ended) -> Reproduction:
+def _same_end(run: Run, outcome: Outcome, ended: RunEnded) -> Reproduction:
     if ended.status.value != outcome.status:
         return _other(run, f"it ends '{ended.status.value}' where the run ended '{outcome.status}'")
     if abs(ended.cost - outcome.cost) > SAME_COST * max(1.0, abs(outcome.cost)):

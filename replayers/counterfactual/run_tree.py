@@ -17,7 +17,7 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from workbench.beliefs.belief import Estimator
-from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
+from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
@@ -30,14 +30,14 @@ MAX_STEPS = 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Question:
+class UnobservedLook:
     """A look into an open container: the log does not hold what it reveals.
 
     Attributes:
         container: the container being searched.
         live: the item types that still matter.
         options: the answers that it can give, the empty one first.
-        others: whether it can give answers besides the options (relevance.MOST_ANSWERS).
+        others: whether it can give answers besides the options (relevance.MAX_ANSWERS).
         knowledge: what the robot knows before the look.
     """
 
@@ -52,7 +52,7 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stretch:
+class Segment:
     """One segment of a run, from a node to the next unobserved look or to the end of the run.
 
     Attributes:
@@ -66,9 +66,9 @@ class Stretch:
     cost: float
     steps: int
     picks: int
-    question: Question | None
-    ended: Ended | None
-    leans: bool = True
+    question: UnobservedLook | None
+    ended: RunEnded | None
+    depends_on_beliefs: bool = True
 
     @property
     def done(self) -> bool:
@@ -88,12 +88,12 @@ class Node:
     steps: int = 0
     picks: int = 0
     cost: float = 0.0
-    stretch: Stretch | None = None
+    stretch: Segment | None = None
     children: dict[Answer, Node] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Filled:
+class Assignment:
     """What an open container answered, and for which types it was asked: the others no longer mattered."""
 
     container: ContainerId
@@ -105,26 +105,26 @@ class Filled:
 class Leaf:
     """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
 
-    filled: tuple[Filled, ...]
+    filled: tuple[Assignment, ...]
     cost: float
     own_cost: float
     status: RunStatus
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Told:
+class WorldGroup:
     """Bounds of the charged cost in all worlds that answer as `filled` says; both equal at the end of a run."""
 
-    filled: tuple[Filled, ...]
+    filled: tuple[Assignment, ...]
     least: float
     most: float
 
 
-Choose = Callable[[Question], Answer]
+Choose = Callable[[UnobservedLook], Answer]
 
 
 @final
-class Unfolding:
+class RunTree:
     """A strategy's runs over one log, remembered as far as they have been followed.
 
     Args:
@@ -171,8 +171,8 @@ class Unfolding:
         self.max_steps = max_steps
         self.nearest_first = nearest_first
         self.empty_handed = empty_handed
-        self._key = Telling(relevance, steady)
-        self._planner = Remembering(strategy, self._key) if merge else strategy
+        self._key = StateKey(relevance, steady)
+        self._planner = MemoizedStrategy(strategy, self._key) if merge else strategy
         self._estimator = estimator
         self._seed = seed
         self._merge = merge
@@ -190,7 +190,7 @@ class Unfolding:
         """Whether decisions go by beliefs that are not quite the robot's: a log rounded them."""
         return self._reads_beliefs and not self._exact_beliefs
 
-    def advance(self, node: Node) -> Stretch:
+    def advance(self, node: Node) -> Segment:
         """Runs on from a node to its next unobserved look or its end; cached."""
         if node.stretch is None:
             node.stretch = self._run(node)
@@ -205,7 +205,7 @@ class Unfolding:
 
     def follow(self, choose: Choose) -> Leaf:
         """Runs to an end, choosing an answer at every unobserved look."""
-        node, cost, filled = self.root, 0.0, list[Filled]()
+        node, cost, filled = self.root, 0.0, list[Assignment]()
         while True:
             stretch = self.advance(node)
             cost += stretch.cost
@@ -213,13 +213,13 @@ class Unfolding:
             if question is None:
                 return self._leaf(stretch, cost, tuple(filled))
             answer = choose(question)
-            filled.append(Filled(container=question.container, live=question.live, answer=answer))
+            filled.append(Assignment(container=question.container, live=question.live, answer=answer))
             node = self.child(node, answer)
 
     def certain(self, node: Node) -> bool:
         """Whether the run from a node on is the same whatever else the open containers on the way held, and whatever
         rounding took from beliefs."""
-        return not ((node.imputed or not self._exact_beliefs) and self.advance(node).leans)
+        return not ((node.imputed or not self._exact_beliefs) and self.advance(node).depends_on_beliefs)
 
     def events(self, leaf: Leaf, *, told_by: Strategy | None = None) -> tuple[Event, ...]:
         """The events of the run that ends in a leaf, from the start and with the paths walked.
@@ -246,27 +246,31 @@ class Unfolding:
         made = Node(knowledge=knowledge, imputed=True, steps=steps, picks=picks, cost=cost)
         return self._nodes.setdefault(self._key(knowledge), made) if self._merge else made
 
-    def _run(self, node: Node) -> Stretch:
+    def _run(self, node: Node) -> Segment:
         self.stretches += 1
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
         steps, picks, leans = 0, 0, False
-        ended: Ended | None = None
+        ended: RunEnded | None = None
         for event in self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps):
-            if isinstance(event, Acted):
+            if isinstance(event, ActionEnded):
                 steps += 1
                 picks += event.success and event.step.action == "pick"
-            elif isinstance(event, Planned):
+            elif isinstance(event, PlanMade):
                 leans = leans or (self._reads_beliefs and self._asks(event.made))
-            elif isinstance(event, Ended):
+            elif isinstance(event, RunEnded):
                 ended = event
         assert ended is not None, "the loop always ends with Ended"
         self.largest_picks = max(self.largest_picks, node.picks + picks)
         if ended.status is not RunStatus.UNDETERMINED or ended.unseen is None:
-            return Stretch(cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended, leans=leans)
+            return Segment(
+                cost=ended.own_cost, steps=steps, picks=picks, question=None, ended=ended, depends_on_beliefs=leans
+            )
         question = self._question(ended.unseen, world.knowledge)
         self.asked[ended.unseen] = None
         cost = ended.own_cost + self.evidence.costs.search
-        return Stretch(cost=cost, steps=steps + 1, picks=picks, question=question, ended=None, leans=leans)
+        return Segment(
+            cost=cost, steps=steps + 1, picks=picks, question=question, ended=None, depends_on_beliefs=leans
+        )
 
     def _asks(self, made: Decision) -> bool:
         """Whether a decision can have depended on beliefs: built-in strategies ask them for what is missing, and
@@ -289,19 +293,19 @@ class Unfolding:
             costs=self.evidence.costs,
             seed=self._seed,
             max_steps=max(1, steps_left),
-            stopwatch=no_time,
+            stopwatch=zero_clock,
             begin_with=begin_with,
         )
 
-    def _question(self, container: ContainerId, knowledge: Knowledge) -> Question:
+    def _question(self, container: ContainerId, knowledge: Knowledge) -> UnobservedLook:
         live = self.relevance.live(knowledge)
         settled = [c for c in knowledge.first_seen if c in self._open]
         found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
         left = len(self._open) - len(settled) - 1
         options, others = self.relevance.options(live, found_before=found, open_left=left, seen=self._seen)
-        return Question(container=container, live=live, options=options, others=others, knowledge=knowledge)
+        return UnobservedLook(container=container, live=live, options=options, others=others, knowledge=knowledge)
 
-    def _leaf(self, stretch: Stretch, own_cost: float, filled: tuple[Filled, ...]) -> Leaf:
+    def _leaf(self, stretch: Segment, own_cost: float, filled: tuple[Assignment, ...]) -> Leaf:
         assert stretch.ended is not None, "a leaf is an end"
         charged = own_cost if stretch.done else self.evidence.task.failure_cost
         return Leaf(filled=filled, cost=charged, own_cost=own_cost, status=stretch.ended.status)
@@ -309,7 +313,7 @@ class Unfolding:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Telling:
+class StateKey:
     """The key by which states are the same to a strategy: where things that still matter stand, and where one may
     still look; where beliefs depend on every observation, also all that was found.
 
@@ -337,7 +341,7 @@ class Telling:
 
 
 @final
-class Remembering:
+class MemoizedStrategy:
     """A strategy that is asked once for each state that it can distinguish."""
 
     def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
@@ -359,6 +363,6 @@ class Remembering:
         return self._made[key]
 
 
-def no_time() -> float:
+def zero_clock() -> float:
     """A clock that stands still: planning time is not charged in a replay, since it depends on the machine."""
     return 0.0

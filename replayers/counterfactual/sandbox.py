@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Any, Self, final
 
 from workbench.errors import LiosError
-from workbench.planning.guarded import raised, what_is_wrong
+from workbench.planning.guarded import decision_error, exception_text
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_strategy, strategy_plugin
 from workbench.planning.strategy import Decision, Strategy, View
@@ -31,7 +31,7 @@ from workbench.worlds.house import ItemType
 LOADING_S = 60.0
 """Importing a planner may import much."""
 
-MOST_RESTARTS = 3
+MAX_RESTARTS = 3
 """A planner that had to be stopped this often is not restarted."""
 
 
@@ -144,7 +144,7 @@ class Sandboxed:
 
     def decide(self, view: View) -> Decision:
         kind, answer = self._ask("decide", view, self._timeout_s)
-        why = str(answer) if kind != "ok" else what_is_wrong(answer)
+        why = str(answer) if kind != "ok" else decision_error(answer)
         if not why:
             return answer
         return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=why, solver=self._name))
@@ -204,7 +204,7 @@ class Sandboxed:
     def _stopped(self, why: str) -> tuple[str, Any]:
         self.close()
         self._restarts += 1
-        if self._restarts >= MOST_RESTARTS:
+        if self._restarts >= MAX_RESTARTS:
             self._broken = f"{why} ({self._restarts} times; not tried again)"
         return "gone", why
 
@@ -261,7 +261,7 @@ def _tried(ask: Callable[[], object]) -> tuple[str, object]:
     except AskedForTruth as error:
         return "cheated", str(error)
     except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
-        return "raised", raised(error)
+        return "raised", exception_text(error)
 
 
 def load_foreign(found: Plugin) -> Strategy:

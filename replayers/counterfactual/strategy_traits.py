@@ -15,7 +15,7 @@ from workbench.planning.tasks import Goal
 from workbench.search.policies.nearest_first import NearestFirst
 
 
-def reads_beliefs(planner: Strategy, goal: Goal) -> bool:
+def uses_beliefs(planner: Strategy, goal: Goal) -> bool:
     """Whether beliefs can change what a strategy does; True where that is unknown."""
     if not isinstance(planner, Composed) or prepares(goal):
         return True

@@ -17,7 +17,7 @@ from mcap.records import Attachment, Channel, DataEnd, Footer, Header, MessageIn
 from recorders.mcap_io.index import MAGIC, LogIndex
 from replayers.doctor.findings import Findings, Level
 from replayers.mcap_io.messages import Message
-from replayers.mcap_io.records import HEAD, ChunkRecord, Raw, Record, Unreadable, records_in
+from replayers.mcap_io.records import HEAD, ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
 from replayers.mcap_io.scan import Damage, scan
 from replayers.mcap_io.summary import read_index
 
@@ -27,7 +27,7 @@ RECOVER = "Save what is intact: lios recover"
 
 
 @dataclass(slots=True)
-class Walk:
+class ContainerScan:
     """State of the pass through a file.
 
     Attributes:
@@ -59,13 +59,13 @@ class Walk:
         if damage.cut_off:
             self.cut_off = True
             self.findings.add(Level.LOSS, where, damage.what, RECOVER, kind="cut off")
-        elif damage.costs_content:
+        elif damage.loses_content:
             self.findings.error(where, damage.what, RECOVER)
         else:
             self.findings.error(where, damage.what, RECOVER, kind="bookkeeping")
 
 
-def walk_container(path: Path, stream: BinaryIO, walk: Walk) -> Iterator[Message | Attachment | Metadata]:
+def walk_container(path: Path, stream: BinaryIO, walk: ContainerScan) -> Iterator[Message | Attachment | Metadata]:
     """Yields all content of a file; what is wrong with the file is added to the findings of the walk.
 
     The summary is compared when the iterator ends.
@@ -79,7 +79,7 @@ def walk_container(path: Path, stream: BinaryIO, walk: Walk) -> Iterator[Message
     _check_end(walk, stream)
 
 
-def _take(walk: Walk, offset: int, record: Record) -> Iterator[Message | Attachment | Metadata]:
+def _take(walk: ContainerScan, offset: int, record: Record) -> Iterator[Message | Attachment | Metadata]:
     findings = walk.findings
     if walk.data_end is not None and not isinstance(record, Footer):
         return  # the summary is compared as a whole
@@ -91,7 +91,7 @@ def _take(walk: Walk, offset: int, record: Record) -> Iterator[Message | Attachm
                 findings.warning("header", f"profile {record.profile[:40]!r} is none that tools know")
         case ChunkRecord():
             yield from _chunk(walk, offset, record)
-        case Raw():
+        case RawMessage():
             yield from _message(walk, offset, record)
         case Schema() | Channel():
             _declare(walk, offset, record)
@@ -111,16 +111,16 @@ def _take(walk: Walk, offset: int, record: Record) -> Iterator[Message | Attachm
             pass
 
 
-def _chunk(walk: Walk, offset: int, chunk: ChunkRecord) -> Iterator[Message]:
+def _chunk(walk: ContainerScan, offset: int, chunk: ChunkRecord) -> Iterator[Message]:
     where = f"chunk at byte {offset}"
     try:
         data = chunk.unpack()
-    except Unreadable as error:
+    except UnreadableRecord as error:
         walk.damaged = True
         walk.findings.error(where, str(error), RECOVER, kind="chunk")
         try:
             data = chunk.unpack_anyhow()
-        except Unreadable:
+        except UnreadableRecord:
             return
     if not chunk.uncompressed_crc:
         walk.findings.add(Level.INFO, where, "it has no checksum", kind="no checksum")
@@ -128,13 +128,13 @@ def _chunk(walk: Walk, offset: int, chunk: ChunkRecord) -> Iterator[Message]:
     stamps: list[int] = []
     try:
         for at, inner in records_in(data):
-            if isinstance(inner, Raw):
+            if isinstance(inner, RawMessage):
                 index.setdefault(inner.channel_id, []).append((inner.log_time, at))
                 stamps.append(inner.log_time)
                 yield from _message(walk, offset, inner)
             elif isinstance(inner, Schema | Channel):
                 _declare(walk, offset, inner)
-    except Unreadable as error:
+    except UnreadableRecord as error:
         walk.damaged = True
         walk.findings.error(where, str(error), RECOVER, kind="chunk")
     first, last = (min(stamps), max(stamps)) if stamps else (0, 0)
@@ -145,7 +145,7 @@ def _chunk(walk: Walk, offset: int, chunk: ChunkRecord) -> Iterator[Message]:
     walk.indexes_of = (offset, index)
 
 
-def _message(walk: Walk, offset: int, raw: Raw) -> Iterator[Message]:
+def _message(walk: ContainerScan, offset: int, raw: RawMessage) -> Iterator[Message]:
     channel = walk.channels.get(raw.channel_id)
     if channel is None:
         what = f"a message of channel {raw.channel_id}, which is declared nowhere before"
@@ -167,7 +167,7 @@ def _message(walk: Walk, offset: int, raw: Raw) -> Iterator[Message]:
     )
 
 
-def _declare(walk: Walk, offset: int, record: Schema | Channel) -> None:
+def _declare(walk: ContainerScan, offset: int, record: Schema | Channel) -> None:
     where = f"byte {offset}"
     known = walk.schemas.get(record.id) if isinstance(record, Schema) else walk.channels.get(record.id)
     kind = "schema" if isinstance(record, Schema) else "channel"
@@ -184,7 +184,7 @@ def _declare(walk: Walk, offset: int, record: Schema | Channel) -> None:
         walk.channels[record.id] = record
 
 
-def _check_index(walk: Walk, offset: int, record: MessageIndex) -> None:
+def _check_index(walk: ContainerScan, offset: int, record: MessageIndex) -> None:
     if walk.indexes_of is None:
         walk.findings.error(f"byte {offset}", "a message index that follows no chunk", RECOVER)
         return
@@ -195,14 +195,14 @@ def _check_index(walk: Walk, offset: int, record: MessageIndex) -> None:
         walk.findings.error(f"chunk at byte {chunk}", what, RECOVER, kind="message index")
 
 
-def _check_indexes_complete(walk: Walk) -> None:
+def _check_indexes_complete(walk: ContainerScan) -> None:
     if walk.indexes_of is not None and walk.indexes_of[1] and not walk.damaged:
         where = f"chunk at byte {walk.indexes_of[0]}"
         walk.findings.add(Level.WARNING, where, "messages without a message index", RECOVER, kind="no message index")
     walk.indexes_of = None
 
 
-def _check_end(walk: Walk, stream: BinaryIO) -> None:
+def _check_end(walk: ContainerScan, stream: BinaryIO) -> None:
     findings = walk.findings
     _check_indexes_complete(walk)
     if walk.late:
@@ -233,7 +233,7 @@ def _check_end(walk: Walk, stream: BinaryIO) -> None:
         _compare(walk, index)
 
 
-def _check_data_crc(walk: Walk, stream: BinaryIO) -> None:
+def _check_data_crc(walk: ContainerScan, stream: BinaryIO) -> None:
     assert walk.data_end is not None
     end, expected = walk.data_end
     if not expected:
@@ -247,7 +247,7 @@ def _check_data_crc(walk: Walk, stream: BinaryIO) -> None:
         walk.findings.error("data", "the checksum over all data is wrong, though every chunk is right", RECOVER)
 
 
-def _compare(walk: Walk, index: LogIndex) -> None:
+def _compare(walk: ContainerScan, index: LogIndex) -> None:
     """Compares the index with what the pass has seen of the file."""
     findings = walk.findings
 

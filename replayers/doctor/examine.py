@@ -13,10 +13,10 @@ from pathlib import Path
 
 from mcap.records import Attachment, Metadata
 
-from replayers.doctor.container_checks import Walk, walk_container
+from replayers.doctor.container_checks import ContainerScan, walk_container
 from replayers.doctor.findings import Finding, Findings, Level, Verdict
 from replayers.doctor.run_checks import RunChecks
-from replayers.log_tools.multi_run import taken_out
+from replayers.log_tools.multi_run import unmarked
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.scan import open_log
 
@@ -56,11 +56,11 @@ def examine(path: Path | str, *, told: Told = iter) -> Examination:
         FileMissing, NoMcap: there is nothing to examine.
     """
     path, findings = Path(path), Findings()
-    walk, runs, count = Walk(findings), dict[int | None, RunChecks](), 0
+    walk, runs, count = ContainerScan(findings), dict[int | None, RunChecks](), 0
     with open_log(path) as stream:
         for part in told(walk_container(path, stream, walk)):
             count += isinstance(part, Message)
-            run, plain = taken_out(part)
+            run, plain = unmarked(part)
             if run not in runs:
                 runs[run] = RunChecks(findings)
             runs[run].take(plain)

@@ -41,7 +41,7 @@ class Finding:
     fix: str = ""
 
 
-MOST_A_KIND = 20
+MAX_PER_KIND = 20
 """More findings of one kind are counted, not listed: a file of zeros must not fill the memory."""
 
 
@@ -61,7 +61,7 @@ class Findings:
         kind = kind or what[:24]
         count = self.counts.get((level, kind), 0) + 1
         self.counts[level, kind] = count
-        if count <= MOST_A_KIND:
+        if count <= MAX_PER_KIND:
             self.keep(Finding(level=level, where=where, what=what, fix=fix), kind)
 
     def keep(self, finding: Finding, kind: str) -> None:
@@ -77,9 +77,9 @@ class Findings:
     def all(self) -> list[Finding]:
         """The findings that were kept, worst first, and one line for each kind of which there are more."""
         more = [
-            Finding(level=level, where="", what=f"{count - MOST_A_KIND} more like: {kind}")
+            Finding(level=level, where="", what=f"{count - MAX_PER_KIND} more like: {kind}")
             for (level, kind), count in self.counts.items()
-            if count > MOST_A_KIND
+            if count > MAX_PER_KIND
         ]
         order = list(Level)
         return sorted(

@@ -26,7 +26,7 @@ NEAR = 1e-4
 """Costs closer than this are one: logs round to six decimals."""
 
 
-def pit_stretch(costs: Floats, truth: float) -> Stretch:
+def pit_interval(costs: Floats, truth: float) -> Stretch:
     """The PIT interval of a true cost; of zero length where no drawn world has that cost."""
     return float(np.mean(costs < truth - NEAR)), float(np.mean(costs <= truth + NEAR))
 

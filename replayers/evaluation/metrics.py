@@ -21,8 +21,8 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
     so
       that an interval which contains at least 90 % of the sampled worlds mostly contains more: the figure should
       equal interval_mass, the mean share that these intervals contain.
-    - the probability integral transform, which discreteness does not bias (replayers.evaluation.calibration): pit, its
-    histogram,
+    - the probability integral transform, which discreteness does not bias
+      (replayers.evaluation.calibration): pit, its histogram,
       uniform when calibrated; pit_distance, the largest distance of its distribution from the uniform one;
       interval_coverage, its share within the central 90 %, with an interval that resamples whole houses.
     """

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 from replayers.counterfactual.estimates.intervals import finite
 from workbench.evaluation.tasks.experiment import PAPER_STRATEGIES
-from workbench.execution.events import Ended
+from workbench.execution.events import RunEnded
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import ROBOT
+from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.house import LocationId
-from workbench.worlds.sites.configurations import Configuration, arranged, configurations_of
+from workbench.worlds.sites.configurations import Configuration, configurations_of, site_and_house
 from workbench.worlds.sites.site import Site
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def run_experiment(experiment: SpotExperiment) -> Iterator[SpotRow]:
 
 def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossRow]:
     """Replays each run's strategy, with its estimator, over the logs of the others in its configuration."""
-    from replayers.counterfactual.replay import Settings, ground_of, replay_on
+    from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
     from replayers.runs.run import read
 
     priced = {(row.configuration, row.strategy): cost_by_the_matrix(read(row.log)) for row in rows}
@@ -126,7 +126,7 @@ def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossR
             continue
         run = read(row.log)
         grounds = {
-            name: ground_of(run, Settings(worlds=worlds, estimator=name, estimator_origin=NameOrigin.USER))
+            name: prepare_log(run, ReplaySettings(worlds=worlds, estimator=name, estimator_origin=NameOrigin.USER))
             for name in sorted({o.estimator for o in others})
         }
         for other in others:
@@ -178,7 +178,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
     from recorders.spot.simulated.session import simulated_robot
     from workbench.errors import OutputExists
 
-    site, house = arranged(experiment.site, configuration)
+    site, house = site_and_house(experiment.site, configuration)
     log = experiment.folder / f"spot_{configuration.name}_{strategy}.mcap"
     if log.exists() and not experiment.force:
         raise OutputExists(log)
@@ -188,7 +188,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         strategy=strategy,
         estimator=experiment.estimator_of(strategy),
         seed=experiment.seed,
-        costs=ROBOT,
+        costs=ROBOT_COSTS,
         rates=thin_rates(experiment.images_hz, raw=experiment.raw),
         truth=house.contents,
         own_estop=True,
@@ -197,7 +197,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
     with simulated_robot(site, house, clock=SteppedClock(), seed=experiment.seed) as (_robot, connection):
         report = run_and_record(connection, run, log, force=experiment.force)
     paper = configuration.paper.get(strategy)
-    ended: Ended = report.ended
+    ended: RunEnded = report.ended
     return SpotRow(
         configuration=configuration.name,
         strategy=strategy,

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from recorders.simulated_run import Trial, Wish, record_trial, trial_events, trial_for
-from replayers.counterfactual.prepared_log import Settings, ground_of
+from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_events, trial_for
+from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
-from replayers.evaluation.calibration import Stretch, pit_stretch, share_within
+from replayers.evaluation.calibration import Stretch, pit_interval, share_within
 from replayers.runs.run import read
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
-from workbench.planning.scenarios.paper import make_task, prepare_house
+from workbench.planning.scenarios.paper import make_task, with_scenario_items
 from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
 from workbench.worlds.house import House
@@ -32,7 +32,7 @@ from workbench.worlds.shipped import shipped_houses
 NEAR = 1e-6
 """Truth and bounds are compared with this much room: sums of the same legs in another order."""
 
-MOST_TRIED = 20
+MAX_HOUSES_TRIED = 20
 """Houses tried in turn for each task, at most, since not every house supports every scenario."""
 
 NARROW = 0.1
@@ -40,7 +40,7 @@ NARROW = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class ReplayTask:
     """One task to run: a house, a scenario, a seed."""
 
     house: str
@@ -49,7 +49,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class MeasurementSettings:
     """The settings of a measurement.
 
     Attributes:
@@ -57,9 +57,9 @@ class Plan:
         estimator: the estimator whose beliefs the runs use.
     """
 
-    places: tuple[Place, ...]
+    places: tuple[ReplayTask, ...]
     strategies: tuple[str, ...]
-    settings: Settings
+    settings: ReplaySettings
     estimator: str = "counts"
 
 
@@ -123,21 +123,21 @@ class Counterfactual:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Skipped:
+class SkippedTask:
     """A task that could not be set in a house, or a replay whose strategy broke.
 
     Attributes:
         fault: the replayer's own: a run just recorded that it does not reproduce.
     """
 
-    place: Place
+    place: ReplayTask
     reason: str
     fault: bool = False
 
 
-def places_for(
+def tasks_for(
     houses: Path | None, part: str, scenarios: Sequence[str], *, count: int, per_place: int, seed: int
-) -> tuple[Place, ...]:
+) -> tuple[ReplayTask, ...]:
     """Enough tasks for `count` counterfactuals: houses in turn, scenarios in turn, then the next seed.
 
     Raises:
@@ -151,12 +151,12 @@ def places_for(
     path = houses or shipped_houses()
     loaded = load_houses(path)
     indices = split_indices(path, part, houses=len(loaded))
-    places: list[Place] = []
+    places: list[ReplayTask] = []
     wanted = -(-count // per_place)
-    for k in range(MOST_TRIED * wanted):
+    for k in range(MAX_HOUSES_TRIED * wanted):
         turn, index = divmod(k, len(indices))
         scenario = scenarios[(len(places) + turn) % len(scenarios)]
-        place = Place(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn)
+        place = ReplayTask(house=f"{path}:{indices[index]}", scenario=scenario, seed=seed + turn)
         if _supports(loaded[indices[index]], place):
             places.append(place)
         if len(places) == wanted:
@@ -166,16 +166,16 @@ def places_for(
     return tuple(places)
 
 
-def _supports(house: House, place: Place) -> bool:
+def _supports(house: House, place: ReplayTask) -> bool:
     """Whether a house holds what a scenario needs."""
     try:
-        make_task(place.scenario, prepare_house(place.scenario, house, seed=place.seed), seed=place.seed)
+        make_task(place.scenario, with_scenario_items(place.scenario, house, seed=place.seed), seed=place.seed)
     except Unsupported:
         return False
     return True
 
 
-def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual | Skipped]:
+def counterfactuals(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[Counterfactual | SkippedTask]:
     """Measures task by task, in order, for any number of workers."""
     if workers <= 1:
         for place in plan.places:
@@ -186,26 +186,26 @@ def counterfactuals(plan: Plan, *, workers: int = 1) -> Iterator[Counterfactual 
             yield from found
 
 
-def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
+def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
     """All counterfactuals of one task."""
     try:
         trials = [_trial(place, plan, strategy) for strategy in plan.strategies]
         truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
     except LiosError as error:
-        yield Skipped(place=place, reason=str(error))
+        yield SkippedTask(place=place, reason=str(error))
         return
     with TemporaryDirectory(prefix="lios-replay-") as folder:
         for trial in trials:
             log = Path(folder) / f"{trial.strategy}.mcap"
             record_trial(trial, log)
-            ground = ground_of(read(log), plan.settings)
+            ground = prepare_log(read(log), plan.settings)
             for other in plan.strategies:
                 if other == trial.strategy:
                     continue
                 made = replay_on(ground, other, origin=NameOrigin.USER)
                 if made.bounds is None:
                     reason = f"{other} over a log of {trial.strategy}: {made.reason}"
-                    yield Skipped(place=place, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
+                    yield SkippedTask(place=place, reason=reason, fault=made.status is RunStatus.NOT_REPRODUCED)
                     continue
                 standing = made.if_beliefs_stand or made.bounds
                 yield Counterfactual(
@@ -225,7 +225,7 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
                     complete=made.bounds.complete,
                     estimate=made.estimate.mean if made.estimate else None,
                     interval=made.estimate.interval90 if made.estimate else None,
-                    pit=None if made.drawn is None else pit_stretch(made.drawn, truth[other].cost),
+                    pit=None if made.drawn is None else pit_interval(made.drawn, truth[other].cost),
                     mass=made.estimate.interval90_mass if made.estimate else None,
                     lower_if_beliefs_stand=standing.lower,
                     upper_if_beliefs_stand=standing.upper,
@@ -234,14 +234,14 @@ def measure(place: Place, plan: Plan) -> Iterator[Counterfactual | Skipped]:
                 )
 
 
-def outside(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
+def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:
     """Counterfactuals whose true cost lies outside the bounds: each is a fault."""
     return tuple(c for c in found if not c.inside)
 
 
-def _trial(place: Place, plan: Plan, strategy: str) -> Trial:
+def _trial(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
     return trial_for(
-        Wish(scenario=place.scenario),
+        TaskRequest(scenario=place.scenario),
         load_house(place.house),
         strategy=strategy,
         estimator=plan.estimator,
@@ -249,5 +249,5 @@ def _trial(place: Place, plan: Plan, strategy: str) -> Trial:
     )
 
 
-def _measured(task: tuple[Place, Plan]) -> list[Counterfactual | Skipped]:
+def _measured(task: tuple[ReplayTask, MeasurementSettings]) -> list[Counterfactual | SkippedTask]:
     return list(measure(*task))

@@ -15,22 +15,22 @@ from replayers.importers import decoding
 from replayers.importers.bags import Bag
 from replayers.importers.frames import FrameBuffer, plain
 from replayers.importers.mapping import BagFrames, Mapping
-from replayers.importers.message_handlers import ReadingAlong
+from replayers.importers.message_handlers import BagDerivation
 from replayers.importers.retrospective_plans import AFTER_THE_FACT, AfterTheFact
 from workbench import __version__
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import Malformed
-from workbench.execution.events import Ended
+from workbench.execution.events import RunEnded
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.log_schema.place import Place
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import ROBOT
+from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.sites.site import Site
 
 
-class NowhereInTheBag(Malformed):
+class RobotNotLocated(Malformed):
     """A bag that does not say where the robot was on the map."""
 
     def __init__(self, path: Path, mapping: Mapping, topics: tuple[str, ...], seen: list[str]) -> None:
@@ -64,7 +64,7 @@ class ImportPlan:
 class ImportReport:
     """The result of an import: messages by role, events, and unmapped topics."""
 
-    ended: Ended
+    ended: RunEnded
     seconds: float
     messages: dict[str, int]
     unmapped: tuple[str, ...]
@@ -76,7 +76,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     """Reads a bag and writes a log.
 
     Raises:
-        NowhereInTheBag: it does not say where the robot was.
+        RobotNotLocated: it does not say where the robot was.
         UnknownMessageType, NotABag: it cannot be read.
         OutputExists: the log is there and force is not set.
     """
@@ -84,13 +84,13 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     roles = {topic: role for topic in bag.topics if (role := plan.mapping.role_of(topic)) is not None}
     strategy = strategy_named(plan.strategy, origin=NameOrigin.USER) if plan.strategy else None
     estimator = estimator_named(plan.estimator, origin=NameOrigin.USER) if plan.strategy else None
-    mapping = _with_the_bags_frames(bag, plan, roles)
+    mapping = _resolve_frames(bag, plan, roles)
     with RunRecorder(
         output,
         info=_info(bag, plan, task, estimator.name if estimator else plan.estimator),
         place=Place.of(plan.site.plan, plan.site.ways),
         task=task,
-        costs=ROBOT,
+        costs=ROBOT_COSTS,
         force=force,
         motion=False,
         settings={
@@ -103,8 +103,10 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
             }
         },
     ) as recorder:
-        thinker = AfterTheFact(strategy=strategy, estimator=estimator, task=task, costs=ROBOT, tell=recorder.record)
-        importer = ReadingAlong(plan.site, mapping, recorder, thinker, task, given_moves="results" in roles.values())
+        thinker = AfterTheFact(
+            strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
+        )
+        importer = BagDerivation(plan.site, mapping, recorder, thinker, task, given_moves="results" in roles.values())
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
         ended = importer.derived.end()
@@ -118,7 +120,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     )
 
 
-def _with_the_bags_frames(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> Mapping:
+def _resolve_frames(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> Mapping:
     """The mapping with the frames as the bag calls them.
 
     Reads tf and poses once, so that no log is begun for a bag that does not say where the robot was.
@@ -138,7 +140,7 @@ def _with_the_bags_frames(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> 
             known = known or plain(posed[0]) == found.map or frames.lookup(found.map, posed[0]) is not None
         if known:
             return msgspec.structs.replace(plan.mapping, frames=found)
-    raise NowhereInTheBag(bag.path, plan.mapping, bag.topics, sorted(frames.names))
+    raise RobotNotLocated(bag.path, plan.mapping, bag.topics, sorted(frames.names))
 
 
 def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str) -> RunInfo:

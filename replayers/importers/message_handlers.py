@@ -18,7 +18,7 @@ from google.protobuf.message import Message
 from recorders.foxglove.scene import map_grid, timestamp
 from recorders.mcap_io.channels import protobuf_channel
 from recorders.run_recorder import RunRecorder
-from recorders.spot.session.inferred_actions import Derivation
+from recorders.spot.session.inferred_actions import ActionDeriver
 from replayers.importers import decoding
 from replayers.importers.bags import BagMessage
 from replayers.importers.frames import FrameBuffer, Matrix, plain, quaternion_of
@@ -27,7 +27,7 @@ from replayers.importers.pictures import calibration, compressed, occupancy, pac
 from replayers.importers.retrospective_plans import AfterTheFact
 from workbench.execution.events import Event
 from workbench.planning.tasks import Task
-from workbench.search.costs import ROBOT
+from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.house import LocationId
 from workbench.worlds.sites.site import Site
 
@@ -43,7 +43,7 @@ class _Goal:
 
 @final
 @dataclass(slots=True)
-class ReadingAlong:
+class BagDerivation:
     """Takes the messages of a bag one by one."""
 
     site: Site
@@ -56,7 +56,7 @@ class ReadingAlong:
     counts: dict[str, int] = field(default_factory=dict)
     unknown_tags: set[int] = field(default_factory=set)
     moves: int = 0
-    derived: Derivation = field(init=False)
+    derived: ActionDeriver = field(init=False)
     _goal: _Goal | None = None
     _handled_on: tuple[LocationId, int] | None = None
     _done: set[str] = field(default_factory=set)
@@ -69,16 +69,16 @@ class ReadingAlong:
         def tell(event: Event) -> None:
             self.thinker.hear(self.derived, event)
 
-        self.derived = Derivation(
-            site=self.site, task=self.task, costs=ROBOT, tell=tell, given_moves=self.given_moves
+        self.derived = ActionDeriver(
+            site=self.site, task=self.task, costs=ROBOT_COSTS, tell=tell, given_moves=self.given_moves
         )
         self._takes = {
             "markers": self._markers,
             "goals": self._goals,
             "results": self._results,
-            "picks": lambda m, at: self._handled(m, at, "pick"),
-            "places": lambda m, at: self._handled(m, at, "place"),
-            "handling": lambda m, at: self._handled(m, at, "either"),
+            "picks": lambda m, at: self._record_manipulation(m, at, "pick"),
+            "places": lambda m, at: self._record_manipulation(m, at, "place"),
+            "handling": lambda m, at: self._record_manipulation(m, at, "either"),
             "tf": self._tf,
             "tf_static": self._tf,
             "pose": self._pose,
@@ -121,7 +121,7 @@ class ReadingAlong:
 
     def _results(self, message: BagMessage, at: int) -> None:
         for result in decoding.results(message.message):
-            if self._told_before(result):
+            if self._already_recorded(result):
                 continue
             goal, self._goal = self._goal, None
             if goal is None or goal.target is None:
@@ -130,7 +130,7 @@ class ReadingAlong:
             reason = "" if result.success else result.words
             self.derived.moved(goal.start_ns, at, goal.target, success=result.success, reason=reason)
 
-    def _handled(self, message: BagMessage, at: int, kind: str) -> None:
+    def _record_manipulation(self, message: BagMessage, at: int, kind: str) -> None:
         """Records the arm's results: a pick or a place. One that may be either counts once for each visit, because an
         arm that picks makes several motions."""
         holds = decoding.held(message.message)
@@ -138,7 +138,7 @@ class ReadingAlong:
             self.derived.holding(at, holds)
             return
         for result in decoding.results(message.message):
-            if not result.success or self._told_before(result):
+            if not result.success or self._already_recorded(result):
                 continue
             visit = (self.derived.knowledge.robot_at, self.derived.visits)
             if kind == "either" and visit == self._handled_on:
@@ -150,7 +150,7 @@ class ReadingAlong:
             elif holding:
                 self.derived.holding(at, False)
 
-    def _told_before(self, result: decoding.Result) -> bool:
+    def _already_recorded(self, result: decoding.Result) -> bool:
         """Whether the end of an action was recorded already: status messages repeat it. Without a key it is always
         new."""
         if result.key in self._done:

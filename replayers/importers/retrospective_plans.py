@@ -9,9 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from recorders.spot.session.inferred_actions import Derivation
+from recorders.spot.session.inferred_actions import ActionDeriver
 from workbench.beliefs.belief import Estimator
-from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    FindCostsUpdated,
+    PlanMade,
+    RunEnded,
+)
 from workbench.planning.strategy import Strategy, View
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
@@ -31,19 +39,19 @@ class AfterTheFact:
     tell: Callable[[Event], None]
     decision: int = 0
 
-    def begin(self, derived: Derivation, stamp_ns: int) -> None:
+    def begin(self, derived: ActionDeriver, stamp_ns: int) -> None:
         """Adds the decision before anything is done."""
         self._think(derived, stamp_ns)
 
-    def hear(self, derived: Derivation, event: Event) -> None:
+    def hear(self, derived: ActionDeriver, event: Event) -> None:
         """Passes an event on; after an observation, adds what would have been planned then."""
-        if isinstance(event, Acted | Observed | Ended):
+        if isinstance(event, ActionEnded | ContainerObserved | RunEnded):
             event = replace(event, decision=self.decision)
         self.tell(event)
-        if isinstance(event, Observed):
+        if isinstance(event, ContainerObserved):
             self._think(derived, event.stamp_ns)
 
-    def _think(self, derived: Derivation, stamp_ns: int) -> None:
+    def _think(self, derived: ActionDeriver, stamp_ns: int) -> None:
         if self.strategy is None or self.estimator is None or self.task.goal == AllOf(parts=()):
             return
         knowledge = derived.knowledge
@@ -52,11 +60,11 @@ class AfterTheFact:
             View(knowledge=knowledge, belief=belief, task=self.task, costs=self.costs, budget_s=self.task.budget_s)
         )
         self.decision += 1
-        self.tell(Believed(stamp_ns=stamp_ns, decision=self.decision, belief=belief))
+        self.tell(BeliefUpdated(stamp_ns=stamp_ns, decision=self.decision, belief=belief))
         if made.find_costs is not None:
-            self.tell(Costed(stamp_ns=stamp_ns, decision=self.decision, find_costs=made.find_costs))
+            self.tell(FindCostsUpdated(stamp_ns=stamp_ns, decision=self.decision, find_costs=made.find_costs))
         self.tell(
-            Planned(
+            PlanMade(
                 stamp_ns=stamp_ns,
                 decision=self.decision,
                 robot_at=knowledge.robot_at,

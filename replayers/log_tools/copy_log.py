@@ -14,7 +14,7 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 from recorders.mcap_io.chunk import Compression
 from recorders.mcap_io.file import CannotCreate
 from recorders.mcap_io.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
-from replayers.mcap_io.messages import Content, Message
+from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from workbench.errors import Failed, OutputExists, WrongKind
@@ -23,7 +23,7 @@ ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Style:
+class LogLayout:
     """Layout of the new file."""
 
     compression: Compression = "zstd"
@@ -51,7 +51,7 @@ class Copier:
         NoRoom: from the end of the context.
     """
 
-    def __init__(self, path: Path | str, style: Style, *, profile: str = "") -> None:
+    def __init__(self, path: Path | str, style: LogLayout, *, profile: str = "") -> None:
         self.path, self._force = Path(path), style.force
         if self.path.is_dir():
             raise WrongKind(self.path, needed="file")
@@ -143,7 +143,7 @@ def channel_key(channel: Channel, schema: Schema | None) -> ChannelKey:
 
 
 @dataclass(slots=True)
-class Loss:
+class ReadLoss:
     """What could not be read from a log.
 
     Attributes:
@@ -167,9 +167,9 @@ class Loss:
         return self.count > 0 or self.messages > 0
 
 
-def contents(path: Path | str, loss: Loss) -> Iterator[Message | Attachment | Metadata | Header]:
+def contents(path: Path | str, loss: ReadLoss) -> Iterator[Message | Attachment | Metadata | Header]:
     """Everything in a log that is not bookkeeping, in the order of the file; damage goes to `loss`."""
-    content = Content(on_damage=loss.add)
+    content = ChunkMessages(on_damage=loss.add)
     with open_log(path) as stream:
         for offset, record in scan(stream, path=path, on_damage=loss.add):
             if isinstance(record, DataEnd):
@@ -191,13 +191,13 @@ def profile_of(path: Path | str) -> str:
 
 def declarations(path: Path | str) -> tuple[dict[int, Channel], dict[int, Schema]]:
     """All channels and schemas that any part of a log declares, including its summary."""
-    content = Content()
+    content = ChunkMessages()
     with open_log(path) as stream:
         for offset, record in scan(stream, path=path, on_damage=lambda damage: None):
             _learn(content, offset, record)
     return content.channels, content.schemas
 
 
-def _learn(content: Content, offset: int, record: Record) -> None:
+def _learn(content: ChunkMessages, offset: int, record: Record) -> None:
     for _ in content.messages_of(offset, record):
         pass

@@ -21,7 +21,7 @@ SHORT_BYTES = 120
 
 @final
 @dataclass(slots=True)
-class Shown:
+class MessageDecoder:
     """Turns messages into values that JSON can hold; decoders are created once for each schema.
 
     Attributes:

@@ -10,9 +10,9 @@ from typing import Any
 from mcap.records import Attachment, AttachmentIndex, ChunkIndex, DataEnd, Header, Metadata, MetadataIndex
 
 from recorders.mcap_io.index import LogIndex
-from replayers.log_tools.copy_log import Loss
+from replayers.log_tools.copy_log import ReadLoss
 from replayers.log_tools.multi_run import run_and_name
-from replayers.mcap_io.records import ChunkRecord, Raw, Record, Unreadable, records_in
+from replayers.mcap_io.records import ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
 from replayers.mcap_io.scan import open_log, record_at, scan
 from replayers.mcap_io.summary import read_index
 from workbench.errors import LiosError
@@ -35,7 +35,7 @@ class Description:
     size_bytes: int
     index: LogIndex
     indexed: bool
-    loss: Loss
+    loss: ReadLoss
     metadata: dict[str, dict[str, str]]
     info: RunInfo | None
 
@@ -83,7 +83,7 @@ def describe(path: Path | str) -> Description:
     Raises:
         FileMissing, NoMcap: there is nothing to read.
     """
-    path, loss = Path(path), Loss()
+    path, loss = Path(path), ReadLoss()
     found: dict[str, dict[str, str]] = {}
     with open_log(path) as stream:
         size = os.fstat(stream.fileno()).st_size
@@ -120,13 +120,13 @@ def _identity(found: dict[str, dict[str, str]]) -> RunInfo | None:
         return None
 
 
-def _count(index: LogIndex, offset: int, record: Record, loss: Loss) -> None:
+def _count(index: LogIndex, offset: int, record: Record, loss: ReadLoss) -> None:
     """An index built by reading the whole file, for a log that has none."""
     if isinstance(record, ChunkRecord):
         try:
             for _, inner in records_in(record.unpack_anyhow()):
                 _count(index, offset, inner, loss)
-        except Unreadable:
+        except UnreadableRecord:
             loss.count += 1
             return
         index.chunks.append(
@@ -142,7 +142,7 @@ def _count(index: LogIndex, offset: int, record: Record, loss: Loss) -> None:
                 uncompressed_size=record.uncompressed_size,
             )
         )
-    elif isinstance(record, Raw):
+    elif isinstance(record, RawMessage):
         index.count(record.channel_id, record.log_time)
     elif isinstance(record, Header):
         index.header = record

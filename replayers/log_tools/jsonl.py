@@ -8,9 +8,9 @@ from pathlib import Path
 import msgspec
 
 from recorders.mcap_io.file import CannotCreate
-from replayers.log_tools.copy_log import Loss, NoRoom
-from replayers.log_tools.decode_message import Shown
-from replayers.log_tools.rewrite import Rewritten, Told, not_itself
+from replayers.log_tools.copy_log import NoRoom, ReadLoss
+from replayers.log_tools.decode_message import MessageDecoder
+from replayers.log_tools.rewrite import Rewritten, Told, require_distinct_output
 from replayers.mcap_io.reader import messages
 from workbench.errors import OutputExists, WrongKind
 
@@ -22,12 +22,12 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
         OutputExists, CannotCreate, WrongKind, NoRoom: nothing was written.
         BadValue: output and log are the same file.
     """
-    not_itself([log], output)
+    require_distinct_output([log], output)
     if output.is_dir():
         raise WrongKind(output, needed="file")
     if output.exists() and not force:
         raise OutputExists(output)
-    shown, loss, count = Shown(whole=True), Loss(), 0
+    shown, loss, count = MessageDecoder(whole=True), ReadLoss(), 0
     found = messages(log, on_damage=loss.add)
     draft = output.with_name(f".{output.name}.{os.getpid()}.part")
     try:

@@ -24,7 +24,7 @@ UNDECIDED = "undetermined"
 """The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
 
 
-class Row(msgspec.Struct, frozen=True, kw_only=True):
+class LogRow(msgspec.Struct, frozen=True, kw_only=True):
     """One log. problem says why it could not be read; status is missing where it has no outcome, cost there too, and
     where a replay is undecided."""
 
@@ -50,7 +50,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 class _Known(msgspec.Struct, frozen=True):
     size: int
     changed_ns: int
-    row: Row
+    row: LogRow
 
 
 class _Memory(msgspec.Struct):
@@ -60,7 +60,7 @@ class _Memory(msgspec.Struct):
 
 def rows_of(
     paths: Sequence[Path], *, memory: Path | None = None, told: Callable[[Iterator[Path]], Iterator[Path]] = iter
-) -> list[Row]:
+) -> list[LogRow]:
     """One row for each log, in the order given.
 
     Args:
@@ -81,16 +81,16 @@ def rows_of(
     return [known[shown(path)].row for path in paths]
 
 
-def row_of(path: Path) -> Row:
+def row_of(path: Path) -> LogRow:
     """The row of one log; a log that cannot be read gets one too."""
     from replayers.log_tools.info import describe
 
     try:
         found = describe(path)
     except LiosError as error:
-        return Row(file=shown(path), problem=shown(str(error)))
+        return LogRow(file=shown(path), problem=shown(str(error)))
     info, outcome = found.info, found.outcome
-    return Row(
+    return LogRow(
         file=shown(path),
         place=info.place if info else "",
         scenario=info.scenario if info else "",
@@ -111,7 +111,7 @@ def row_of(path: Path) -> Row:
     )
 
 
-def memory_for(folder: Path) -> Path | None:
+def cache_path(folder: Path) -> Path | None:
     """The cache file of a folder's rows; None where nothing should be cached."""
     root = cache_folder()
     if root is None:

@@ -17,7 +17,7 @@ from mcap.records import Attachment, Channel, Metadata
 
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.sinks.files import PART_METADATA
-from replayers.log_tools.copy_log import Copier, Loss, Style, contents, profile_of
+from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, contents, profile_of
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import metadata
 from workbench.errors import BadValue, MalformedFile
@@ -31,7 +31,7 @@ Part = Message | Attachment | Metadata
 Told = Callable[[Iterator[Message]], Iterable[Message]]
 
 
-class HoldsRuns(MalformedFile):
+class SeveralRuns(MalformedFile):
     """A log of several runs, where a log of one is needed."""
 
     def __init__(self, path: Path) -> None:
@@ -40,14 +40,14 @@ class HoldsRuns(MalformedFile):
         )
 
 
-class HoldsRunsAlready(BadValue):
+class AlreadySeveralRuns(BadValue):
     """A log to merge that is itself of several runs."""
 
     def __init__(self, path: Path) -> None:
         super().__init__("a log to merge", str(path), "one of one run; take it apart first: lios log split --by run")
 
 
-def named(name: str, run: int) -> str:
+def member_name(name: str, run: int) -> str:
     """The name of a run's attachment or metadata record in a log of several runs."""
     return f"runs/{run}/{name}"
 
@@ -58,7 +58,7 @@ def run_and_name(name: str) -> tuple[int | None, str]:
     return (int(found[1]), found[2]) if found else (None, name)
 
 
-def taken_out(part: Part) -> tuple[int | None, Part]:
+def unmarked(part: Part) -> tuple[int | None, Part]:
     """The run of an item of a log of several runs, and the item as it is in the run's own log."""
     if isinstance(part, Message):
         number = part.channel.metadata.get(RUN_KEY, "")
@@ -74,14 +74,14 @@ def runs_of(sources: Sequence[Path]) -> list[int]:
     """The number of each log's run, from 0; parts of one recording are one run.
 
     Raises:
-        HoldsRunsAlready: a log of several runs.
+        AlreadySeveralRuns: a log of several runs.
     """
     known: dict[tuple[tuple[str, str], ...], int] = {}
     numbers: list[int] = []
     count = 0
     for source in sources:
-        if metadata(source, named(INFO_METADATA, 0)) is not None:
-            raise HoldsRunsAlready(source)
+        if metadata(source, member_name(INFO_METADATA, 0)) is not None:
+            raise AlreadySeveralRuns(source)
         info = tuple(sorted((metadata(source, INFO_METADATA) or {}).items()))
         is_part = bool(info) and metadata(source, PART_METADATA) is not None
         number = known.get(info, count) if is_part else count
@@ -93,7 +93,7 @@ def runs_of(sources: Sequence[Path]) -> list[int]:
 
 
 @dataclass(slots=True)
-class Marks:
+class RunMarker:
     """Marks what one log gives to a log of several runs."""
 
     run: int
@@ -108,13 +108,15 @@ class Marks:
         return message._replace(channel=marked)
 
 
-def split_by_run(source: Path, output: Path, style: Style, loss: Loss, told: Told = iter) -> tuple[list[Path], int]:
+def split_by_run(
+    source: Path, output: Path, style: LogLayout, loss: ReadLoss, told: Told = iter
+) -> tuple[list[Path], int]:
     """One file a run, output_0000.mcap, ...: the files, and how many messages were read.
 
     What belongs to no run, such as later notes, goes to every run that has begun by then. A log of one run gives one
     file.
     """
-    taking = _TakingApart(output, style, profile_of(source))
+    taking = _RunFiles(output, style, profile_of(source))
     count = 0
     with taking.files:
         for message in told(_messages(source, loss, taking)):
@@ -124,7 +126,7 @@ def split_by_run(source: Path, output: Path, style: Style, loss: Loss, told: Tol
     return taking.paths, count
 
 
-def _messages(source: Path, loss: Loss, taking: _TakingApart) -> Iterator[Message]:
+def _messages(source: Path, loss: ReadLoss, taking: _RunFiles) -> Iterator[Message]:
     for part in contents(source, loss):
         if isinstance(part, Message):
             yield part
@@ -133,11 +135,11 @@ def _messages(source: Path, loss: Loss, taking: _TakingApart) -> Iterator[Messag
 
 
 @dataclass(slots=True)
-class _TakingApart:
+class _RunFiles:
     """The files of the runs, open together; each gets its final name at the end."""
 
     output: Path
-    style: Style
+    style: LogLayout
     profile: str
     files: ExitStack = field(default_factory=ExitStack)
     paths: list[Path] = field(default_factory=list)
@@ -145,7 +147,7 @@ class _TakingApart:
     _of_no_run: list[Attachment | Metadata] = field(default_factory=list)
 
     def put(self, part: Part) -> None:
-        run, plain = taken_out(part)
+        run, plain = unmarked(part)
         if run is None and not isinstance(plain, Message) and plain.name != INFO_METADATA:
             self._of_no_run.append(plain)
         elif run is not None or not self._copiers:

@@ -16,7 +16,7 @@ from google.protobuf.message import DecodeError
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.mcap_io.channels import protobuf_channel
-from recorders.mcap_io.file import BeingWritten
+from recorders.mcap_io.file import LogInUse
 from recorders.mcap_io.index import LogIndex
 from recorders.mcap_io.writer import McapWriter
 from replayers.log_tools.time_argument import moment
@@ -62,12 +62,13 @@ def add_note(
     """Adds a note to a closed log.
 
     Args:
-        at, until: as replayers.log_tools.time_argument.moment reads them; by default the log's end, and the same moment.
+        at, until: as replayers.log_tools.time_argument.moment reads them; by default the log's end, and the
+            same moment.
         now_ns: when the note is written.
 
     Raises:
         NotClosed: the log has no index.
-        BeingWritten: another process has been writing to it for longer than a note takes.
+        LogInUse: another process has been writing to it for longer than a note takes.
         CannotCreate: there is no permission to write to it.
         DiskFull: no space is left; the log is unchanged.
         BadValue: an empty text, an invalid time, or one outside the log.
@@ -78,7 +79,7 @@ def add_note(
     for _ in range(TRIES):
         try:
             return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
-        except (BeingWritten, NotClosed):
+        except (LogInUse, NotClosed):
             time.sleep(WAIT_S)  # another process's note takes milliseconds
     return _added(path, text, at=at, until=until, author=author, now_ns=now_ns)
 

@@ -16,10 +16,10 @@ from pathlib import Path
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
-from replayers.log_tools.copy_log import Copier, Loss, Style, declarations, profile_of
+from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, declarations, profile_of
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.multi_run import run_and_name
-from replayers.mcap_io.messages import Content
+from replayers.mcap_io.messages import ChunkMessages
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import read_index
@@ -61,7 +61,7 @@ class Recovery:
     def lossy(self) -> bool:
         """Whether anything was dropped. A log that merely was not closed loses nothing that had been flushed."""
         missing = self.expected_messages is not None and self.expected_messages != self.messages
-        return missing or self.messages_lost > 0 or any(damage.costs_content for damage in self.damages)
+        return missing or self.messages_lost > 0 or any(damage.loses_content for damage in self.damages)
 
 
 def recover(source: Path | str, output: Path | str, *, force: bool = False, told: Told = iter) -> Recovery:
@@ -82,8 +82,8 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     if output.exists() and output.samefile(source):
         raise BadValue("output", str(output), "another file than the log itself")
     channels, schemas = declarations(source)
-    loss = Loss()
-    with Copier(output, Style(force=force), profile=profile_of(source)) as copier:
+    loss = ReadLoss()
+    with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
         done = _copy(source, copier, loss, channels, schemas, told)
         facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
         copier.writer.add_metadata(RECOVERED_METADATA, facts)
@@ -102,13 +102,13 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
 
 
 def _copy(
-    source: Path, copier: Copier, loss: Loss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
+    source: Path, copier: Copier, loss: ReadLoss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
 ) -> dict[str, int]:
     """Copies and counts what is intact."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
-    content = Content(on_damage=loss.add, channels=channels, schemas=schemas)
+    content = ChunkMessages(on_damage=loss.add, channels=channels, schemas=schemas)
     with open_log(source) as stream:
         for offset, record in told(scan(stream, path=source, on_damage=loss.add)):
             if isinstance(record, DataEnd):

@@ -14,8 +14,8 @@ from pathlib import Path
 from mcap.records import Attachment, Header, Metadata
 
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import Copier, Loss, Style, contents, profile_of
-from replayers.log_tools.multi_run import Marks, named, runs_of, split_by_run
+from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, contents, profile_of
+from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
 from replayers.mcap_io.messages import Message
 from workbench.errors import BadValue, Malformed
 
@@ -44,11 +44,11 @@ class Rewritten:
     outputs: tuple[Path, ...]
     messages: int
     dropped: int
-    loss: Loss
+    loss: ReadLoss
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wanted:
+class MessageFilter:
     """Which messages are wanted.
 
     Attributes:
@@ -88,12 +88,12 @@ def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
     return tuple(found)
 
 
-def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Told = iter) -> Rewritten:
+def filtered(source: Path, output: Path, wanted: MessageFilter, style: LogLayout, told: Told = iter) -> Rewritten:
     """Copies the wanted messages of a log. Also compacts: the new file's chunks are full."""
-    loss, kept, dropped = Loss(), 0, 0
-    not_itself([source], output)
+    loss, kept, dropped = ReadLoss(), 0, 0
+    require_distinct_output([source], output)
     with Copier(output, style, profile=profile_of(source)) as copier:
-        for message in told(_flow(source, loss, copier, wanted)):
+        for message in told(_stream_messages(source, loss, copier, wanted)):
             if wanted.message(message):
                 copier.copy(message)
                 kept += 1
@@ -102,7 +102,7 @@ def filtered(source: Path, output: Path, wanted: Wanted, style: Style, told: Tol
     return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
 
 
-def _flow(source: Path, loss: Loss, copier: Copier, wanted: Wanted) -> Iterator[Message]:
+def _stream_messages(source: Path, loss: ReadLoss, copier: Copier, wanted: MessageFilter) -> Iterator[Message]:
     """The messages of a log; its wanted attachments and metadata are copied as they are read."""
     for part in contents(source, loss):
         if isinstance(part, Message):
@@ -113,10 +113,10 @@ def _flow(source: Path, loss: Loss, copier: Copier, wanted: Wanted) -> Iterator[
             copier.describe(part)
 
 
-def merged(
+def merge_logs(
     sources: Sequence[Path],
     output: Path,
-    style: Style,
+    style: LogLayout,
     *,
     several_runs: bool = False,
     allow_duplicates: bool = False,
@@ -133,12 +133,12 @@ def merged(
         MixedRuns: metadata or attachments of one name that differ, without allow_duplicates.
         BadValue: a log is given twice.
     """
-    not_itself(sources, output)
+    require_distinct_output(sources, output)
     _each_once(sources)
-    loss, count = Loss(), 0
+    loss, count = ReadLoss(), 0
     runs = runs_of(sources) if several_runs else [None] * len(sources)
     with Copier(output, style, profile=_common_profile(sources)) as copier:
-        arounds = {run: _Around(copier, allow_duplicates, run) for run in runs}
+        arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
         flows = [_flow_of(number, source, loss, arounds[runs[number]]) for number, source in enumerate(sources)]
         ordered = heapq.merge(*flows, key=lambda entry: (entry[0], entry[1]))
         for message in told(message for _, _, message in ordered):
@@ -149,10 +149,10 @@ def merged(
     )
 
 
-def split_up(
+def split_log(
     source: Path,
     output: Path,
-    style: Style,
+    style: LogLayout,
     *,
     part_s: float | None = None,
     part_bytes: int | None = None,
@@ -166,18 +166,18 @@ def split_up(
     Raises:
         BadValue: not exactly one way of splitting was given, or the log has the name of one of its own parts.
     """
-    from replayers.log_tools.split import Parts
+    from replayers.log_tools.split import LogSplitter
 
     if re.fullmatch(re.escape(output.stem) + r"_[0-9]{4,}", source.stem):
-        not_itself([source], output.with_name(source.name))
+        require_distinct_output([source], output.with_name(source.name))
 
-    loss, count = Loss(), 0
+    loss, count = ReadLoss(), 0
     if by_run:
         if part_s is not None or part_bytes is not None:
             raise BadValue("which of --by run, --every and --size", "several", "one")
         paths, count = split_by_run(source, output, style, loss, told)
         return Rewritten(outputs=tuple(paths), messages=count, dropped=0, loss=loss)
-    with Parts(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
+    with LogSplitter(source, output, style, part_s=part_s, part_bytes=part_bytes) as parts:
         for message in told(parts.messages(loss)):
             parts.copy(message)
             count += 1
@@ -185,7 +185,7 @@ def split_up(
 
 
 @dataclass(slots=True)
-class _Around:
+class _AttachmentCopier:
     """Attachments and metadata of several logs as they are copied into one."""
 
     copier: Copier
@@ -206,16 +206,18 @@ class _Around:
             raise MixedRuns(f"{kind} {part.name}", path)
         known.add(content)
         if self.run is not None:
-            part = replace(part, name=named(part.name, self.run))
+            part = replace(part, name=member_name(part.name, self.run))
         if isinstance(part, Attachment):
             self.copier.attach(part)
         else:
             self.copier.describe(part)
 
 
-def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator[tuple[int, int, Message]]:
+def _flow_of(
+    number: int, source: Path, loss: ReadLoss, around: _AttachmentCopier
+) -> Iterator[tuple[int, int, Message]]:
     key, value = REPEATED
-    marks = None if around.run is None else Marks(around.run)
+    marks = None if around.run is None else RunMarker(around.run)
     for part in contents(source, loss):
         if isinstance(part, Message):
             if part.channel.metadata.get(key) == value:
@@ -226,7 +228,7 @@ def _flow_of(number: int, source: Path, loss: Loss, around: _Around) -> Iterator
             around.take(part, source)
 
 
-def not_itself(sources: Sequence[Path], output: Path) -> None:
+def require_distinct_output(sources: Sequence[Path], output: Path) -> None:
     """Refuses to write to a file that is being read.
 
     Raises:

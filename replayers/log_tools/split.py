@@ -13,7 +13,7 @@ from mcap.records import Attachment, Channel, Metadata
 from recorders.foxglove.channels import LATCHED
 from recorders.mcap_io.file import part_path, remove_parts
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import ChannelKey, Copier, Loss, Style, channel_key, contents, profile_of
+from replayers.log_tools.copy_log import ChannelKey, Copier, LogLayout, ReadLoss, channel_key, contents, profile_of
 from replayers.log_tools.log_paths import shown
 from replayers.mcap_io.messages import Message
 from workbench.errors import BadValue
@@ -24,11 +24,11 @@ STANDING_TOPICS = (*LATCHED, "/tf_static", "/search/truth")
 
 
 @final
-class Parts:
+class LogSplitter:
     """Writes messages to one part after another; a context manager. All parts get their final names at the end."""
 
     def __init__(
-        self, source: Path, output: Path, style: Style, *, part_s: float | None, part_bytes: int | None
+        self, source: Path, output: Path, style: LogLayout, *, part_s: float | None, part_bytes: int | None
     ) -> None:
         if (part_s is None) == (part_bytes is None):
             given = "neither" if part_s is None else "both"
@@ -48,7 +48,7 @@ class Parts:
         self._finished: list[Copier] = []
         self._copier = self._open()
 
-    def messages(self, loss: Loss) -> Iterator[Message]:
+    def messages(self, loss: ReadLoss) -> Iterator[Message]:
         """The messages of the source; attachments and metadata go to every part."""
         for part in contents(self._source, loss):
             if isinstance(part, Message):

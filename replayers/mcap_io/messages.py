@@ -9,7 +9,7 @@ from typing import NamedTuple, final
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
-from replayers.mcap_io.records import ChunkRecord, Raw, Record, Unreadable, records_in
+from replayers.mcap_io.records import ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
 from replayers.mcap_io.scan import Damage, OnDamage
 
 
@@ -30,7 +30,7 @@ class Message(NamedTuple):
 
 @final
 @dataclass(slots=True)
-class Content:
+class ChunkMessages:
     """Turns records into messages: tracks schemas and channels, and which are wanted.
 
     Attributes:
@@ -56,15 +56,15 @@ class Content:
         if isinstance(record, ChunkRecord):
             try:
                 for _, inner in records_in(record.unpack_anyhow(), unwanted=self._unwanted):
-                    if type(inner) is Raw:
+                    if type(inner) is RawMessage:
                         message = self._message(offset, inner)
                         if message is not None:
                             yield message
                     else:
                         self._learn(inner)
-            except Unreadable as error:
+            except UnreadableRecord as error:
                 self.report(Damage(offset, f"chunk: {error}", opcode=Opcode.CHUNK))
-        elif isinstance(record, Raw):
+        elif isinstance(record, RawMessage):
             message = self._message(offset, record)
             if message is not None:
                 yield message
@@ -81,15 +81,15 @@ class Content:
         self._wanted.clear()
         self._unwanted.clear()
 
-    def _message(self, offset: int, raw: Raw) -> Message | None:
-        wanted = self._wanted.get(raw.channel_id) or self._sort(offset, raw.channel_id)
+    def _message(self, offset: int, raw: RawMessage) -> Message | None:
+        wanted = self._wanted.get(raw.channel_id) or self._register_channel(offset, raw.channel_id)
         early = raw.log_time < self.start_ns
         if wanted is None or early or (self.end_ns is not None and raw.log_time >= self.end_ns):
             return None
         channel, schema = wanted
         return Message(channel, schema, raw.log_time, raw.publish_time, raw.sequence, raw.data)
 
-    def _sort(self, offset: int, channel_id: int) -> tuple[Channel, Schema | None] | None:
+    def _register_channel(self, offset: int, channel_id: int) -> tuple[Channel, Schema | None] | None:
         """A channel with its schema, cached; None, cached too, where it is not wanted."""
         channel = self.channels.get(channel_id)
         if channel is None:

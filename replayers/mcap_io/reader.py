@@ -12,7 +12,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, DataEnd, McapRecord, Metadata
 
 from recorders.mcap_io.index import LogIndex
-from replayers.mcap_io.messages import Content, Message
+from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.scan import OnDamage, open_log, record_at, scan
 from replayers.mcap_io.summary import read_index
 
@@ -39,7 +39,7 @@ def messages(
         on_damage: called for what cannot be read.
     """
     with open_log(path) as stream:
-        content = Content(on_damage=on_damage, topics=topics, start_ns=start_ns, end_ns=end_ns)
+        content = ChunkMessages(on_damage=on_damage, topics=topics, start_ns=start_ns, end_ns=end_ns)
         index = None if topics is None and end_ns is None and not start_ns else read_index(stream)
         if index is None:
             for offset, record in scan(stream, path=path, on_damage=content.report, skip=NO_DATA):

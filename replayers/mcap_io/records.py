@@ -47,11 +47,11 @@ KEPT_BYTES = 16 << 10
 COMPRESSIONS = ("zstd", "lz4", "")
 
 
-class Unreadable(Exception):
+class UnreadableRecord(Exception):
     """A record whose bytes make no sense; readers catch it and report damage."""
 
 
-class Raw(NamedTuple):
+class RawMessage(NamedTuple):
     """A message as it stands in the file, undecoded."""
 
     channel_id: int
@@ -79,12 +79,12 @@ class ChunkRecord:
             Unreadable: wrong size or checksum, unknown compression, or more bytes than the limit.
         """
         if self.uncompressed_size > limit:
-            raise Unreadable(f"claims {self.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
+            raise UnreadableRecord(f"claims {self.uncompressed_size} bytes unpacked, beyond the limit of {limit}")
         data = _unpacked(self.packed, self.compression, self.uncompressed_size)
         if len(data) != self.uncompressed_size:
-            raise Unreadable(f"does not unpack to the {self.uncompressed_size} bytes that it claims")
+            raise UnreadableRecord(f"does not unpack to the {self.uncompressed_size} bytes that it claims")
         if self.uncompressed_crc and zlib.crc32(data) != self.uncompressed_crc:
-            raise Unreadable("its checksum is wrong")
+            raise UnreadableRecord("its checksum is wrong")
         return data
 
     def unpack_anyhow(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
@@ -95,18 +95,18 @@ class ChunkRecord:
         """
         try:
             return self.unpack(limit=limit)
-        except Unreadable as error:
+        except UnreadableRecord as error:
             for compression in COMPRESSIONS if self.uncompressed_crc else ():
                 try:
                     data = _unpacked(self.packed, compression, limit)
-                except Unreadable:
+                except UnreadableRecord:
                     continue
                 if zlib.crc32(data) == self.uncompressed_crc:
                     return data
             raise error
 
 
-Record = McapRecord | ChunkRecord | Raw
+Record = McapRecord | ChunkRecord | RawMessage
 Parser = Callable[[bytes], tuple[Record, int]]
 """Parses a record's bytes; returns the record and how many bytes it used."""
 
@@ -124,7 +124,7 @@ def parse(opcode: int, body: bytes) -> tuple[Record | None, bool]:
     return record, used == len(body)
 
 
-def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple[int, McapRecord | Raw]]:
+def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple[int, McapRecord | RawMessage]]:
     """The schemas, channels and messages of a decompressed chunk, with their offsets in it.
 
     Args:
@@ -137,19 +137,19 @@ def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple
     unpack_head, unpack_message, message = HEAD.unpack_from, _MESSAGE.unpack_from, int(Opcode.MESSAGE)
     while offset < size:
         if offset + 9 > size:
-            raise Unreadable("it ends inside a record")
+            raise UnreadableRecord("it ends inside a record")
         opcode, length = unpack_head(data, offset)
         body = offset + 9
         end = body + length
         if end > size:
-            raise Unreadable("it holds a record that reaches beyond it")
+            raise UnreadableRecord("it holds a record that reaches beyond it")
         if opcode == message:
             if length < 22:
-                raise Unreadable("it holds a message that is too short")
+                raise UnreadableRecord("it holds a message that is too short")
             if data[body] | data[body + 1] << 8 in unwanted:
                 offset = end
                 continue
-            yield offset, Raw._make((*unpack_message(data, body), data[body + 22 : end]))
+            yield offset, RawMessage._make((*unpack_message(data, body), data[body + 22 : end]))
         elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             record, _ = _PARSERS[opcode](data[body:end])
             if isinstance(record, Schema | Channel):
@@ -180,8 +180,8 @@ def _unpacked(packed: bytes, compression: str, size: int) -> bytes:
         if compression == "lz4":
             return lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
     except (zstandard.ZstdError, RuntimeError, EOFError, MemoryError) as error:
-        raise Unreadable(f"{compression}: {error}") from error
-    raise Unreadable(f"unknown compression {compression[:20]!r}")
+        raise UnreadableRecord(f"{compression}: {error}") from error
+    raise UnreadableRecord(f"unknown compression {compression[:20]!r}")
 
 
 def _zstd() -> zstandard.ZstdDecompressor:
@@ -204,34 +204,34 @@ def _read_up_to(stream: zstandard.ZstdDecompressionReader, size: int) -> bytes:
 
 def _message(body: bytes) -> tuple[Record, int]:
     if len(body) < 22:
-        raise Unreadable("it is too short")
-    return Raw._make((*_MESSAGE.unpack_from(body), body[22:])), len(body)
+        raise UnreadableRecord("it is too short")
+    return RawMessage._make((*_MESSAGE.unpack_from(body), body[22:])), len(body)
 
 
 def _chunk(body: bytes) -> tuple[Record, int]:
     if len(body) < 40:
-        raise Unreadable("it is too short")
+        raise UnreadableRecord("it is too short")
     start, end, size, crc, name_length = _CHUNK.unpack_from(body)
     data = 40 + name_length
     if data > len(body):
-        raise Unreadable("its compression's name reaches beyond it")
+        raise UnreadableRecord("its compression's name reaches beyond it")
     (length,) = struct.unpack_from("<Q", body, data - 8)
     if data + length > len(body):
-        raise Unreadable("its data reach beyond it")
+        raise UnreadableRecord("its data reach beyond it")
     try:
         compression = body[32 : data - 8].decode("utf-8")
     except UnicodeDecodeError:
-        raise Unreadable("its compression's name is no text") from None
+        raise UnreadableRecord("its compression's name is no text") from None
     return ChunkRecord(start, end, size, crc, compression, body[data : data + length]), data + length
 
 
 def _attachment(body: bytes) -> tuple[Record, int]:
-    record, used = _small(Attachment)(body)
+    record, used = _checked_parser(Attachment)(body)
     if not isinstance(record, Attachment):
-        raise Unreadable("it is no attachment")
+        raise UnreadableRecord("it is no attachment")
     (crc,) = struct.unpack_from("<L", body, used - 4)
     if crc and zlib.crc32(memoryview(body)[: used - 4]) != crc:
-        raise Unreadable(f"the checksum of attachment {record.name[:60]!r} is wrong")
+        raise UnreadableRecord(f"the checksum of attachment {record.name[:60]!r} is wrong")
     return record, used
 
 
@@ -242,25 +242,25 @@ class _Kind(Protocol):
     def read(stream: ReadDataStream) -> McapRecord: ...
 
 
-def _small(cls: type[_Kind]) -> Parser:
+def _checked_parser(cls: type[_Kind]) -> Parser:
     """A parser by mcap's record layer that refuses records which claim more than they hold."""
 
     def parser(body: bytes) -> tuple[Record, int]:
-        stream = _Strict(io.BytesIO(body))
+        stream = _StrictStream(io.BytesIO(body))
         try:
             return cls.read(stream), stream.count
         except (McapError, struct.error, ValueError, OverflowError) as error:
-            raise Unreadable(str(error) or "it ends too early") from error
+            raise UnreadableRecord(str(error) or "it ends too early") from error
 
     return parser
 
 
-def _repeated(cls: type[Schema | Channel]) -> Parser:
+def _cached_parser(cls: type[Schema | Channel]) -> Parser:
     """A parser of records that occur in every log, and in most chunks once more: equal bytes are parsed once.
 
     Callers must not modify the records. At most 512 of up to 16 kB are cached.
     """
-    parser = _small(cls)
+    parser = _checked_parser(cls)
     kept = lru_cache(maxsize=512)(parser)
     return lambda body: kept(body) if len(body) <= KEPT_BYTES else parser(body)
 
@@ -269,21 +269,21 @@ def _chunk_index(body: bytes) -> tuple[Record, int]:
     """Parsed with one struct: there is at least one a second, and mcap's reading of single numbers would dominate
     opening."""
     if len(body) < _INDEX_HEAD.size:
-        raise Unreadable("it is too short")
+        raise UnreadableRecord("it is too short")
     start, end, at, length, offsets_bytes = _INDEX_HEAD.unpack_from(body)
     rest = _INDEX_HEAD.size + offsets_bytes
     name = rest + 12
     if offsets_bytes % 10 or name > len(body):
-        raise Unreadable("it claims more than it holds")
+        raise UnreadableRecord("it claims more than it holds")
     index_length, name_length = struct.unpack_from("<QL", body, rest)
     used = name + name_length + 16
     if used > len(body):
-        raise Unreadable("it claims more than it holds")
+        raise UnreadableRecord("it claims more than it holds")
     packed, unpacked = struct.unpack_from("<QQ", body, used - 16)
     try:
         compression = body[name : used - 16].decode("utf-8")
     except UnicodeDecodeError:
-        raise Unreadable("its compression's name is no text") from None
+        raise UnreadableRecord("its compression's name is no text") from None
     record = ChunkIndex(
         chunk_length=length,
         chunk_start_offset=at,
@@ -298,13 +298,13 @@ def _chunk_index(body: bytes) -> tuple[Record, int]:
     return record, used
 
 
-class _Strict(ReadDataStream):
+class _StrictStream(ReadDataStream):
     """mcap's stream, but a short read raises instead of passing silently."""
 
     def read(self, length: int) -> bytes:
         data = super().read(length)
         if len(data) != length:
-            raise Unreadable("it claims more than it holds")
+            raise UnreadableRecord("it claims more than it holds")
         return data
 
 
@@ -314,20 +314,20 @@ _CHUNK = struct.Struct("<QQQLL")
 _INDEX_HEAD = struct.Struct("<QQQQL")
 _PARSERS: Mapping[int, Parser] = MappingProxyType(
     {
-        Opcode.HEADER: _small(Header),
-        Opcode.FOOTER: _small(Footer),
-        Opcode.SCHEMA: _repeated(Schema),
-        Opcode.CHANNEL: _repeated(Channel),
+        Opcode.HEADER: _checked_parser(Header),
+        Opcode.FOOTER: _checked_parser(Footer),
+        Opcode.SCHEMA: _cached_parser(Schema),
+        Opcode.CHANNEL: _cached_parser(Channel),
         Opcode.MESSAGE: _message,
         Opcode.CHUNK: _chunk,
-        Opcode.MESSAGE_INDEX: _small(MessageIndex),
+        Opcode.MESSAGE_INDEX: _checked_parser(MessageIndex),
         Opcode.CHUNK_INDEX: _chunk_index,
         Opcode.ATTACHMENT: _attachment,
-        Opcode.ATTACHMENT_INDEX: _small(AttachmentIndex),
-        Opcode.STATISTICS: _small(Statistics),
-        Opcode.METADATA: _small(Metadata),
-        Opcode.METADATA_INDEX: _small(MetadataIndex),
-        Opcode.SUMMARY_OFFSET: _small(SummaryOffset),
-        Opcode.DATA_END: _small(DataEnd),
+        Opcode.ATTACHMENT_INDEX: _checked_parser(AttachmentIndex),
+        Opcode.STATISTICS: _checked_parser(Statistics),
+        Opcode.METADATA: _checked_parser(Metadata),
+        Opcode.METADATA_INDEX: _checked_parser(MetadataIndex),
+        Opcode.SUMMARY_OFFSET: _checked_parser(SummaryOffset),
+        Opcode.DATA_END: _checked_parser(DataEnd),
     }
 )

@@ -14,7 +14,7 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 
 from recorders.mcap_io.index import MAGIC
-from replayers.mcap_io.records import HEAD, MAX_RECORD_BYTES, ChunkRecord, Unreadable, is_known, parse
+from replayers.mcap_io.records import HEAD, MAX_RECORD_BYTES, ChunkRecord, UnreadableRecord, is_known, parse
 
 WINDOW_BYTES = 1 << 20
 CHAIN = 3
@@ -83,7 +83,7 @@ def _is_whole(stream: BinaryIO, offset: int, limit: int) -> bool:
         record, _ = parse(opcode, stream.read(length))
         if isinstance(record, ChunkRecord):
             record.unpack(limit=limit)
-    except Unreadable:
+    except UnreadableRecord:
         return False
     return record is not None
 

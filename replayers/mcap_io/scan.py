@@ -16,7 +16,16 @@ from typing import BinaryIO, NamedTuple
 from mcap.opcode import Opcode
 
 from recorders.mcap_io.index import MAGIC
-from replayers.mcap_io.records import HEAD, MAX_RECORD_BYTES, ChunkRecord, Raw, Record, Unreadable, opcode_name, parse
+from replayers.mcap_io.records import (
+    HEAD,
+    MAX_RECORD_BYTES,
+    ChunkRecord,
+    RawMessage,
+    Record,
+    UnreadableRecord,
+    opcode_name,
+    parse,
+)
 from replayers.mcap_io.resync import INSIDE, OF_CHUNKS, next_record
 from workbench.errors import FileMissing, Malformed, MalformedFile
 
@@ -56,7 +65,7 @@ class Damage(NamedTuple):
     opcode: int = -1
 
     @property
-    def costs_content(self) -> bool:
+    def loses_content(self) -> bool:
         """Whether messages, attachments or metadata may have been lost here, and not only bookkeeping."""
         return self.opcode not in BOOKKEEPING
 
@@ -114,8 +123,8 @@ def scan(
     chunked: bool | None = None
     while True:
         found = _look(stream, offset, size, limit, skip)
-        if chunked and isinstance(found.record, Raw):
-            found = _no_index_in_disguise(found, found.record)
+        if chunked and isinstance(found.record, RawMessage):
+            found = _is_real_message(found, found.record)
         chunked = _is_chunked(found, chunked)
         if found.damage is None:
             if found.record is not None:
@@ -139,15 +148,15 @@ def scan(
         offset, resume = again, max(again, resume + 1)
 
 
-def _no_index_in_disguise(found: _Found, message: Raw) -> _Found:
+def _is_real_message(found: _ScanStep, message: RawMessage) -> _ScanStep:
     """A message between chunks, unless it is the index of one whose opcode is damaged: 6 bytes and 16 an entry."""
     entries = 22 + len(message.data) - 6
     if message.sequence != entries or entries % 16:
         return found
-    return _Found(int(Opcode.MESSAGE_INDEX), found.end, damage="message index: its opcode is damaged")
+    return _ScanStep(int(Opcode.MESSAGE_INDEX), found.end, damage="message index: its opcode is damaged")
 
 
-def _is_chunked(found: _Found, so_far: bool | None) -> bool | None:
+def _is_chunked(found: _ScanStep, so_far: bool | None) -> bool | None:
     """Whether messages are in chunks, by what has been seen of the file; an intact chunk outweighs everything."""
     if found.opcode in OF_CHUNKS and (found.damage is None or so_far is None):
         return True
@@ -156,7 +165,7 @@ def _is_chunked(found: _Found, so_far: bool | None) -> bool | None:
     return so_far
 
 
-class _Found(NamedTuple):
+class _ScanStep(NamedTuple):
     """What is at an offset: a record, or damage and (end >= 0) where the next record begins."""
 
     opcode: int
@@ -166,56 +175,58 @@ class _Found(NamedTuple):
     damage: str | None = None
 
 
-def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[int]) -> _Found:
+def _look(stream: BinaryIO, offset: int, size: int, limit: int, skip: frozenset[int]) -> _ScanStep:
     stream.seek(offset)
     head = stream.read(HEAD.size)
     if len(head) < HEAD.size:
         if not head:
-            return _Found(-1, -1, damage="the file ends without a footer")
-        return _Found(head[0], -1, damage="the file ends inside a record")
+            return _ScanStep(-1, -1, damage="the file ends without a footer")
+        return _ScanStep(head[0], -1, damage="the file ends inside a record")
     opcode, length = HEAD.unpack(head)
     end = offset + HEAD.size + length
     if opcode == 0:
-        return _Found(0, -1, damage="no record, but zeros")
+        return _ScanStep(0, -1, damage="no record, but zeros")
     if end > size or length > limit:
         what = f"it claims {length} bytes, and {size - offset - HEAD.size} are left"
-        return _saved_chunk(stream, offset, size, limit, what if end > size else f"it is longer than {limit} bytes")
+        return _recovered_chunk(
+            stream, offset, size, limit, what if end > size else f"it is longer than {limit} bytes"
+        )
     if opcode in skip:
-        return _Found(opcode, end)
+        return _ScanStep(opcode, end)
     try:
         record, exact = parse(opcode, stream.read(length))
-    except Unreadable as error:
+    except UnreadableRecord as error:
         if opcode == Opcode.CHUNK:
-            return _saved_chunk(stream, offset, size, limit, str(error))
-        return _Found(opcode, end, damage=f"{opcode_name(opcode)}: {error}")
+            return _recovered_chunk(stream, offset, size, limit, str(error))
+        return _ScanStep(opcode, end, damage=f"{opcode_name(opcode)}: {error}")
     if opcode == Opcode.CHUNK and not exact:
-        return _saved_chunk(stream, offset, size, limit, "its lengths disagree")
-    return _Found(opcode, end, record, exact)
+        return _recovered_chunk(stream, offset, size, limit, "its lengths disagree")
+    return _ScanStep(opcode, end, record, exact)
 
 
-def _saved_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what: str) -> _Found:
+def _recovered_chunk(stream: BinaryIO, offset: int, size: int, limit: int, what: str) -> _ScanStep:
     """A chunk whose own length is damaged, by the length of its data or the next record; its checksum decides."""
     stream.seek(offset)
     head = stream.read(HEAD.size + CHUNK_HEAD_BYTES)
     opcode = head[0]
     damage = f"{opcode_name(opcode)}: {what}"
     if opcode != Opcode.CHUNK:
-        return _Found(opcode, -1, damage=damage)
+        return _ScanStep(opcode, -1, damage=damage)
     name_length = int.from_bytes(head[HEAD.size + 28 : HEAD.size + 32], "little")
     data = offset + HEAD.size + 40 + name_length
     stream.seek(data - 8)
     length = int.from_bytes(stream.read(8), "little")
     if name_length > 8 or data + length > size or length > limit:
-        return _Found(opcode, -1, damage=damage)
+        return _ScanStep(opcode, -1, damage=damage)
     stream.seek(offset + HEAD.size)
     try:
         record, _ = parse(opcode, stream.read(40 + name_length + length))
         if isinstance(record, ChunkRecord) and record.uncompressed_crc:
             record.unpack_anyhow(limit=limit)
-            return _Found(opcode, data + length, record, exact=True, damage=damage)
-    except Unreadable:
+            return _ScanStep(opcode, data + length, record, exact=True, damage=damage)
+    except UnreadableRecord:
         pass
-    return _Found(opcode, -1, damage=damage)
+    return _ScanStep(opcode, -1, damage=damage)
 
 
 def record_at(stream: BinaryIO, offset: int, *, on_damage: OnDamage | None = None) -> Record | None:

@@ -10,7 +10,7 @@ from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Channel, ChunkIndex, Footer, Header, MetadataIndex, Schema, Statistics
 
 from recorders.mcap_io.index import MAGIC, LogIndex
-from replayers.mcap_io.records import HEAD, MAX_RECORD_BYTES, Record, Unreadable, parse
+from replayers.mcap_io.records import HEAD, MAX_RECORD_BYTES, Record, UnreadableRecord, parse
 
 FOOTER_BYTES = HEAD.size + 20
 
@@ -35,7 +35,7 @@ def read_index(stream: BinaryIO) -> LogIndex | None:
             return None
         index = _filled(body)
         index.header = _header(stream)
-    except Unreadable:
+    except UnreadableRecord:
         return None
     index.data_end = footer.summary_start - HEAD.size - 4
     stream.seek(index.data_end)
@@ -63,7 +63,7 @@ def _filled(body: bytes) -> LogIndex:
         opcode, length = HEAD.unpack_from(body, offset)
         start = offset + HEAD.size
         if start + length > len(body):
-            raise Unreadable("the summary ends inside a record")
+            raise UnreadableRecord("the summary ends inside a record")
         if opcode != Opcode.SUMMARY_OFFSET:
             _take(index, parse(opcode, body[start : start + length])[0])
         offset = start + length

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
-from replayers.log_tools.multi_run import HoldsRuns, run_and_name
-from replayers.mcap_io.messages import Content, Message
+from replayers.log_tools.multi_run import SeveralRuns, run_and_name
+from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
@@ -151,13 +151,13 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
 
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
-        HoldsRuns: several runs in one file.
+        SeveralRuns: several runs in one file.
         HoldsNoRun: an MCAP file without a run's identity, place or task.
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
     found = _Found(Path(path), with_truth)
-    content = Content(topics=found.wants, on_damage=found.damage.append)
+    content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
         index = read_index(stream)
         if index is None:
@@ -216,7 +216,7 @@ class _Found:
     def run(self, *, closed: bool) -> Run:
         if self.info is None:
             if self.several:
-                raise HoldsRuns(self.path)
+                raise SeveralRuns(self.path)
             raise HoldsNoRun(self.path, f"metadata {INFO_METADATA}")
         settings = settings_from_json(self._attachment(SETTINGS_ATTACHMENT))
         outcome = self._last(Outcome)

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from mcap.records import Channel, DataEnd, MessageIndex, Schema
 
 from recorders.mcap_io.index import LogIndex
-from replayers.mcap_io.records import ChunkRecord, Raw, Unreadable, parse, records_in
+from replayers.mcap_io.records import ChunkRecord, RawMessage, UnreadableRecord, parse, records_in
 from replayers.mcap_io.scan import open_log, record_at, scan
 from replayers.mcap_io.summary import read_index
 
@@ -36,7 +36,7 @@ KEPT_CHUNKS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Track:
+class TopicIndex:
     """One topic: when its messages came, and where they stand.
 
     Attributes:
@@ -60,15 +60,15 @@ class SensorTracks:
     """The sensor tracks of one log. Thread-safe."""
 
     path: Path
-    tracks: Mapping[str, Track]
+    tracks: Mapping[str, TopicIndex]
     _chunks: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
     _lock: Lock = field(default_factory=Lock)
 
-    def of_kind(self, schema: str) -> tuple[Track, ...]:
+    def of_kind(self, schema: str) -> tuple[TopicIndex, ...]:
         """The tracks of a schema, by topic."""
         return tuple(self.tracks[topic] for topic in sorted(self.tracks) if self.tracks[topic].schema.name == schema)
 
-    def message(self, track: Track, index: int) -> Any | None:
+    def message(self, track: TopicIndex, index: int) -> Any | None:
         """A message, decoded; None where the file is damaged or the bytes are not such a message."""
         from google.protobuf.message import DecodeError
 
@@ -91,16 +91,16 @@ class SensorTracks:
         with self._lock, open_log(self.path) as stream:
             if chunk_at == NOT_IN_A_CHUNK:
                 record = record_at(stream, offset)
-                return record.data if isinstance(record, Raw) else None
+                return record.data if isinstance(record, RawMessage) else None
             data = self._chunk(stream, chunk_at)
         if data is None or not 0 <= offset <= len(data) - MESSAGE_HEAD or data[offset] != MESSAGE_OPCODE:
             return None
         length = int.from_bytes(data[offset + 1 : offset + MESSAGE_HEAD], "little")
         try:
             record, _ = parse(MESSAGE_OPCODE, data[offset + MESSAGE_HEAD : offset + MESSAGE_HEAD + length])
-        except Unreadable:
+        except UnreadableRecord:
             return None
-        return record.data if isinstance(record, Raw) else None
+        return record.data if isinstance(record, RawMessage) else None
 
     def _chunk(self, stream: BinaryIO, at: int) -> bytes | None:
         if at not in self._chunks:
@@ -109,7 +109,7 @@ class SensorTracks:
                 return None
             try:
                 self._chunks[at] = record.unpack_anyhow()
-            except Unreadable:
+            except UnreadableRecord:
                 return None
         self._chunks.move_to_end(at)
         while len(self._chunks) > KEPT_CHUNKS:
@@ -123,7 +123,7 @@ def sensor_tracks(path: Path | str) -> SensorTracks:
     Raises:
         FileMissing, NoMcap: no file, or no MCAP file.
     """
-    found = _Places()
+    found = _PositionCollector()
     with open_log(path) as stream:
         index = read_index(stream)
         if index is None:
@@ -134,7 +134,7 @@ def sensor_tracks(path: Path | str) -> SensorTracks:
 
 
 @dataclass(slots=True)
-class _Places:
+class _PositionCollector:
     """Message positions collected while the file is read."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -153,10 +153,10 @@ class _Places:
             self.schemas[record.id] = record
         elif isinstance(record, Channel):
             self.channels[record.id] = record
-        elif isinstance(record, Raw) and self.wants(record.channel_id):
+        elif isinstance(record, RawMessage) and self.wants(record.channel_id):
             self.rows.setdefault(record.channel_id, []).append((record.log_time, chunk_at, offset))
 
-    def tracks(self) -> dict[str, Track]:
+    def tracks(self) -> dict[str, TopicIndex]:
         """The tracks; channels of one topic form one track."""
         by_topic: dict[str, list[tuple[int, int, int]]] = {}
         schemas: dict[str, Schema] = {}
@@ -165,10 +165,10 @@ class _Places:
             schema = schemas.setdefault(channel.topic, self.schemas[channel.schema_id])
             if schema.name == self.schemas[channel.schema_id].name:
                 by_topic.setdefault(channel.topic, []).extend(self.rows[channel_id])
-        made: dict[str, Track] = {}
+        made: dict[str, TopicIndex] = {}
         for topic, rows in by_topic.items():
             table = np.array(sorted(rows), dtype=np.int64)
-            made[topic] = Track(topic=topic, schema=schemas[topic], stamps_ns=table[:, 0], where=table[:, 1:])
+            made[topic] = TopicIndex(topic=topic, schema=schemas[topic], stamps_ns=table[:, 0], where=table[:, 1:])
         return made
 
 
@@ -176,7 +176,7 @@ def _is_kind(schema: Schema) -> bool:
     return schema.name in KINDS and schema.encoding == "protobuf"
 
 
-def _by_index(stream: BinaryIO, index: LogIndex, found: _Places) -> None:
+def _by_index(stream: BinaryIO, index: LogIndex, found: _PositionCollector) -> None:
     found.schemas, found.channels = dict(index.schemas), dict(index.channels)
     for chunk in index.chunks:
         if not chunk.message_index_offsets:
@@ -190,7 +190,7 @@ def _by_index(stream: BinaryIO, index: LogIndex, found: _Places) -> None:
                 rows += [(stamp, chunk.chunk_start_offset, at) for stamp, at in entries.records]
 
 
-def _walk(stream: BinaryIO, path: Path | str, found: _Places) -> None:
+def _walk(stream: BinaryIO, path: Path | str, found: _PositionCollector) -> None:
     for offset, record in scan(stream, path=path, on_damage=lambda damage: None):
         if isinstance(record, DataEnd):
             return
@@ -200,11 +200,11 @@ def _walk(stream: BinaryIO, path: Path | str, found: _Places) -> None:
             found.take(record, NOT_IN_A_CHUNK, offset)
 
 
-def _inside(record: object, offset: int, found: _Places) -> None:
+def _inside(record: object, offset: int, found: _PositionCollector) -> None:
     if not isinstance(record, ChunkRecord):
         return
     try:
         for inner_offset, inner in records_in(record.unpack_anyhow()):
             found.take(inner, offset, inner_offset)
-    except Unreadable:
+    except UnreadableRecord:
         return

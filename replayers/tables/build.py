@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replayers.runs.run import Wire
-from replayers.tables.column_types import Numbers, Words, column_of
+from replayers.tables.column_types import CategoryColumn, NumberColumn, column_of
 from replayers.tables.schemas import NUMBER, SCHEMAS, TIME, WHOLE
 from replayers.tables.to_pandas import Columns
 from workbench.log_schema.events import (
@@ -113,9 +113,11 @@ def beliefs(source: Source) -> Columns:
     return _table(
         "beliefs",
         {
-            **_spread(source, updates, [(u.item_types, u.containers) for u in updates], ("item_type", "container")),
+            **_broadcast(
+                source, updates, [(u.item_types, u.containers) for u in updates], ("item_type", "container")
+            ),
             "probability": _values([update.probability for update in updates]),
-            "estimator": Words.repeated(
+            "estimator": CategoryColumn.repeated(
                 [u.estimator for u in updates], [_size(u.item_types, u.containers) for u in updates]
             ),
         },
@@ -129,10 +131,10 @@ def find_costs(source: Source) -> Columns:
     return _table(
         "find_costs",
         {
-            **_spread(source, costs, axes, ("item_type", "origin", "target")),
+            **_broadcast(source, costs, axes, ("item_type", "origin", "target")),
             "cost": _values([one.metres for one in costs]),
-            "kind": Words.repeated([one.kind for one in costs], sizes),
-            "belief_model": Words.repeated([one.belief_model for one in costs], sizes),
+            "kind": CategoryColumn.repeated([one.kind for one in costs], sizes),
+            "belief_model": CategoryColumn.repeated([one.belief_model for one in costs], sizes),
         },
     )
 
@@ -142,7 +144,7 @@ def plans(source: Source) -> Columns:
     return _table(
         "plans",
         {
-            "run_id": Words.repeated([source.info.run_id], [len(steps)]),
+            "run_id": CategoryColumn.repeated([source.info.run_id], [len(steps)]),
             "decision": [plan.decision for plan, _, _ in steps],
             "step": [i for _, i, _ in steps],
             **_fields([step for _, _, step in steps], "action", "origin", "target", "item_types", "items", "cost"),
@@ -155,7 +157,7 @@ def actions(source: Source) -> Columns:
     return _table(
         "actions",
         {
-            "run_id": Words.repeated([source.info.run_id], [len(done)]),
+            "run_id": CategoryColumn.repeated([source.info.run_id], [len(done)]),
             "start": [one.start.ns for one in done],
             "end": [one.stamp.ns for one in done],
             **_fields(done, "decision", "index", "action", "origin", "target", "item_types", "items", "cost"),
@@ -171,13 +173,13 @@ def poses(source: Source) -> Columns:
     return _table(
         "poses",
         {
-            "run_id": Words.repeated([source.info.run_id], [len(found)]),
+            "run_id": CategoryColumn.repeated([source.info.run_id], [len(found)]),
             "stamp": [stamp for stamp, _ in found],
             "frame": [message.frame_id for _, message in found],
-            "x_m": Numbers(x_m, NUMBER),
-            "y_m": Numbers(y_m, NUMBER),
-            "z_m": Numbers(z_m, NUMBER),
-            "yaw_rad": Numbers(yaw_rad, NUMBER),
+            "x_m": NumberColumn(x_m, NUMBER),
+            "y_m": NumberColumn(y_m, NUMBER),
+            "z_m": NumberColumn(z_m, NUMBER),
+            "yaw_rad": NumberColumn(yaw_rad, NUMBER),
         },
     )
 
@@ -208,14 +210,14 @@ def _table(name: str, columns: Mapping[str, Any]) -> Columns:
     """Columns as they are; from lists of values, columns of the types that the table declares."""
     made = ((field.name, field.type, columns[field.name]) for field in SCHEMAS[name])
     return {
-        column: values if isinstance(values, Words | Numbers) else column_of(values, kind)
+        column: values if isinstance(values, CategoryColumn | NumberColumn) else column_of(values, kind)
         for column, kind, values in made
     }
 
 
 def _common(source: Source, events: Sequence[PlanComputed | Observation]) -> dict[str, Any]:
     return {
-        "run_id": Words.repeated([source.info.run_id], [len(events)]),
+        "run_id": CategoryColumn.repeated([source.info.run_id], [len(events)]),
         "decision": [event.decision for event in events],
         "stamp": [event.stamp.ns for event in events],
     }
@@ -225,27 +227,27 @@ def _fields(events: Sequence[object], *names: str) -> dict[str, list[Any]]:
     return {name: list(map(attrgetter(name), events)) for name in names}
 
 
-def _spread(
+def _broadcast(
     source: Source,
     events: Sequence[BeliefUpdate | FindCosts],
     axes: Sequence[tuple[Sequence[str], ...]],
     names: Sequence[str],
-) -> dict[str, Words | Numbers]:
+) -> dict[str, CategoryColumn | NumberColumn]:
     """One row for every entry of every event's array: the columns of its event, and its label on every axis."""
     sizes = [_size(*each) for each in axes]
     decisions = np.array([event.decision for event in events], dtype=np.int64)
     stamps_ns = np.array([event.stamp.ns for event in events], dtype=np.int64)
-    columns: dict[str, Words | Numbers] = {
-        "run_id": Words.repeated([source.info.run_id], [sum(sizes)]),
-        "decision": Numbers(np.repeat(decisions, sizes), WHOLE),
-        "stamp": Numbers(np.repeat(stamps_ns, sizes), TIME),
+    columns: dict[str, CategoryColumn | NumberColumn] = {
+        "run_id": CategoryColumn.repeated([source.info.run_id], [sum(sizes)]),
+        "decision": NumberColumn(np.repeat(decisions, sizes), WHOLE),
+        "stamp": NumberColumn(np.repeat(stamps_ns, sizes), TIME),
     }
     for axis, name in enumerate(names):
         columns[name] = _labels(axes, axis)
     return columns
 
 
-def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> Words:
+def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> CategoryColumn:
     """The labels of one axis for every entry, in C order."""
     words: dict[str, int] = {}
     parts: list[npt.NDArray[np.int32]] = []
@@ -253,12 +255,12 @@ def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> Words:
         codes = np.array([words.setdefault(label, len(words)) for label in each[axis]], dtype=np.int32)
         inner, outer = _size(*each[axis + 1 :]), _size(*each[:axis])
         parts.append(np.tile(np.repeat(codes, inner), outer))
-    return Words(np.concatenate(parts) if parts else np.zeros(0, dtype=np.int32), tuple(words))
+    return CategoryColumn(np.concatenate(parts) if parts else np.zeros(0, dtype=np.int32), tuple(words))
 
 
-def _values(arrays: Sequence[Any]) -> Numbers:
+def _values(arrays: Sequence[Any]) -> NumberColumn:
     flat = [np.asarray(array, dtype=np.float64).ravel() for array in arrays]
-    return Numbers(np.concatenate(flat) if flat else np.zeros(0), NUMBER)
+    return NumberColumn(np.concatenate(flat) if flat else np.zeros(0), NUMBER)
 
 
 def _size(*axes: Sequence[str]) -> int:

@@ -45,26 +45,26 @@ class Column(Protocol):
 
 @final
 @dataclass(frozen=True, slots=True)
-class Words:
+class CategoryColumn:
     """Text that repeats: the number of its word, row by row; -1 where it is missing."""
 
     codes: npt.NDArray[np.int32]
     words: tuple[str, ...]
 
     @classmethod
-    def of(cls, values: Iterable[str | None]) -> Words:
+    def of(cls, values: Iterable[str | None]) -> CategoryColumn:
         known: dict[str, int] = {}
         codes = [-1 if value is None else known.setdefault(value, len(known)) for value in values]
         return cls(np.array(codes, dtype=np.int32), tuple(known))
 
     @classmethod
-    def repeated(cls, words: Sequence[str], counts: Sequence[int]) -> Words:
+    def repeated(cls, words: Sequence[str], counts: Sequence[int]) -> CategoryColumn:
         """Every word, repeated as often as its count says."""
         each = cls.of(words)
         return cls(np.repeat(each.codes, counts), each.words)
 
     @classmethod
-    def joined(cls, parts: Sequence[Words]) -> Words:
+    def joined(cls, parts: Sequence[CategoryColumn]) -> CategoryColumn:
         known: dict[str, int] = {}
         codes: list[npt.NDArray[np.int32]] = []
         for part in parts:
@@ -86,7 +86,7 @@ class Words:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Numbers:
+class NumberColumn:
     """Numbers, booleans or stamps of one Arrow type; `missing` is None where no row is missing."""
 
     values: npt.NDArray[Any]
@@ -94,7 +94,7 @@ class Numbers:
     missing: npt.NDArray[np.bool_] | None = None
 
     @classmethod
-    def of(cls, values: Sequence[Any], kind: pa.DataType) -> Numbers:
+    def of(cls, values: Sequence[Any], kind: pa.DataType) -> NumberColumn:
         """From Python numbers, None where missing.
 
         Raises:
@@ -107,7 +107,7 @@ class Numbers:
         return cls(np.array(values, dtype=_NUMPY[kind]), kind, missing)
 
     @classmethod
-    def joined(cls, parts: Sequence[Numbers]) -> Numbers:
+    def joined(cls, parts: Sequence[NumberColumn]) -> NumberColumn:
         values = np.concatenate([part.values for part in parts])
         if all(part.missing is None for part in parts):
             return cls(values, parts[0].kind)
@@ -134,14 +134,14 @@ class Numbers:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Texts:
+class TextColumn:
     """Text that does not repeat, None where missing; or a list of words for each row."""
 
     values: list[Any]
     kind: pa.DataType
 
     @classmethod
-    def joined(cls, parts: Sequence[Texts]) -> Texts:
+    def joined(cls, parts: Sequence[TextColumn]) -> TextColumn:
         return cls([value for part in parts for value in part.values], parts[0].kind)
 
     def __len__(self) -> int:
@@ -163,8 +163,8 @@ def column_of(values: Sequence[Any], kind: pa.DataType) -> Column:
         OverflowError: a number that does not fit into 64 bits.
     """
     if kind == WORD:
-        return Words.of(values)
-    return Numbers.of(values, kind) if kind in _NUMPY else Texts(list(values), kind)
+        return CategoryColumn.of(values)
+    return NumberColumn.of(values, kind) if kind in _NUMPY else TextColumn(list(values), kind)
 
 
 def _category(words: tuple[str, ...]) -> pd.CategoricalDtype:

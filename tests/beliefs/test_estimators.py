@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from workbench.beliefs.estimators import ESTIMATORS, estimator, shipped_weights
 from workbench.beliefs.weights import read_weights
 from workbench.errors import UnknownName
-from workbench.evaluation.beliefs.metrics import nearby
+from workbench.evaluation.beliefs.metrics import dummy_travel_costs
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan, Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
@@ -32,7 +32,7 @@ def thing(name: str, number: int) -> Item:
 
 
 def knowledge_of(plan: FloorPlan, contents: dict[ContainerId, tuple[Item, ...]]) -> Knowledge:
-    return knowledge_at_start(plan, nearby(plan), contents)
+    return knowledge_at_start(plan, dummy_travel_costs(plan), contents)
 
 
 @st.composite

@@ -19,7 +19,7 @@ from workbench.beliefs.estimators import ESTIMATORS, estimator, shipped_weights
 from workbench.beliefs.weights import read_weights
 from workbench.cli import run
 from workbench.errors import MissingExtra
-from workbench.evaluation.beliefs.metrics import nearby
+from workbench.evaluation.beliefs.metrics import dummy_travel_costs
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
@@ -37,7 +37,7 @@ def strange_knowledge(*, opened: int = 0) -> Knowledge:
     containers = tuple(replace(c, type=f"Tove{k}") for k, c in enumerate(plan.containers))
     plan = replace(plan, rooms=rooms, containers=containers)
     seen: dict[ContainerId, tuple[object, ...]] = {c.id: (toy.item("Wabe|1"),) for c in containers[:opened]}
-    return knowledge_at_start(plan, nearby(plan), seen)  # type: ignore[arg-type]
+    return knowledge_at_start(plan, dummy_travel_costs(plan), seen)  # type: ignore[arg-type]
 
 
 def assert_sane(belief: Belief, items: int, containers: int) -> None:

@@ -15,24 +15,24 @@ from learnable import learnable_house
 
 from workbench.beliefs.encoder import Vectors
 from workbench.beliefs.placement_mixture import (
-    LEAST,
-    Fitting,
+    MIN_RATE,
+    FitSettings,
     Tally,
+    duplicate_probability,
     fit_kinds,
     rates_of,
-    several_in_a_room,
     tally,
 )
 from workbench.beliefs.placements import (
-    among_rivals,
-    given_that_it_is_here,
+    condition_on_existence,
+    exclude_furniture_rooms,
     placements_from,
-    where_it_stands_already,
+    share_among_rivals_numpy,
 )
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, FloorPlan, Furniture, House, Item, ItemId, ItemType, RoomId
 
-QUICK = Fitting(kinds=2, rounds=20, runs=2)
+QUICK = FitSettings(kinds=2, rounds=20, runs=2)
 
 
 def brute_force_rivals(rates: list[float], room: list[int]) -> list[float]:
@@ -50,13 +50,13 @@ def brute_force_rivals(rates: list[float], room: list[int]) -> list[float]:
 def test_rivals_by_hand() -> None:
     """Two tables of one room, 1/2 each: one alone has it with 1/4, both with 1/4 and then either; elsewhere a bed."""
     rates, room = np.array([[0.5, 0.5, 1 / 3]]), np.array([0, 0, 1])
-    assert among_rivals(rates, room) == pytest.approx(np.array([[0.375, 0.375, 1 / 3]]))
+    assert share_among_rivals_numpy(rates, room) == pytest.approx(np.array([[0.375, 0.375, 1 / 3]]))
     anywhere = 1 - 0.5 * 0.5 * 2 / 3
-    once = given_that_it_is_here(rates, np.zeros(1), room)
+    once = condition_on_existence(rates, np.zeros(1), room)
     assert once == pytest.approx(np.array([[0.375, 0.375, 1 / 3]]) / anywhere)
-    free = given_that_it_is_here(rates, np.ones(1), room)
+    free = condition_on_existence(rates, np.ones(1), room)
     assert free == pytest.approx(rates / anywhere)
-    half = given_that_it_is_here(rates, np.full(1, 0.5), room)
+    half = condition_on_existence(rates, np.full(1, 0.5), room)
     assert half == pytest.approx((once + free) / 2)
 
 
@@ -65,7 +65,7 @@ def test_rivals_by_hand() -> None:
 )
 def test_rivals_are_those_of_all_ways(containers: list[tuple[float, int]]) -> None:
     rates, room = [c[0] for c in containers], [c[1] for c in containers]
-    fast = among_rivals(np.array([rates]), np.array(room))
+    fast = share_among_rivals_numpy(np.array([rates]), np.array(room))
     assert fast[0] == pytest.approx(brute_force_rivals(rates, room), abs=1e-12)
 
 
@@ -73,10 +73,10 @@ def test_what_stands_in_a_room_is_not_in_its_containers() -> None:
     """A plant on the floor of room 0: none on its tables, where rooms have plants once; books do not mind others."""
     rates, room = np.full((2, 3), 0.2), np.array([0, 0, 1])
     stands = [("Plant", "Book"), ("Lamp",)]
-    left = where_it_stands_already(rates, np.array([0.0, 1.0]), ("Plant", "Book"), room, stands)
-    assert left[0] == pytest.approx([LEAST, LEAST, 0.2])
+    left = exclude_furniture_rooms(rates, np.array([0.0, 1.0]), ("Plant", "Book"), room, stands)
+    assert left[0] == pytest.approx([MIN_RATE, MIN_RATE, 0.2])
     assert left[1] == pytest.approx([0.2, 0.2, 0.2])
-    assert where_it_stands_already(np.zeros((0, 3)), np.zeros(0), (), room, stands).shape == (0, 3)
+    assert exclude_furniture_rooms(np.zeros((0, 3)), np.zeros(0), (), room, stands).shape == (0, 3)
 
 
 def test_rooms_with_furniture_of_a_type_teach_that_a_room_has_it_once() -> None:
@@ -100,11 +100,11 @@ def test_rooms_with_furniture_of_a_type_teach_that_a_room_has_it_once() -> None:
     assert found.stood[at].sum() == 40 * 6 - 20 * 3, "the kitchens with a mug as furniture are not counted"
     assert found.stood[found.items.index("Fork")].sum() == 40 * 6
     rates = np.clip(found.held / np.maximum(found.stood, 1.0), 0.0, 0.9)
-    assert several_in_a_room(rates, found, houses)[at] < 0.01
+    assert duplicate_probability(rates, found, houses)[at] < 0.01
 
 
 def test_what_cannot_be_seen_has_no_chances() -> None:
-    assert given_that_it_is_here(np.zeros((2, 0)), np.zeros(2), np.zeros(0, np.int64)).shape == (2, 0)
+    assert condition_on_existence(np.zeros((2, 0)), np.zeros(2), np.zeros(0, np.int64)).shape == (2, 0)
 
 
 class Sides:
@@ -164,7 +164,7 @@ def test_rooms_that_have_a_thing_twice() -> None:
     houses = [with_counters(learnable_house(k), forks_on=k % 2) for k in range(40)]
     found = tally(houses)
     stood = np.maximum(found.stood, 1.0)
-    several = several_in_a_room(np.clip(found.held / stood, 0.0, 0.9), found, houses)
+    several = duplicate_probability(np.clip(found.held / stood, 0.0, 0.9), found, houses)
     at = {name: k for k, name in enumerate(found.items)}
     assert several[at["Mug"]] > 0.99
     assert several[at["Fork"]] < 0.01
@@ -191,8 +191,8 @@ def test_the_same_seed_learns_the_same_and_an_unknown_name_goes_by_those_near_it
     assert rates.shape == (2, 3)
     assert (rates > 0).all()
     assert (rates < 1).all()
-    assert first.often_met(("Mug", "Zonk"))[1] == 0
-    assert 0 < first.several_of(("Zonk",))[0] < 1
+    assert first.occurrences(("Mug", "Zonk"))[1] == 0
+    assert 0 < first.duplicate_probabilities(("Zonk",))[0] < 1
 
 
 def with_counters(house: House, *, forks_on: int) -> House:

@@ -18,15 +18,15 @@ from workbench.beliefs.placements import placements_settings
 from workbench.beliefs.training import fcnn as train_fcnn_module
 from workbench.beliefs.training.best import train_best
 from workbench.beliefs.training.boosting import Boosting, Rows, boost, cross_entropy
-from workbench.beliefs.training.fcnn import Fcnn, Recipe, chosen_device, train_fcnn
-from workbench.beliefs.training.train import TRAINERS, Lesson, hold_out, houses_sha256, train
+from workbench.beliefs.training.fcnn import Fcnn, TrainingSettings, chosen_device, train_fcnn
+from workbench.beliefs.training.train import TRAINERS, TrainingSet, hold_out, houses_sha256, train
 from workbench.beliefs.weights import VERSION, Header, read_weights, write_weights
 from workbench.cli import run
 from workbench.errors import BadValue, UnknownName
-from workbench.evaluation.beliefs.metrics import judge, quality
+from workbench.evaluation.beliefs.metrics import evaluate_estimator, metrics_of
 from workbench.worlds.shipped import shipped_houses
 
-SHORT = Recipe(hidden=(64, 16), epochs=80, patience=80, batch=8, rate=1e-2, dropout=0.0)
+SHORT = TrainingSettings(hidden=(64, 16), epochs=80, patience=80, batch=8, rate=1e-2, dropout=0.0)
 FEW_TREES = Boosting(trees=40, rate=0.2, columns=1.0, depth=3)
 
 
@@ -36,7 +36,7 @@ def _one_thread() -> None:
 
 
 def figures_of(estimator: object, houses: list) -> dict[str, float]:
-    return quality(judge(estimator, houses), rng=np.random.default_rng(0))  # type: ignore[arg-type]
+    return metrics_of(evaluate_estimator(estimator, houses), rng=np.random.default_rng(0))  # type: ignore[arg-type]
 
 
 def prior_loss(houses: list) -> float:
@@ -72,7 +72,7 @@ def test_examples_refuse_what_does_not_fit() -> None:
 
 
 def test_counts_learn_and_beat_the_prior(tmp_path: Path) -> None:
-    lesson = Lesson(houses=learnable_houses(20), held_out=learnable_houses(4, first=100), encoder=text_encoder())
+    lesson = TrainingSet(houses=learnable_houses(20), held_out=learnable_houses(4, first=100), encoder=text_encoder())
     weights = train("counts", lesson, tmp_path / "c.safetensors")
     tested = learnable_houses(20, first=200)
     made = figures_of(ESTIMATORS["counts"](weights), tested)
@@ -105,7 +105,7 @@ def test_a_tiny_network_beats_the_prior_and_numpy_agrees_with_torch(tmp_path: Pa
 def test_best_learns_what_names_do_not_say(tmp_path: Path) -> None:
     """The larger of two counters holds the mug: names cannot know, sizes can."""
     houses, held_out = learnable_houses(60), learnable_houses(12, first=100)
-    lesson = Lesson(houses=houses, held_out=held_out, encoder=text_encoder(), seed=2)
+    lesson = TrainingSet(houses=houses, held_out=held_out, encoder=text_encoder(), seed=2)
     placements, tensors = train_best(houses, held_out, text_encoder(), seed=2, how=FEW_TREES)
     header = Header(
         estimator="best",
@@ -126,7 +126,9 @@ def test_best_learns_what_names_do_not_say(tmp_path: Path) -> None:
 
 
 def test_the_header_says_how_it_was_made(tmp_path: Path) -> None:
-    lesson = Lesson(houses=learnable_houses(3), held_out=learnable_houses(1, first=9), encoder=text_encoder(), seed=5)
+    lesson = TrainingSet(
+        houses=learnable_houses(3), held_out=learnable_houses(1, first=9), encoder=text_encoder(), seed=5
+    )
     weights = train("counts", lesson, tmp_path / "c.safetensors")
     header = read_weights(weights.path).header
     assert (header.estimator, header.houses, header.seed) == ("counts", 3, 5)
@@ -147,7 +149,7 @@ def test_houses_are_held_out_whole_and_by_seed() -> None:
     with pytest.raises(BadValue, match="at least 2"):
         hold_out(houses[:1], share=0.5, rng=np.random.default_rng(0))
     with pytest.raises(BadValue, match="at least one of each"):
-        Lesson(houses=houses, held_out=[], encoder=text_encoder())
+        TrainingSet(houses=houses, held_out=[], encoder=text_encoder())
 
 
 def test_boosting_fits_a_step_and_keeps_only_trees_that_help() -> None:

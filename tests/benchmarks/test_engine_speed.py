@@ -20,7 +20,7 @@ from timings import HOLD_FIGURES
 
 from workbench.beliefs.belief import Belief
 from workbench.search.corrected import corrected_find_costs
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import FindCosts
 from workbench.search.per_find import per_find_costs
@@ -77,7 +77,7 @@ def least_s(work: Callable[[], object], times: int) -> float:
 def whole_table(h: House, limit: int, **more: object) -> Callable[[], object]:
     at = h.travel.locations
     return lambda: expected_find_costs(
-        h.belief, h.travel, origins=at, targets=at, costs=SIMULATION, limit=limit, **more
+        h.belief, h.travel, origins=at, targets=at, costs=SIMULATION_COSTS, limit=limit, **more
     )  # type: ignore[arg-type]
 
 
@@ -96,7 +96,7 @@ def baseline(h: House, items: int, origins: int, targets: int, *, sharp: bool) -
 def test_a_house_at_eight_candidates_beside_branch_and_bound_per_triple(capsys: pytest.CaptureFixture[str]) -> None:
     h = house(8)
     table = expected_find_costs(
-        h.belief, h.travel, origins=h.travel.locations, targets=h.travel.locations, costs=SIMULATION
+        h.belief, h.travel, origins=h.travel.locations, targets=h.travel.locations, costs=SIMULATION_COSTS
     )
     ours = least_cpu_s(whole_table(h, 8), 30)
     items, origins, targets = 10, 4, 4
@@ -138,9 +138,11 @@ def test_what_the_correction_costs(capsys: pytest.CaptureFixture[str]) -> None:
     at = h.travel.locations
 
     def corrected() -> FindCosts:
-        return corrected_find_costs(h.belief, h.travel, origins=at, targets=at, costs=SIMULATION)
+        return corrected_find_costs(h.belief, h.travel, origins=at, targets=at, costs=SIMULATION_COSTS)
 
-    eq1 = expected_find_costs(h.belief, h.travel, origins=at, targets=at, costs=SIMULATION, belief_model="marginal")
+    eq1 = expected_find_costs(
+        h.belief, h.travel, origins=at, targets=at, costs=SIMULATION_COSTS, belief_model="marginal"
+    )
     assert (corrected().metres >= eq1.metres - 1e-9).all()
     plain = least_cpu_s(whole_table(h, 8, belief_model="marginal"), 20)
     spent = least_cpu_s(corrected, 20)
@@ -155,7 +157,7 @@ def test_candidates_of_every_find_beside_one_set_an_item_type(capsys: pytest.Cap
     for places in (6, 10, PLACES):
         at = h.travel.locations[:places]
         for model in ("independent", "exists"):
-            ask = {"origins": at, "targets": at, "costs": SIMULATION, "belief_model": model}
+            ask = {"origins": at, "targets": at, "costs": SIMULATION_COSTS, "belief_model": model}
             own = least_cpu_s(partial(per_find_costs, few, h.travel, **ask), 20)
             shared = least_cpu_s(partial(expected_find_costs, few, h.travel, **ask), 20)
             with capsys.disabled():

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from workbench.beliefs.estimators import ESTIMATORS, estimator
-from workbench.evaluation.beliefs.metrics import glimpse, missing_types
+from workbench.evaluation.beliefs.metrics import missing_types, partial_knowledge
 from workbench.worlds.procthor.load import load_houses
 from workbench.worlds.shipped import shipped_houses
 
@@ -22,7 +22,7 @@ from workbench.worlds.shipped import shipped_houses
 def test_the_belief_about_a_whole_house(name: str, benchmark: Any) -> None:
     houses = sorted(load_houses(shipped_houses()), key=lambda h: len(h.plan.containers) * len(h.item_types()))
     house = houses[len(houses) // 2]
-    knowledge = glimpse(house, seen_share=0.0, rng=np.random.default_rng(0))
+    knowledge = partial_knowledge(house, seen_share=0.0, rng=np.random.default_rng(0))
     items = missing_types(house, knowledge)
     belief = benchmark(estimator(name).believe, knowledge, items)
     assert belief.probability.shape == (len(items), len(house.plan.containers))

@@ -18,7 +18,7 @@ from workbench.beliefs.estimators import estimator
 from workbench.evaluation.search.trials import queries
 from workbench.evaluation.splits import Split, split_indices
 from workbench.search.corrected import corrected_find_costs
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.engine import expected_search
 from workbench.search.policies.full_tour import FullTour
 from workbench.search.policy import SearchQuery
@@ -41,7 +41,7 @@ def validation_queries(procthor: Path, *, every: int) -> Iterator[SearchQuery]:
         belief = believer.believe(knowledge_at_start(house.plan, travel, {}), asked)
         for item in asked[::every]:
             yield SearchQuery(
-                item_type=item, origin=START, target=START, belief=belief, travel=travel, costs=SIMULATION
+                item_type=item, origin=START, target=START, belief=belief, travel=travel, costs=SIMULATION_COSTS
             )
 
 
@@ -54,7 +54,7 @@ def test_eight_candidates_and_the_rest_as_it_comes_cost_little_more(
         search = expected_search(query, belief_model="marginal", limit=8)
         only = query.belief.item_types.index(query.item_type)
         whole = corrected_find_costs(
-            query.belief, query.travel, origins=(START,), targets=(START,), costs=SIMULATION, scale=1.0
+            query.belief, query.travel, origins=(START,), targets=(START,), costs=SIMULATION_COSTS, scale=1.0
         )
         eight.append(whole.metres[only, 0, 0])
         left_out.append(search.missing)

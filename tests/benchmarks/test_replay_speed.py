@@ -18,10 +18,10 @@ from typing import Any
 import pytest
 from timings import HOLD_FIGURES
 
-from recorders.simulated_run import Wish, record_trial, trial_for
-from replayers.batch.replay_all import Wanted, replay_log, strategies_named
+from recorders.simulated_run import TaskRequest, record_trial, trial_for
+from replayers.batch.replay_all import ReplayRequest, replay_log, strategies_named
 from replayers.batch.store import StoredReplay
-from replayers.counterfactual.replay import Settings
+from replayers.counterfactual.replay import ReplaySettings
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
 
@@ -32,10 +32,10 @@ ROUNDS = 3
 TWO_WORKERS = """
 import sys, time
 from pathlib import Path
-from replayers.batch.replay_all import Wanted, replay_all, strategies_named
-from replayers.counterfactual.replay import Settings
+from replayers.batch.replay_all import ReplayRequest, replay_all, strategies_named
+from replayers.counterfactual.replay import ReplaySettings
 
-wanted = Wanted(strategies=strategies_named("all", with_truth=False), settings=Settings())
+wanted = ReplayRequest(strategies=strategies_named("all", with_truth=False), settings=ReplaySettings())
 began = time.perf_counter()
 made = list(replay_all([Path(sys.argv[1])], wanted, workers=2))
 print(time.perf_counter() - began, len(made))
@@ -47,14 +47,14 @@ COMMAND = ("-m", "workbench", "replay", "--workers", "2", "--json")
 @pytest.mark.parametrize("house", HOUSES)
 def test_every_strategy_over_one_deliver_3_log(tmp_path: Path, benchmark: Any, house: int) -> None:
     trial = trial_for(
-        Wish(scenario="deliver-3"),
+        TaskRequest(scenario="deliver-3"),
         load_house(f"{shipped_houses()}:{house}"),
         strategy="model-lios",
         estimator="counts",
     )
     log = str(tmp_path / "run.mcap")
     record_trial(trial, Path(log))
-    wanted = Wanted(strategies=strategies_named("all", with_truth=False), settings=Settings())
+    wanted = ReplayRequest(strategies=strategies_named("all", with_truth=False), settings=ReplaySettings())
     cpu_s: list[float] = []
 
     def all_of_them() -> list[Any]:

@@ -35,7 +35,7 @@ from dashboards.panels.now import legend, now
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
 from dashboards.panels.strip import cursor, strip
-from dashboards.sensing.senses import senses_of
+from dashboards.sensing.senses import sensors_of
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.run_recorder import RunRecorder
 from replayers.runs.run import Run
@@ -53,7 +53,7 @@ from workbench.log_schema.events import (
 )
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import find_task
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, ItemType, LocationId, Room, RoomId, Wall
 from workbench.worlds.travel import TravelCosts
@@ -174,7 +174,7 @@ def _run(seed: int) -> Run:
         info=info,
         place=Place(plan=floor, travel=travel, standing=MappingProxyType(standing)),
         task=find_task(ItemType("Mug"), START),
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
         observations=tuple(seen),
         beliefs=tuple(beliefs_),
         plans=tuple(plans),
@@ -274,7 +274,7 @@ def test_the_log_of_an_hour_with_pictures_is_read_shown_and_scrubbed(hour: Path)
     strip(clock, ["drawn"], [run_colour(0)])
     plots(clock, ["drawn"], "Mug")
     scene = _show(clock, ["drawn"], 1800.0)[0]
-    senses = senses_of(hour)
+    senses = sensors_of(hour)
     assert senses is not None
     assert len(senses.pictures(scene.stamp_ns)) == 1
     first_view_s = time.process_time() - began

@@ -13,7 +13,7 @@ from dashboards.geometry.solids import Batch
 from dashboards.model.container_style import container_colours
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
-from dashboards.palette import linear
+from dashboards.palette import linear_rgb
 from dashboards.viser_app.belief_marks import BeliefMarks
 
 OURS = timeline_of(toy_run())
@@ -44,7 +44,7 @@ def srgb(light: npt.NDArray[np.uint8]) -> npt.NDArray[np.float64]:
 
 def test_half_of_what_a_screen_can_show_is_a_fifth_of_its_light() -> None:
     """By hand: ((128 / 255 + 0.055) / 1.055) ** 2.4 = 0.2159."""
-    assert linear(np.array([0, 128, 255], dtype=np.uint8)).tolist() == [0, 55, 255]
+    assert linear_rgb(np.array([0, 128, 255], dtype=np.uint8)).tolist() == [0, 55, 255]
 
 
 def test_a_container_is_sent_so_that_it_looks_as_the_legend_says() -> None:

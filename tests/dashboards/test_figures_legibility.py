@@ -22,15 +22,15 @@ from dashboards.figures.files import write_figures
 from dashboards.figures.gantt import draw_gantt
 from dashboards.geometry.floors import CLEAR_M, floors
 from dashboards.geometry.house import house_shape
-from dashboards.geometry.marks import MOST_DASHES, dashes
+from dashboards.geometry.marks import MAX_DASHES, dashes
 from dashboards.model.belief_series import belief_series
 from dashboards.model.clock import Clock
 from dashboards.model.divergence import divergence
-from dashboards.model.labels import place_words, told
+from dashboards.model.labels import humanize_ids, place_words
 from dashboards.model.phases import describe, kind_of
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
-from dashboards.panels.markup import at_axis
+from dashboards.panels.markup import axis_number
 from dashboards.panels.now import now, title
 from dashboards.panels.runs import RunRow
 from dashboards.panels.scatter import pairs
@@ -84,7 +84,7 @@ def test_a_leg_that_is_partly_walked_keeps_its_dashes() -> None:
 
 
 def test_dashes_of_damaged_numbers_are_few() -> None:
-    assert len(dashes(np.array([[0.0, 0.0], [9e6, 0.0]]), 0.0)) <= MOST_DASHES + 2
+    assert len(dashes(np.array([[0.0, 0.0], [9e6, 0.0]]), 0.0)) <= MAX_DASHES + 2
     assert len(dashes(np.array([[0.0, 0.0], [1e300, 0.0], [-1e308, 1.0]]), 0.0)) == 0
 
 
@@ -123,8 +123,8 @@ def test_what_stands_over_tall_furniture_is_in_the_picture() -> None:
 
 def test_marks_of_an_axis_can_be_told_apart() -> None:
     for top in (275.0, 12.0, 7.9, 1.0, 0.4):
-        assert len({at_axis(share * top, top) for share in (0.0, 0.5, 1.0)}) == 3
-    assert [at_axis(v, 275.0) for v in (0.0, 137.5, 275.0)] == ["0", "138", "275"]
+        assert len({axis_number(share * top, top) for share in (0.0, 0.5, 1.0)}) == 3
+    assert [axis_number(v, 275.0) for v in (0.0, 137.5, 275.0)] == ["0", "138", "275"]
 
 
 def test_the_last_label_of_the_strip_fits() -> None:
@@ -137,8 +137,8 @@ def test_the_last_label_of_the_strip_fits() -> None:
 def test_ids_are_told_as_people_say_them() -> None:
     assert place_words("DiningTable|4|1") == "dining table 4|1"
     assert place_words("start") == "start"
-    assert told("searched Fridge|3|1, then ArmChair|2|4.") == "searched fridge 3|1, then armchair 2|4."
-    assert told("a | b, x|y and <img src=x|1>") == "a | b, x|y and <img src=x 1>"
+    assert humanize_ids("searched Fridge|3|1, then ArmChair|2|4.") == "searched fridge 3|1, then armchair 2|4."
+    assert humanize_ids("a | b, x|y and <img src=x|1>") == "a | b, x|y and <img src=x 1>"
     assert "Decided because: searched fridge 1" in now(scene_at(OURS, ns(5)))
     first = OURS.actions[0]
     assert (describe(first), kind_of(first)) == ("move to fridge 1", "moving")

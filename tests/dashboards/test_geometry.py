@@ -11,7 +11,7 @@ from toy import toy_plan
 from dashboards.geometry.floors import floors
 from dashboards.geometry.furniture import KINDS, WORDS, furniture_solids, kind_of, solids_of
 from dashboards.geometry.house import house_shape
-from dashboards.geometry.marks import dashes, segments, walked
+from dashboards.geometry.marks import dashes, path_segments, segments
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Solid, batches, unit_mesh
 from dashboards.geometry.walls import CAP_M, gaps_of, wall_solids
@@ -141,8 +141,8 @@ def test_dashes_cover_their_share_of_a_way() -> None:
 
 def test_assumed_stretches_are_dashed() -> None:
     way = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
-    assert len(walked(way, np.array([False, False, False]), 0.0)) == len(segments(way, 0.0)) == 2
-    assert len(walked(way, np.array([False, False, True]), 0.0)) == 1 + 3
+    assert len(path_segments(way, np.array([False, False, False]), 0.0)) == len(segments(way, 0.0)) == 2
+    assert len(path_segments(way, np.array([False, False, True]), 0.0)) == 1 + 3
 
 
 def test_more_belief_is_darker_all_along_the_scale() -> None:

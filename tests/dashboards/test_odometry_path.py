@@ -13,7 +13,7 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from google.protobuf.timestamp_pb2 import Timestamp
 from toy_run import ns, toy_run
 
-from dashboards.model.odometry_path import way_of_poses
+from dashboards.model.odometry_path import path_of_poses
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from replayers.runs.run import Run, read
@@ -67,7 +67,7 @@ def test_trembling_is_no_walking() -> None:
     ],
 )
 def test_otherwise_the_way_is_that_of_the_actions(run: Run) -> None:
-    assert way_of_poses(run, ns(0), ns(15)) is None
+    assert path_of_poses(run, ns(0), ns(15)) is None
     assert timeline_of(run).way_m[-1] == pytest.approx(timeline_of(toy_run()).way_m[-1])
 
 

@@ -12,7 +12,7 @@ from dashboards.library.library import Library
 from dashboards.library.run_table import NO_LOG, NotRecorded, log_rows
 from dashboards.panels.runs import runs
 from dashboards.panels.scatter import default_pair, scatter
-from recorders.simulated_run import Wish, record_trial, trial_for
+from recorders.simulated_run import TaskRequest, record_trial, trial_for
 from workbench.errors import MalformedFile
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
@@ -123,7 +123,7 @@ def test_a_folder_is_listed_without_reading_a_run(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("LIOS_CACHE", str(tmp_path / "cache"))
     house = load_house(f"{shipped_houses()}:1")
     for strategy in ("model-lios", "opt-greedy"):
-        trial = trial_for(Wish(find="book"), house, strategy=strategy, estimator="counts")
+        trial = trial_for(TaskRequest(find="book"), house, strategy=strategy, estimator="counts")
         record_trial(trial, tmp_path / "logs" / f"{strategy}.mcap")
     (tmp_path / "logs" / "broken.mcap").write_bytes(b"not a log")
     monkeypatch.setattr("replayers.runs.run.read", lambda *a, **k: pytest.fail("a run was read for the table"))
@@ -148,8 +148,8 @@ def test_what_an_undecided_replay_had_spent_is_not_its_cost(tmp_path: Path, monk
     """Its log stops where nobody looked on: it takes no part in filters by cost, nor in the scatter."""
     from replayers.log_tools import listing
 
-    done = listing.Row(file="a.mcap", strategy="lios", status="done", cost=10.0)
-    open_ended = listing.Row(file="b.mcap", strategy="greedy", status="undetermined", source="replay")
+    done = listing.LogRow(file="a.mcap", strategy="lios", status="done", cost=10.0)
+    open_ended = listing.LogRow(file="b.mcap", strategy="greedy", status="undetermined", source="replay")
     monkeypatch.setattr(listing, "rows_of", lambda *_, **__: [done, open_ended])
     rows, _ = log_rows([tmp_path / "a.mcap", tmp_path / "b.mcap"], folder=None)
     assert [row.cost for row in rows] == [10.0, None]

@@ -21,13 +21,13 @@ from dashboards.figures.files import MAPS, _belief_maps, write_figures
 from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.figures.trajectory import draw_trajectory
 from dashboards.model.clock import Clock
-from dashboards.model.labels import action_words, label, told
+from dashboards.model.labels import action_words, humanize_ids, label
 from dashboards.model.phases import describe
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.palette import css, run_colour
 from dashboards.panels.beliefs import beliefs
-from dashboards.panels.chart import MOST_ABOVE, Band, Line, chart
+from dashboards.panels.chart import MAX_BAND_RATIO, Band, Line, chart
 from dashboards.panels.comparison import comparison
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import breakable, number, text
@@ -95,10 +95,10 @@ def test_what_was_done_reads_like_what_was_planned() -> None:
 
 
 def test_items_and_one_word_containers_are_told_too() -> None:
-    assert told("found WaterBottle in dining_table", {"WaterBottle", "dining_table"}) == (
+    assert humanize_ids("found WaterBottle in dining_table", {"WaterBottle", "dining_table"}) == (
         "found water bottle in dining table"
     )
-    assert told("found WaterBottle") == "found WaterBottle"
+    assert humanize_ids("found WaterBottle") == "found WaterBottle"
     assert "found mug in countertop 1" in now(scene_at(OURS, ns(7.5)))
 
 
@@ -190,7 +190,7 @@ def test_a_wide_band_does_not_flatten_the_lines() -> None:
     """A line that ends at 100 in a chart of up to 5000 would be one of 2 pixels."""
     made = _chart(5000.0)
     marks = [float(m) for m in re.findall(r'px">([\d.]+)</span>', made)]
-    assert max(marks) == MOST_ABOVE * 100
+    assert max(marks) == MAX_BAND_RATIO * 100
     assert "b: 50 to 5000 by the log" in made
     y, height = (float(v) for v in re.findall(r'<rect [^>]* y="([-\d.]+)"[^>]* height="([\d.]+)"', made)[0])
     assert y < 0 < y + height

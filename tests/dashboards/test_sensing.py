@@ -31,7 +31,7 @@ from dashboards.sensing.clouds import NOTHING, cloud_points
 from dashboards.sensing.frames import Frames, matrix
 from dashboards.sensing.grids import grid_cells
 from dashboards.sensing.pictures import mime_of, pixels
-from dashboards.sensing.senses import Senses, senses_of
+from dashboards.sensing.senses import RobotSensors, sensors_of
 from replayers.runs.sensor_index import sensor_tracks
 from workbench.errors import NotFound
 
@@ -101,8 +101,8 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def senses(log: Path) -> Senses:
-    found = senses_of(log)
+def senses(log: Path) -> RobotSensors:
+    found = sensors_of(log)
     assert found is not None
     return found
 
@@ -132,14 +132,14 @@ def test_frames_are_chained_to_the_map(log: Path) -> None:
     assert frames_of(log).on_map("somewhere else", 2 * SECOND) is None
 
 
-def test_the_site_grows_with_time_and_keeps_each_place_once(senses: Senses) -> None:
+def test_the_site_grows_with_time_and_keeps_each_place_once(senses: RobotSensors) -> None:
     assert len(senses.site(9 * SECOND)) == 0, "not gathered yet"
     senses.gather_site()
     assert senses.site(0).tolist() == pytest.approx(np.array([[10, 2, 0.5]]))
     assert [len(senses.site(s * SECOND)) for s in (-1, 0, 1, 2, 3, 9)] == [0, 1, 2, 3, 4, 4]
 
 
-def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(senses: Senses) -> None:
+def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(senses: RobotSensors) -> None:
     assert senses.pictures(-1) == ()
     (first,), (third,) = senses.pictures(0), senses.pictures(2 * SECOND + 5)
     assert (first.stamp_ns, third.stamp_ns) == (0, 2 * SECOND)
@@ -153,14 +153,14 @@ def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(senses: Senses)
     assert shown.shape == (48, 64, 3)
 
 
-def test_the_panel_shows_pictures_and_their_age(senses: Senses) -> None:
+def test_the_panel_shows_pictures_and_their_age(senses: RobotSensors) -> None:
     made = cameras(senses.pictures(60 * SECOND), 60 * SECOND)
     assert "data:image/jpeg;base64," in made
     assert "57 s old" in made
     assert "No picture yet" in cameras((), 0)
 
 
-def test_blocked_and_near_cells_lie_where_the_grid_says(senses: Senses) -> None:
+def test_blocked_and_near_cells_lie_where_the_grid_says(senses: RobotSensors) -> None:
     cells = senses.grid(2 * SECOND)
     assert cells is not None
     assert cells.blocked.tolist() == [True, False], "the far cell is free and not drawn"
@@ -218,7 +218,7 @@ def test_not_a_number_is_not_drawn(log: Path) -> None:
 
 
 def test_the_sample_log_of_a_spot_has_pictures_where_its_camera_stood() -> None:
-    senses = senses_of(SPOT)
+    senses = sensors_of(SPOT)
     assert senses is not None
     assert senses.cameras == ("/camera/frontleft_fisheye",)
     assert senses.has_grids
@@ -232,12 +232,12 @@ def test_the_sample_log_of_a_spot_has_pictures_where_its_camera_stood() -> None:
 
 
 def test_a_simulated_run_has_no_sensors() -> None:
-    assert senses_of(LOGS / "find-lios.mcap") is None
+    assert sensors_of(LOGS / "find-lios.mcap") is None
 
 
 def test_a_missing_log_is_said(tmp_path: Path) -> None:
     with pytest.raises(NotFound):
-        senses_of(tmp_path / "none.mcap")
+        sensors_of(tmp_path / "none.mcap")
 
 
 def test_a_spot_depth_camera_shows_the_walls_that_it_was_drawn_from() -> None:

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from dashboards.model.scene import RobotLook
+from dashboards.model.scene import RobotState
 from dashboards.sensing.pictures import Picture
 from dashboards.viser_app.sensor_layers import SensorLayers
 
-STANDING = RobotLook(x_m=1.0, y_m=2.0, yaw_rad=0.0)
+STANDING = RobotState(x_m=1.0, y_m=2.0, yaw_rad=0.0)
 
 
 @dataclass

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from sample_logs import write_toy_log
 
 from dashboards.library.library import Library, NoLogs, logs_of
-from dashboards.viser_app.bridge import address, changes_of, obey
+from dashboards.viser_app.bridge import address, execute_command, parse_query
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import CannotListen, Dashboard, PortInUse
 from dashboards.viser_app.serving import open_dashboard
@@ -111,7 +111,7 @@ def test_the_same_log_twice_is_one_log(log: Path) -> None:
 
 def test_an_address_restores_what_it_says() -> None:
     state = ViewState(runs=(2, 0), at=12.5, alignment="distance", focus="Mug & <b>", walls="none", follow=True)
-    again = changes_of("?" + address(state, None), runs=3)
+    again = parse_query("?" + address(state, None), runs=3)
     assert again == {
         "runs": (2, 0),
         "at": 12.5,
@@ -123,12 +123,12 @@ def test_an_address_restores_what_it_says() -> None:
 
 
 def test_an_address_cannot_name_what_is_not_there() -> None:
-    assert changes_of("?runs=7,-1,x,1,1&at=nan&clock=mood&walls=../etc", runs=2) == {"runs": (1,)}
+    assert parse_query("?runs=7,-1,x,1,1&at=nan&clock=mood&walls=../etc", runs=2) == {"runs": (1,)}
 
 
 @given(st.text(max_size=60))
 def test_any_address_is_survived(query: str) -> None:
-    changes = changes_of(query, runs=3)
+    changes = parse_query(query, runs=3)
     assert all(r < 3 for r in changes.get("runs", ()))  # type: ignore[attr-defined]
     ViewState(runs=(0,))
     assert float(str(changes.get("at", 0.0))) >= 0.0
@@ -170,13 +170,13 @@ class _Session:
 )
 def test_commands_of_the_page(words: str, asked: object) -> None:
     session = _Session()
-    obey(session, words)  # type: ignore[arg-type]
+    execute_command(session, words)  # type: ignore[arg-type]
     assert session.asked == [asked]
 
 
 @given(st.text(max_size=40))
 def test_any_command_is_survived(words: str) -> None:
-    obey(_Session(), words)  # type: ignore[arg-type]
+    execute_command(_Session(), words)  # type: ignore[arg-type]
 
 
 def test_a_log_that_grows_is_read_again(log: Path, tmp_path: Path) -> None:

@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 from toy_run import other_run, toy_run
 
-from dashboards.library.library import MOST_OPEN, Library
+from dashboards.library.library import MAX_CACHED_RUNS, Library
 from dashboards.model.clock import Clock
 from dashboards.model.timeline import timeline_of
 from dashboards.viser_app import session as session_module
-from dashboards.viser_app.bridge import changes_of, obey
+from dashboards.viser_app.bridge import execute_command, parse_query
 from dashboards.viser_app.cameras import CameraPose
 from dashboards.viser_app.options import Options
-from dashboards.viser_app.session import MOST_RUNS, Session, ViewState
+from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
 
 CLOCK = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
 SAMPLES = Path(__file__).parents[2] / "logs"
@@ -93,9 +93,9 @@ def test_who_looks_elsewhere_is_no_longer_live() -> None:
 
 def test_no_more_runs_are_laid_over_each_other_than_fit() -> None:
     made = session()
-    made.state = ViewState(runs=tuple(range(MOST_RUNS)))
-    made.toggle_run(MOST_RUNS)
-    assert made.state.runs == tuple(range(MOST_RUNS))
+    made.state = ViewState(runs=tuple(range(MAX_RUNS)))
+    made.toggle_run(MAX_RUNS)
+    assert made.state.runs == tuple(range(MAX_RUNS))
     assert "At most 16" in made.client.told[0]
     made.toggle_run(3)
     assert 3 not in made.state.runs
@@ -103,15 +103,15 @@ def test_no_more_runs_are_laid_over_each_other_than_fit() -> None:
 
 def test_addresses_of_strangers_change_what_makes_sense() -> None:
     many = "&".join(f"x{i}=1" for i in range(500))
-    assert changes_of(f"?at=12.5&{many}", runs=3) == {"at": 12.5}
-    assert changes_of(f"?runs={'9' * 5000},1", runs=3) == {"runs": (1,)}
+    assert parse_query(f"?at=12.5&{many}", runs=3) == {"at": 12.5}
+    assert parse_query(f"?runs={'9' * 5000},1", runs=3) == {"runs": (1,)}
 
 
 def test_commands_with_numbers_beyond_reason_do_nothing() -> None:
     made = session()
     before = made.state
     for words in (f"open {'9' * 5000}", "open ²", "decision 1e11", "look 1e11", f"decision {'9' * 400}"):
-        obey(made, words)
+        execute_command(made, words)
     assert made.state == before
 
 
@@ -130,9 +130,9 @@ def test_places_are_forgotten_like_runs() -> None:
     from dataclasses import replace
 
     plan = CLOCK.timelines[0].plan
-    for i in range(MOST_OPEN + 5):
+    for i in range(MAX_CACHED_RUNS + 5):
         library.shape(replace(plan, name=f"place {i}"))
-    assert len(library._shapes) == MOST_OPEN
+    assert len(library._shapes) == MAX_CACHED_RUNS
     assert library.shape(replace(plan, name="place 28")) is library.shape(replace(plan, name="place 28"))
 
 
@@ -158,7 +158,7 @@ def test_a_house_fits_its_window_although_the_browser_tells_of_an_older_camera(
     made._placed.append(camera.position)
     made.look()
     camera.image_width = 1156
-    made.fit_again()
+    made.refit()
     assert len(put) == 2
     assert put[1] == made.fit() != put[0]
     camera.position = put[0].position  # the last word of the browser: the second fit was overtaken
@@ -168,7 +168,7 @@ def test_a_house_fits_its_window_although_the_browser_tells_of_an_older_camera(
     made._settle()
     assert len(put) == 3, "it fits"
     camera.position, camera.image_width = (1.0, 2.0, 3.0), 900  # a person's own
-    made.fit_again()
+    made.refit()
     made._settle()
     assert len(put) == 3
 

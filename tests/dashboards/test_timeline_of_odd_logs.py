@@ -11,7 +11,7 @@ import pytest
 from toy import toy_plan
 from toy_run import empty_run, ns, toy_place, toy_run
 
-from dashboards.capsule.run_data import MOST_ITEMS, items_of
+from dashboards.capsule.run_data import MAX_ITEMS, items_of
 from dashboards.capsule.write import capsule_page
 from dashboards.figures.files import write_figures
 from dashboards.geometry.house import house_shape
@@ -20,7 +20,7 @@ from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.beliefs import beliefs
-from dashboards.panels.find_costs import MOST_ROWS, find_costs
+from dashboards.panels.find_costs import MAX_ROWS, find_costs
 from dashboards.panels.plots import plots
 from replayers.runs.run import Run
 from workbench.log_schema.events import FindCosts
@@ -77,14 +77,14 @@ def test_a_thousand_item_types_are_shown_in_the_time_of_a_frame(many: Timeline) 
         assert beliefs(scene, many)
     assert time.process_time() - began < 0.5
     table = find_costs(scene_at(many, ns(1)), "start", first_looks(many, many.decisions[0]))
-    assert table.count("<tr>") < MOST_ROWS + 20
+    assert table.count("<tr>") < MAX_ROWS + 20
     assert "and 1802 more" in table
     assert plots(Clock(timelines=(many,)), ["lios"], "Thing0007").count("<svg") == 3
 
 
 def test_a_page_of_a_thousand_item_types_offers_some_and_stays_small(many: Timeline) -> None:
     assert items_of(many)[0] == "Mug", "the goal's first"
-    assert len(items_of(many)) == MOST_ITEMS
+    assert len(items_of(many)) == MAX_ITEMS
     assert len(capsule_page([many])) < 400_000
 
 

@@ -24,10 +24,10 @@ from dashboards.model.timeline import timeline_of
 from dashboards.panels.now import now
 from dashboards.panels.plan import plan
 from recorders.run_recorder import record_run
-from recorders.spot.run.event_text import in_words
+from recorders.spot.run.event_text import event_line
 from replayers.runs.run import read
 from workbench.cli import run as lios
-from workbench.execution.events import Ended, Event, Planned, RunStatus
+from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.log_schema.events import NANO, SCHEMA_VERSION
 from workbench.log_schema.run_info import INFO_METADATA, info_to_metadata
 from workbench.planning.plans import Plan, PlanStatus
@@ -37,11 +37,11 @@ from workbench.planning.strategy import Decision
 def events_without_a_last_plan() -> list[Event]:
     """The toy run, until after the first look nothing more can be planned."""
     events = toy_events()
-    second = next(i for i, e in enumerate(events) if isinstance(e, Planned) and e.decision == 2)
+    second = next(i for i, e in enumerate(events) if isinstance(e, PlanMade) and e.decision == 2)
     planned = events[second]
-    assert isinstance(planned, Planned)
+    assert isinstance(planned, PlanMade)
     none = Decision(plan=Plan(status=PlanStatus.NO_PLAN, note="every container is searched", solver="built-in"))
-    ended = Ended(
+    ended = RunEnded(
         stamp_ns=T0 + 3 * NANO,
         decision=2,
         status=RunStatus.NO_PLAN,
@@ -104,8 +104,8 @@ def test_nor_do_the_words_for_people(log: Path) -> None:
         said = [m.data for _, _, m in make_reader(stream).iter_messages("/log")]
     assert any(b"every container is searched; no-plan" in words for words in said)
     assert not any(b"expected 0.0" in words for words in said)
-    planned = [e for e in events_without_a_last_plan() if isinstance(e, Planned)][-1]
-    assert in_words(planned) == "Plan 2 (searched DiningTable|1), no-plan: every container is searched"
+    planned = [e for e in events_without_a_last_plan() if isinstance(e, PlanMade)][-1]
+    assert event_line(planned) == "Plan 2 (searched DiningTable|1), no-plan: every container is searched"
 
 
 def test_an_old_log_reads_as_a_new_one(log: Path, old_log: Path) -> None:

@@ -15,10 +15,10 @@ from toy_run import toy_run
 from dashboards.library.library import Library
 from dashboards.model.clock import Clock
 from dashboards.model.timeline import timeline_of
-from dashboards.panels.markup import trouble
+from dashboards.panels.markup import error_line
 from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.session import Session, ViewState
-from dashboards.viser_app.trouble import Trouble
+from dashboards.viser_app.trouble import ViewErrors
 from workbench.errors import BadValue
 
 SAMPLES = Path(__file__).parents[2] / "logs"
@@ -87,7 +87,7 @@ def test_a_settler_or_a_teller_that_fails_ends_nothing(monkeypatch: pytest.Monke
 def test_a_panel_that_cannot_be_drawn_says_so_and_the_next_one_is_drawn() -> None:
     controls = object.__new__(Controls)
     sent: dict[str, str] = {}
-    controls._session = SimpleNamespace(trouble=Trouble("1"))  # type: ignore[assignment]
+    controls._session = SimpleNamespace(trouble=ViewErrors("1"))  # type: ignore[assignment]
     controls._set = sent.__setitem__  # type: ignore[method-assign]
     controls._draw("plan", lambda: 1 / 0)  # type: ignore[arg-type, return-value]
     controls._draw("cursor", lambda: "here")
@@ -98,9 +98,9 @@ def test_a_panel_that_cannot_be_drawn_says_so_and_the_next_one_is_drawn() -> Non
 
 
 def test_the_log_is_told_once_while_nothing_changes(caplog: pytest.LogCaptureFixture) -> None:
-    kept, told = Trouble("1"), []
+    kept, told = ViewErrors("1"), []
     for error in (BadValue("x", 1, "2"), BadValue("x", 1, "2"), BadValue("y", 1, "2")):
-        with kept.survived("the plan", told.append):
+        with kept.caught("the plan", told.append):
             raise error
     assert len(told) == 3
     assert [record.getMessage() for record in caplog.records if record.levelno == logging.ERROR] == [
@@ -118,5 +118,5 @@ def test_a_log_that_breaks_its_reader_is_left_out(monkeypatch: pytest.MonkeyPatc
 
 
 def test_words_of_strangers_are_no_markup() -> None:
-    assert "<b>" not in trouble("<b>bold</b>")
-    assert trouble("") == ""
+    assert "<b>" not in error_line("<b>bold</b>")
+    assert error_line("") == ""

@@ -30,7 +30,7 @@ from workbench.log_schema.events import (
 )
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import find_task
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, FloorPlan, ItemType, LocationId
 
@@ -123,7 +123,7 @@ def toy_run() -> Run:
         ),
         place=toy_place(),
         task=find_task(ItemType("Mug"), START),
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
         observations=(
             _seen(0, 0, TABLE, ("Plate|1",), known=True),
             _seen(4, 1, FRIDGE, ("Egg|1",)),

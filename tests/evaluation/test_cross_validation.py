@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from workbench.beliefs.training.train import Lesson
+from workbench.beliefs.training.train import TrainingSet
 from workbench.cli import run
 from workbench.evaluation.beliefs import cross_validation, fold_weights
 from workbench.worlds.procthor.load import load_houses
@@ -22,7 +22,7 @@ def test_no_house_is_judged_by_what_learnt_from_it(
     judged: list[set[str]] = []
     train, judge = fold_weights.train, cross_validation.judge
 
-    def trained(name: str, lesson: Lesson, path: Path) -> Any:
+    def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         learnt.append({h.plan.name for h in (*lesson.houses, *lesson.held_out)})
         return train(name, lesson, path)
 
@@ -55,7 +55,7 @@ def test_houses_learnt_from_only_are_in_every_training(
     sizes: list[int] = []
     train = fold_weights.train
 
-    def trained(name: str, lesson: Lesson, path: Path) -> Any:
+    def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         sizes.append(sum(h.plan.name.startswith("others:") for h in lesson.houses))
         return train(name, lesson, path)
 

@@ -12,9 +12,9 @@ from workbench.errors import InputError
 from workbench.evaluation.tasks.experiment import (
     TaskRequest,
     plan_trials,
+    remaining_units,
     scenario_list,
     strategy_list,
-    units_left,
     wanted_rows,
 )
 from workbench.evaluation.tasks.rows import TaskRow, read_rows
@@ -43,7 +43,7 @@ def request(**changes: object) -> TaskRequest:
 def rows() -> list[TaskRow]:
     asked = request()
     planned = plan_trials(asked)
-    done = [row for unit in units_left(asked, planned.keys, [], None) for row in run_unit(unit)]
+    done = [row for unit in remaining_units(asked, planned.keys, [], None) for row in run_unit(unit)]
     return wanted_rows(asked, planned.keys, done)
 
 
@@ -64,7 +64,7 @@ def test_every_trial_succeeds_and_the_oracle_costs_least(rows: list[TaskRow]) ->
 def test_the_same_numbers_with_two_workers(rows: list[TaskRow]) -> None:
     asked = request()
     planned = plan_trials(asked)
-    units = units_left(asked, planned.keys, [], None)
+    units = remaining_units(asked, planned.keys, [], None)
     done = [row for some in run_units(units, workers=2) for row in some]
     assert [plain(r) for r in wanted_rows(asked, planned.keys, done)] == [plain(r) for r in rows]
 
@@ -78,7 +78,7 @@ def test_a_stopped_evaluation_goes_on(tmp_path: Path, rows: list[TaskRow]) -> No
     with (tmp_path / "trials.jsonl").open("ab") as stream:
         stream.write(b'{"scenario": "any-of-thr')  # killed while writing
     again = TrialStore(tmp_path, asked)
-    left = units_left(asked, planned.keys, again.rows, None)
+    left = remaining_units(asked, planned.keys, again.rows, None)
     assert [[name for name, _ in unit.strategies] for unit in left] == [["oracle"], ["model-lios", "oracle"]]
     for unit in left:
         again.add(run_unit(unit))
@@ -148,7 +148,7 @@ def test_seeds_differ_by_scenario_and_trial() -> None:
 
 def test_a_strategy_that_raises_is_a_row(rows: list[TaskRow]) -> None:
     asked = request(strategies=(f"{__name__}:Raises",), trials=1)
-    unit = units_left(asked, plan_trials(asked).keys, [], None)[0]
+    unit = remaining_units(asked, plan_trials(asked).keys, [], None)[0]
     (row,) = run_unit(unit)
     assert not row.success
     assert row.cost == 100
@@ -219,7 +219,7 @@ def test_a_log_stands_where_its_row_says(tmp_path: Path) -> None:
 
     named = f"{__name__}:Raises"
     asked = request(strategies=(named,), trials=1)
-    unit = units_left(asked, plan_trials(asked).keys, [], RecordTo(folder=tmp_path))[0]
+    unit = remaining_units(asked, plan_trials(asked).keys, [], RecordTo(folder=tmp_path))[0]
     (row,) = run_unit(unit)
     assert log_path(tmp_path, row.scenario, row.trial, row.strategy).exists()
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from workbench.beliefs import estimators
-from workbench.beliefs.training.train import Lesson
+from workbench.beliefs.training.train import TrainingSet
 from workbench.beliefs.weights import read_weights
 from workbench.cli import run
 from workbench.evaluation.beliefs import fold_weights
@@ -28,7 +28,7 @@ def lessons(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
     told: dict[str, set[str]] = {}
     train = fold_weights.train
 
-    def trained(name: str, lesson: Lesson, path: Path) -> Any:
+    def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         weights = train(name, lesson, path)
         told[weights.sha256] = {h.plan.name for h in (*lesson.houses, *lesson.held_out)}
         return weights

@@ -14,15 +14,15 @@ from workbench.beliefs.belief import Belief
 from workbench.cli import run
 from workbench.errors import UnknownName
 from workbench.evaluation.beliefs.metrics import (
-    against,
     calibration_error,
-    glimpse,
-    judge,
+    compare_with_baseline,
+    evaluate_estimator,
+    metrics_of,
     missing_types,
-    quality,
+    partial_knowledge,
     reliability,
 )
-from workbench.evaluation.splits import Split, is_shared, part_taken, split_indices, split_of
+from workbench.evaluation.splits import Split, effective_split, is_shared, split_indices, split_of
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -46,7 +46,7 @@ class Says:
 
 def test_ranks_by_hand() -> None:
     """Order: fridge .9, counter .5, the rest 0. The mug is on the counter and the desk, the egg in the fridge."""
-    judged = {j.item_type: j for j in judge(Says({FRIDGE: 0.9, COUNTER: 0.5}), [toy_house()])}
+    judged = {j.item_type: j for j in evaluate_estimator(Says({FRIDGE: 0.9, COUNTER: 0.5}), [toy_house()])}
     egg, mug, pillow = judged["Egg"], judged["Mug"], judged["Pillow"]
     assert (egg.top1, egg.top3, egg.reciprocal_rank) == (1.0, 1.0, 1.0)
     assert (mug.top1, mug.top3, mug.reciprocal_rank) == (0.0, 1.0, 0.5)
@@ -58,17 +58,19 @@ def test_ranks_by_hand() -> None:
 
 def test_equal_probabilities_are_ranked_by_chance() -> None:
     """Five containers alike: one holder is first one time in five; two holders two times in five."""
-    judged = {j.item_type: j for j in judge(Says({}), [toy_house()])}
+    judged = {j.item_type: j for j in evaluate_estimator(Says({}), [toy_house()])}
     assert judged["Egg"].top1 == pytest.approx(1 / 5)
     assert judged["Mug"].top1 == pytest.approx(2 / 5)
     assert judged["Egg"].top3 == pytest.approx(3 / 5)
 
 
 def test_log_loss_and_calibration_by_hand() -> None:
-    judged = judge(Says(dict.fromkeys((FRIDGE, COUNTER, BED, DESK, "DiningTable|1"), 0.25)), [toy_house()])
+    judged = evaluate_estimator(
+        Says(dict.fromkeys((FRIDGE, COUNTER, BED, DESK, "DiningTable|1"), 0.25)), [toy_house()]
+    )
     pairs = sum(len(j.held) for j in judged)
     holds = sum(int(j.held.sum()) for j in judged)
-    made = quality(judged, rng=np.random.default_rng(0))
+    made = metrics_of(judged, rng=np.random.default_rng(0))
     expected = -(holds * np.log(0.25) + (pairs - holds) * np.log(0.75)) / pairs
     assert made["log_loss"] == pytest.approx(expected, abs=1e-5)
     assert calibration_error(judged) == pytest.approx(abs(0.25 - holds / pairs))
@@ -80,25 +82,27 @@ def test_log_loss_and_calibration_by_hand() -> None:
 
 
 def test_a_sure_mistake_costs_much_but_not_everything() -> None:
-    judged = judge(Says({FRIDGE: 1.0}), [toy_house()])
-    assert np.isfinite(quality(judged, rng=np.random.default_rng(0))["log_loss"])
+    judged = evaluate_estimator(Says({FRIDGE: 1.0}), [toy_house()])
+    assert np.isfinite(metrics_of(judged, rng=np.random.default_rng(0))["log_loss"])
 
 
 def test_what_has_been_seen_is_not_asked() -> None:
     house = toy_house()
-    knowledge = glimpse(house, seen_share=0.5, rng=np.random.default_rng(1))
+    knowledge = partial_knowledge(house, seen_share=0.5, rng=np.random.default_rng(1))
     assert len(knowledge.first_seen) == 2
     seen = {i.type for items in knowledge.first_seen.values() for i in items}
     assert set(missing_types(house, knowledge)) == set(house.item_types()) - seen
-    assert len(glimpse(house, seen_share=0.99, rng=np.random.default_rng(1)).unsearched) == 1
+    assert len(partial_knowledge(house, seen_share=0.99, rng=np.random.default_rng(1)).unsearched) == 1
 
 
 def test_better_is_better_than_the_base() -> None:
     house = toy_house()
-    base = judge(Says({}), [house])
-    same = against(base, base, rng=np.random.default_rng(0))
+    base = evaluate_estimator(Says({}), [house])
+    same = compare_with_baseline(base, base, rng=np.random.default_rng(0))
     assert (same["top1_gain"], same["log_loss_ratio"]) == (0.0, 1.0)
-    better = against(judge(Says({FRIDGE: 0.3, COUNTER: 0.4}), [house]), base, rng=np.random.default_rng(0))
+    better = compare_with_baseline(
+        evaluate_estimator(Says({FRIDGE: 0.3, COUNTER: 0.4}), [house]), base, rng=np.random.default_rng(0)
+    )
     assert better["log_loss_ratio"] < 1
 
 
@@ -108,7 +112,10 @@ def test_the_split_keeps_houses_apart() -> None:
         assert sorted(i for part in parts for i in part) == list(range(count))
         assert is_shared(Path(name))
     assert split_indices("mine.jsonl", Split.TEST, houses=3) == (0, 1, 2)
-    assert (part_taken("mine.jsonl", "test"), part_taken("multi_room_train.jsonl.gz", "test")) == ("all", "test")
+    assert (effective_split("mine.jsonl", "test"), effective_split("multi_room_train.jsonl.gz", "test")) == (
+        "all",
+        "test",
+    )
     assert split_indices("multi_room_train.jsonl.gz", "validation", houses=85) == (80, 81, 82, 83, 84)
     with pytest.raises(UnknownName, match="validation"):
         split_of("valid")
@@ -191,8 +198,8 @@ def test_figures(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_what_an_estimator_says_of_its_first_choice() -> None:
     """The largest probability of each query, on average: 0.9 for all of them."""
-    judged = judge(Says({FRIDGE: 0.9, COUNTER: 0.5}), [toy_house()])
-    assert quality(judged, rng=np.random.default_rng(0))["top1_said"] == pytest.approx(0.9)
+    judged = evaluate_estimator(Says({FRIDGE: 0.9, COUNTER: 0.5}), [toy_house()])
+    assert metrics_of(judged, rng=np.random.default_rng(0))["top1_said"] == pytest.approx(0.9)
 
 
 def test_a_seed_that_no_generator_takes_is_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from workbench.evaluation.figures.style import new_figure
-from workbench.evaluation.figures.task_bars import STRATEGY_COLOURS, draw_task_bars, strategy_looks
+from workbench.evaluation.figures.task_bars import STRATEGY_COLOURS, draw_task_bars, strategy_styles
 from workbench.evaluation.tasks.names import file_name_of, scenario_title, shortened, strategy_title
 from workbench.evaluation.tasks.table import markdown
 
@@ -51,7 +51,7 @@ def test_file_names_differ_and_fit() -> None:
 
 def test_no_two_strategies_look_alike() -> None:
     names = [*STRATEGY_COLOURS, "model-lios@a", "model-lios@b", *(f"mine:Planner{i}" for i in range(40))]
-    looks = strategy_looks(names)
+    looks = strategy_styles(names)
     assert len(set(looks.values())) == len(names)
     assert looks["model-lios"] == (STRATEGY_COLOURS["model-lios"], "")
 

@@ -11,7 +11,7 @@ from toy import COUNTER, DESK, FRIDGE, TABLE, toy_house, toy_travel
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, UnknownName
-from workbench.evaluation.search.calibration import looks
+from workbench.evaluation.search.calibration import container_stylecalibration
 from workbench.evaluation.search.experiment import Experiment, draw_queries, policies_named, run_experiment
 from workbench.evaluation.search.strategies import strategy_of, with_policy
 from workbench.evaluation.search.table import costs_of, pairs, rows, rows_by_kind
@@ -19,7 +19,7 @@ from workbench.evaluation.search.trials import Beliefs, SearchTrial, house_trial
 from workbench.execution.loop import outcome_of, run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import find_task
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.policies.registry import policy, policy_names
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.knowledge import Knowledge
@@ -51,7 +51,9 @@ class Told:
 
 def trial(name: str, item: ItemType, told: Told) -> SearchTrial:
     house = toy_house()
-    return search_trial(house, toy_travel(), item, policy(name), Beliefs(told, house.item_types()), costs=SIMULATION)
+    return search_trial(
+        house, toy_travel(), item, policy(name), Beliefs(told, house.item_types()), costs=SIMULATION_COSTS
+    )
 
 
 def test_greedy_walks_the_toy_house_from_nearest_to_nearest() -> None:
@@ -80,19 +82,19 @@ def test_every_look_keeps_what_was_believed_of_it_and_whether_it_found() -> None
     trials = [trial("most-probable", PHONE, Told(chances)) for chances in beliefs]
     assert [t.said[0] for t in trials] == [0.9, 0.8, 0.7]
     assert all(len(t.said) == len(t.order) for t in trials)
-    first = next(row for row in looks(trials) if row["look"] == 1)
+    first = next(row for row in container_stylecalibration(trials) if row["look"] == 1)
     assert [first[k] for k in ("policy", "kind", "queries")] == ["most-probable", "ai2-thor", 3]
     assert first["said"] == pytest.approx(0.8)
     assert first["found"] == pytest.approx(1 / 3)
     greedy = house_trials(
-        toy_house(), toy_travel(), policies=("greedy",), estimators=lambda _: Told({}), costs=SIMULATION
+        toy_house(), toy_travel(), policies=("greedy",), estimators=lambda _: Told({}), costs=SIMULATION_COSTS
     )
     assert all(t.said == () for t in greedy), "greedy is asked for no belief"
 
 
 def test_the_oracle_goes_to_the_nearest_of_two_mugs() -> None:
     trials = house_trials(
-        toy_house(), toy_travel(), policies=("oracle",), estimators=lambda _: Told({}), costs=SIMULATION
+        toy_house(), toy_travel(), policies=("oracle",), estimators=lambda _: Told({}), costs=SIMULATION_COSTS
     )
     mug = next(t for t in trials if t.item_type == MUG)
     assert (mug.order, mug.cost) == ((COUNTER,), 2 + 5 + 2)
@@ -108,10 +110,10 @@ def test_queries_that_saw_the_same_share_a_belief() -> None:
     beliefs = Beliefs(told, house.item_types())
     for _ in range(2):
         for item in house.item_types():
-            search_trial(house, toy_travel(), item, policy("lios"), beliefs, costs=SIMULATION)
+            search_trial(house, toy_travel(), item, policy("lios"), beliefs, costs=SIMULATION_COSTS)
     assert told.asked < sum(1 + 4 for _ in house.item_types())
     again = told.asked
-    search_trial(house, toy_travel(), MUG, policy("lios"), beliefs, costs=SIMULATION)
+    search_trial(house, toy_travel(), MUG, policy("lios"), beliefs, costs=SIMULATION_COSTS)
     assert told.asked == again
 
 
@@ -126,7 +128,7 @@ def in_the_loop(house: House, item: ItemType, name: str, believer: Estimator) ->
     known = strategy_of(name)
     planner = with_policy(name) if known is None else strategy(known, house=house)
     events = list(
-        run_task(SimulatedWorld(house, navigation), planner, believer, find_task(item, START), costs=SIMULATION)
+        run_task(SimulatedWorld(house, navigation), planner, believer, find_task(item, START), costs=SIMULATION_COSTS)
     )
     end = outcome_of(events)
     assert end.status == "done"
@@ -145,7 +147,7 @@ def test_the_closed_loop_gives_the_same_cost(name: str, procthor: Path) -> None:
         travel,
         policies=(name,),
         estimators=lambda _: believer,
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
         item_types=asked,
     )
     for found in trials:
@@ -247,6 +249,8 @@ def test_no_workers_are_refused() -> None:
 def test_what_is_loaded_once_is_loaded_before_any_clock_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     told, warmed = Told({}), list[int]()
     monkeypatch.setattr("workbench.evaluation.search.trials.warm_up", lambda *_: warmed.append(told.asked))
-    house_trials(toy_house(), toy_travel(), policies=("greedy", "lios"), estimators=lambda _: told, costs=SIMULATION)
+    house_trials(
+        toy_house(), toy_travel(), policies=("greedy", "lios"), estimators=lambda _: told, costs=SIMULATION_COSTS
+    )
     assert warmed == [0]
     assert told.asked > 0

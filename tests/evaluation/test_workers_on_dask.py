@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 from test_task_evaluation import plain, request
 
-from workbench.evaluation.tasks.experiment import plan_trials, units_left, wanted_rows
+from workbench.evaluation.tasks.experiment import plan_trials, remaining_units, wanted_rows
 from workbench.evaluation.tasks.workers import ClusterLost, run_unit, run_units
 
 pytest.importorskip("distributed")
@@ -44,7 +44,7 @@ def test_a_worker_may_die(cluster: Cluster) -> None:
     address, workers, _ = cluster
     asked = request(trials=8)
     planned = plan_trials(asked)
-    units = units_left(asked, planned.keys, [], None)
+    units = remaining_units(asked, planned.keys, [], None)
     done = []
     for some in run_units(units, workers=2, scheduler=address):
         if not done:
@@ -58,7 +58,7 @@ def test_a_worker_may_die(cluster: Cluster) -> None:
 def test_a_lost_cluster_is_one_line(cluster: Cluster) -> None:
     address, _, scheduler = cluster
     asked = request(trials=12)
-    units = units_left(asked, plan_trials(asked).keys, [], None)
+    units = remaining_units(asked, plan_trials(asked).keys, [], None)
 
     def run_on() -> None:
         for _ in run_units(units, workers=2, scheduler=address):

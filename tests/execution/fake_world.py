@@ -13,7 +13,7 @@ from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, House, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.travel import TravelCosts
-from workbench.worlds.world import Done, Looked, Refused, Unseen
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 SECOND = 1_000_000_000
 
@@ -54,44 +54,44 @@ class FakeWorld:
     def known_at_start(self) -> Contents:
         return {c: self.house.contents[c] for c in self.known}
 
-    def go_to(self, location: LocationId) -> Done | Refused:
+    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start, metres = self.clock_ns, self.travel.between(self.at, location)
         assert metres is not None
         if self._refuses("move", location):
-            return Refused(start_ns=start, end_ns=self._after(1), reason="blocked", travel_m=0.5, at=self.at)
+            return ActionRefused(start_ns=start, end_ns=self._after(1), reason="blocked", travel_m=0.5, at=self.at)
         self.at = location
-        return Done(start_ns=start, end_ns=self._after(metres), travel_m=metres)
+        return ActionDone(start_ns=start, end_ns=self._after(metres), travel_m=metres)
 
-    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+    def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start = self.clock_ns
         if container in self.unseen:
-            return Unseen(start_ns=start, container=container)
+            return NotInLog(start_ns=start, container=container)
         if self._refuses("search", container):
-            return Refused(start_ns=start, end_ns=self._after(2), reason="stuck door")
+            return ActionRefused(start_ns=start, end_ns=self._after(2), reason="stuck door")
         items = tuple(self.places[LocationId(container)])
-        return Looked(start_ns=start, end_ns=self._after(2), container=container, items=items)
+        return LookResult(start_ns=start, end_ns=self._after(2), container=container, items=items)
 
-    def pick(self, item: ItemId) -> Done | Refused:
+    def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self.clock_ns
         here = self.places.get(self.at, [])
         found = next((i for i in here if i.id == item), None)
         if self._refuses("pick", item) or found is None:
-            return Refused(start_ns=start, end_ns=self._after(5), reason="not there")
+            return ActionRefused(start_ns=start, end_ns=self._after(5), reason="not there")
         here.remove(found)
         self.held = found
-        return Done(start_ns=start, end_ns=self._after(5))
+        return ActionDone(start_ns=start, end_ns=self._after(5))
 
-    def place(self, item: ItemId) -> Done | Refused:
+    def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self.clock_ns
         assert self.held is not None
         assert self.held.id == item
         self.places.setdefault(self.at, []).append(self.held)
         self.held = None
-        return Done(start_ns=start, end_ns=self._after(5))
+        return ActionDone(start_ns=start, end_ns=self._after(5))
 
-    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
         start = self.clock_ns
-        return Done(start_ns=start, end_ns=self._after(5))
+        return ActionDone(start_ns=start, end_ns=self._after(5))
 
     def _refuses(self, action: str, name: str) -> bool:
         left: Mapping[tuple[str, str], int] = self.refuse

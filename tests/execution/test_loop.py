@@ -9,12 +9,20 @@ from fake_world import EvenEstimator, FakeWorld
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import Acted, Believed, Ended, Event, Observed, Planned, RunStatus
-from workbench.execution.loop import MOST_REFUSALS, outcome_of, run_task
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    PlanMade,
+    RunEnded,
+    RunStatus,
+)
+from workbench.execution.loop import MAX_REFUSALS, outcome_of, run_task
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import AllOf, Delivered, Task, find_task
-from workbench.search.costs import ROBOT, SIMULATION, ActionCosts
+from workbench.search.costs import ROBOT_COSTS, SIMULATION_COSTS, ActionCosts
 from workbench.search.find_costs import SearchStop
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
@@ -75,7 +83,7 @@ class Says:
 
 
 def _run(
-    world: FakeWorld, strategy: InOrder | Says, task: Task | None = None, costs: ActionCosts = SIMULATION
+    world: FakeWorld, strategy: InOrder | Says, task: Task | None = None, costs: ActionCosts = SIMULATION_COSTS
 ) -> list[Event]:
     return list(run_task(world, strategy, EvenEstimator(), task or find_task(MUG, START), costs=costs))
 
@@ -85,13 +93,13 @@ def test_a_find_costs_its_way_and_the_pick() -> None:
     events = _run(FakeWorld(), InOrder((FRIDGE, COUNTER)))
     end = outcome_of(events)
     assert (end.status, end.cost, end.searches, end.travel_m) == (RunStatus.DONE, 10.0, 2, 5.0)
-    assert [e.container for e in events if isinstance(e, Observed)] == [FRIDGE, COUNTER]
-    assert [e.reason for e in events if isinstance(e, Planned)] == [
+    assert [e.container for e in events if isinstance(e, ContainerObserved)] == [FRIDGE, COUNTER]
+    assert [e.reason for e in events if isinstance(e, PlanMade)] == [
         "start",
         f"searched {FRIDGE}",
         f"found Mug in {COUNTER}",
     ]
-    assert [e.step.action for e in events if isinstance(e, Acted)] == [
+    assert [e.step.action for e in events if isinstance(e, ActionEnded)] == [
         "move",
         "search",
         "move",
@@ -102,19 +110,19 @@ def test_a_find_costs_its_way_and_the_pick() -> None:
 
 
 def test_search_costs_what_the_setting_says() -> None:
-    assert outcome_of(_run(FakeWorld(), InOrder((FRIDGE, COUNTER)), costs=ROBOT)).cost == 12.0
+    assert outcome_of(_run(FakeWorld(), InOrder((FRIDGE, COUNTER)), costs=ROBOT_COSTS)).cost == 12.0
 
 
 def test_what_is_known_at_the_start_is_not_searched() -> None:
     events = _run(FakeWorld(known=(COUNTER,)), InOrder((FRIDGE, COUNTER)))
     end = outcome_of(events)
     assert (end.cost, end.searches) == (9.0, 0)
-    assert [e.known_at_start for e in events if isinstance(e, Observed)] == [True]
+    assert [e.known_at_start for e in events if isinstance(e, ContainerObserved)] == [True]
 
 
 def test_beliefs_cover_what_is_unsearched() -> None:
     events = _run(FakeWorld(), InOrder((FRIDGE, COUNTER)))
-    axes = [e.belief.containers for e in events if isinstance(e, Believed)]
+    axes = [e.belief.containers for e in events if isinstance(e, BeliefUpdated)]
     assert [len(a) for a in axes] == [5, 4, 3]
     assert FRIDGE not in axes[1]
 
@@ -135,13 +143,13 @@ def test_an_item_that_vanishes_is_looked_for_elsewhere() -> None:
 def test_a_container_that_cannot_be_searched_is_left_out() -> None:
     events = _run(FakeWorld(refuse={("search", COUNTER): 99}), InOrder((COUNTER, DESK)))
     assert outcome_of(events).status is RunStatus.DONE
-    assert COUNTER not in [e for e in events if isinstance(e, Believed)][-1].belief.containers
+    assert COUNTER not in [e for e in events if isinstance(e, BeliefUpdated)][-1].belief.containers
 
 
 def test_a_way_that_is_blocked_for_good_ends_the_run() -> None:
     end = outcome_of(_run(FakeWorld(refuse={("move", START): 99}), InOrder((COUNTER,))))
     assert end.status is RunStatus.ABORTED
-    assert f"({MOST_REFUSALS} times)" in end.reason
+    assert f"({MAX_REFUSALS} times)" in end.reason
     assert end.cost == 400.0
 
 
@@ -150,14 +158,14 @@ def test_nothing_left_to_search() -> None:
     end = outcome_of(
         _run(FakeWorld(), InOrder((FRIDGE, COUNTER, TABLE, BED, DESK), sought=gone), find_task(gone, START))
     )
-    assert (end.status, end.searches, end.cost) == (RunStatus.NOTHING_LEFT, 5, 400.0)
+    assert (end.status, end.searches, end.cost) == (RunStatus.MIN_REMAINING_PROBABILITY, 5, 400.0)
 
 
 def test_a_goal_already_met_costs_nothing() -> None:
     task = Task(scenario="t", goal=Delivered(item_type=MUG, at=LocationId(COUNTER)), failure_cost=9, budget_s=9)
     events = _run(FakeWorld(known=(COUNTER,)), InOrder(()), task)
     assert (outcome_of(events).status, outcome_of(events).cost) == (RunStatus.DONE, 0.0)
-    assert not [e for e in events if isinstance(e, Planned)]
+    assert not [e for e in events if isinstance(e, PlanMade)]
 
 
 def test_two_parts_of_a_goal_need_two_instances() -> None:
@@ -215,12 +223,12 @@ def test_a_plan_that_goes_round_in_circles_meets_the_step_limit() -> None:
             Says(_decision(there, back)),
             EvenEstimator(),
             find_task(MUG, START),
-            costs=SIMULATION,
+            costs=SIMULATION_COSTS,
             max_steps=7,
         )
     )
     assert outcome_of(events).status is RunStatus.STEP_LIMIT
-    assert len([e for e in events if isinstance(e, Acted)]) == 7
+    assert len([e for e in events if isinstance(e, ActionEnded)]) == 7
 
 
 def test_a_look_on_the_way_comes_before_the_plan() -> None:
@@ -231,7 +239,7 @@ def test_a_look_on_the_way_comes_before_the_plan() -> None:
             return replace(made, look_on_the_way=(LocationId(TABLE),)) if TABLE in view.knowledge.unsearched else made
 
     events = _run(FakeWorld(), Curious((FRIDGE, COUNTER)))
-    assert [e.container for e in events if isinstance(e, Observed)] == [TABLE, FRIDGE, COUNTER]
+    assert [e.container for e in events if isinstance(e, ContainerObserved)] == [TABLE, FRIDGE, COUNTER]
     assert outcome_of(events).cost == 1 + 3 + 1 + 5 + 2
 
 
@@ -241,10 +249,12 @@ def test_a_plan_may_be_walked_in_part() -> None:
         for a, b in ((START, LocationId(TABLE)), (LocationId(TABLE), LocationId(DESK)))
     )
     says = Says(replace(_decision(*steps), steps_now=1))
-    events = list(run_task(FakeWorld(), says, EvenEstimator(), find_task(MUG, START), costs=SIMULATION, max_steps=7))
-    acted = [e.step for e in events if isinstance(e, Acted)]
+    events = list(
+        run_task(FakeWorld(), says, EvenEstimator(), find_task(MUG, START), costs=SIMULATION_COSTS, max_steps=7)
+    )
+    acted = [e.step for e in events if isinstance(e, ActionEnded)]
     assert acted == [steps[0]], "the second decision begins where the first stopped, and its first step does not fit"
-    assert [e.reason for e in events if isinstance(e, Planned)] == ["start", "the next steps are decided anew"]
+    assert [e.reason for e in events if isinstance(e, PlanMade)] == ["start", "the next steps are decided anew"]
 
 
 def test_a_view_is_frozen_and_holds_no_truth() -> None:
@@ -260,11 +270,13 @@ def test_a_view_is_frozen_and_holds_no_truth() -> None:
 
 def test_the_same_seed_gives_the_same_events() -> None:
     def stripped(events: list[Event]) -> list[str]:
-        return [repr(replace(e, belief_s=0.0, planning_s=0.0)) if isinstance(e, Planned) else repr(e) for e in events]
+        return [
+            repr(replace(e, belief_s=0.0, planning_s=0.0)) if isinstance(e, PlanMade) else repr(e) for e in events
+        ]
 
     once, twice = (stripped(_run(FakeWorld(), InOrder((BED, FRIDGE, COUNTER)))) for _ in range(2))
     assert once == twice
-    assert isinstance(_run(FakeWorld(), InOrder((COUNTER,)))[-1], Ended)
+    assert isinstance(_run(FakeWorld(), InOrder((COUNTER,)))[-1], RunEnded)
 
 
 def test_what_is_loaded_once_is_not_charged_to_the_planning_budget() -> None:
@@ -280,6 +292,6 @@ def test_what_is_loaded_once_is_not_charged_to_the_planning_budget() -> None:
 
     slow = SlowToLoad()
     world, strategy, task = FakeWorld(), InOrder((FRIDGE, COUNTER)), find_task(MUG, START)
-    events = list(run_task(world, strategy, slow, task, costs=SIMULATION, stopwatch=lambda: slow.clock_s))
+    events = list(run_task(world, strategy, slow, task, costs=SIMULATION_COSTS, stopwatch=lambda: slow.clock_s))
     assert outcome_of(events).status is RunStatus.DONE
     assert slow.calls == 1 + outcome_of(events).decision

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sample_logs import T0, toy_events
 
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import Believed, Costed
+from workbench.execution.events import BeliefUpdated, FindCostsUpdated
 from workbench.log_schema.codec import UndecodableMessage, UnknownTopic, decode, encode, to_wire
 from workbench.log_schema.events import REPEATABLE, TOPIC_OF, TOPICS, BeliefUpdate, Stamp, Timing
 from workbench.search.find_costs import FindCosts
@@ -52,7 +52,7 @@ def test_beliefs_round_trip_to_six_decimals(types: list[str], containers: list[s
         probability=p,
         estimator="e",
     )
-    (wire,) = to_wire(Believed(stamp_ns=T0, decision=1, belief=belief))
+    (wire,) = to_wire(BeliefUpdated(stamp_ns=T0, decision=1, belief=belief))
     again = decode("/search/belief", encode(wire))
     assert isinstance(again, BeliefUpdate)
     assert again == wire
@@ -64,7 +64,7 @@ def test_find_costs_keep_their_axes():
     metres = np.arange(6, dtype=float).reshape(1, 2, 3) + 0.1234567
     origins, targets = (LocationId("a"), LocationId("b")), (LocationId("x"), LocationId("y"), LocationId("z"))
     costs = FindCosts(item_types=(ItemType("Mug"),), origins=origins, targets=targets, metres=metres, kind="model")
-    (wire,) = to_wire(Costed(stamp_ns=T0, decision=1, find_costs=costs))
+    (wire,) = to_wire(FindCostsUpdated(stamp_ns=T0, decision=1, find_costs=costs))
     assert wire.metres[0][1][2] == 5.123457
 
 

@@ -13,14 +13,14 @@ from replayers.runs.run import read
 from workbench import cli
 from workbench.beliefs.belief import Belief
 from workbench.log_schema.task_json import task_from_json, task_to_json
-from workbench.planning.scenarios.added_items import with_added
-from workbench.planning.scenarios.paper import COFFEE_ADDS, make_task, prepare_house
+from workbench.planning.scenarios.added_items import believe_scenario_items
+from workbench.planning.scenarios.paper import COFFEE_ITEMS, make_task
 from workbench.planning.tasks import Added
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
 BOTTLE, MUG = ItemType("WaterBottle"), ItemType("Mug")
-HOUSE = prepare_house("coffee", toy_house(), seed=3)
+HOUSE = believe_scenario_items("coffee", toy_house(), seed=3)
 TASK = make_task("coffee", HOUSE, seed=3)
 
 
@@ -36,12 +36,12 @@ def believed(knowledge: Knowledge) -> Belief:
 
 
 def chances(knowledge: Knowledge, item_type: ItemType) -> dict[ContainerId, float]:
-    told = with_added(believed(knowledge), TASK, knowledge.plan)
+    told = believe_scenario_items(believed(knowledge), TASK, knowledge.plan)
     return {c: float(p) for c, p in zip(told.containers, told.of(item_type), strict=True) if p > 0}
 
 
 def test_coffee_tells_where_it_puts_grinds_and_water() -> None:
-    assert TASK.added == COFFEE_ADDS
+    assert TASK.added == COFFEE_ITEMS
     assert make_task("breakfast", HOUSE, seed=3).added == ()
 
 

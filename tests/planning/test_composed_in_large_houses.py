@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from workbench.beliefs.estimators import estimator
-from workbench.execution.events import Planned, RunStatus
+from workbench.execution.events import PlanMade, RunStatus
 from workbench.execution.loop import outcome_of, run_task
-from workbench.planning.scenarios.paper import make_task, prepare_house
+from workbench.planning.scenarios.paper import make_task, with_scenario_items
 from workbench.planning.strategies import STRATEGIES, strategy
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan, House, Item, ItemId, ItemType, Room, RoomId
 from workbench.worlds.maps.navigation import Navigation, navigate
@@ -56,14 +56,14 @@ def hall() -> tuple[House, Navigation]:
 def run(hall: tuple[House, Navigation], scenario: str, name: str) -> list[float]:
     """Planning seconds of every decision of a run that must be done."""
     house, navigation = hall
-    house = prepare_house(scenario, house, seed=1)
+    house = with_scenario_items(scenario, house, seed=1)
     task = make_task(scenario, house, seed=1, travel=navigation.travel)
     world = SimulatedWorld(house, navigation, known=())
     made = strategy(name, house=house)
-    events = list(run_task(world, made, estimator("counts"), task, costs=SIMULATION, seed=1))
+    events = list(run_task(world, made, estimator("counts"), task, costs=SIMULATION_COSTS, seed=1))
     end = outcome_of(events)
     assert end.status is RunStatus.DONE, end.reason
-    return [event.planning_s for event in events if isinstance(event, Planned)]
+    return [event.planning_s for event in events if isinstance(event, PlanMade)]
 
 
 @pytest.mark.parametrize("scenario", ["deliver-3", "breakfast+coffee"])

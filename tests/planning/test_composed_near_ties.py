@@ -11,8 +11,8 @@ import pytest
 
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.evaluation.tasks.trials import Staged, TrialKey, stage
-from workbench.execution.events import Acted, Ended, Observed
+from workbench.evaluation.tasks.trials import PreparedTrial, TrialKey, prepare_trial
+from workbench.execution.events import ActionEnded, ContainerObserved, RunEnded
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import STRATEGIES, VARIANTS, strategy
 from workbench.worlds.house import ItemType
@@ -60,24 +60,24 @@ class Noisy:
 
 
 @lru_cache
-def staged(scenario: str, house: int) -> Staged:
-    return stage(
+def staged(scenario: str, house: int) -> PreparedTrial:
+    return prepare_trial(
         TrialKey(scenario=scenario, trial=0, houses=str(shipped_houses()), house_index=house, seed=3 + house)
     )
 
 
-def run(trial: Staged, name: str, estimator: Estimator) -> list[Any]:
+def run(trial: PreparedTrial, name: str, estimator: Estimator) -> list[Any]:
     """What is done and seen, and how it ends."""
     world = SimulatedWorld(trial.house, trial.navigation, known=trial.known)
     planner = strategy(name, house=trial.house)
     events = run_task(world, planner, estimator, trial.task, costs=trial.costs, seed=7)
-    return [_fact(e) for e in events if isinstance(e, Acted | Observed | Ended)]
+    return [_fact(e) for e in events if isinstance(e, ActionEnded | ContainerObserved | RunEnded)]
 
 
-def _fact(event: Acted | Observed | Ended) -> Any:
-    if isinstance(event, Acted):
+def _fact(event: ActionEnded | ContainerObserved | RunEnded) -> Any:
+    if isinstance(event, ActionEnded):
         return event.step.action, event.step.origin, event.step.target, event.step.items
-    if isinstance(event, Observed):
+    if isinstance(event, ContainerObserved):
         return event.container
     return event.status, event.cost
 

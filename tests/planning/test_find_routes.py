@@ -12,8 +12,8 @@ from toy import TABLE, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.estimators import estimator
-from workbench.evaluation.tasks.trials import TrialKey, stage
-from workbench.execution.events import Planned
+from workbench.evaluation.tasks.trials import TrialKey, prepare_trial
+from workbench.execution.events import PlanMade
 from workbench.execution.loop import run_task
 from workbench.planning.builtin.find_routes import find_routes
 from workbench.planning.plans import Plan
@@ -22,7 +22,7 @@ from workbench.planning.solvers.fast_downward import FastDownward
 from workbench.planning.solvers.single_find import plan_single_find
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import Holding
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.engine import expected_search
 from workbench.search.find_costs import FindCosts
 from workbench.search.policy import SearchQuery
@@ -84,7 +84,7 @@ def single_find(metres: list[list[float]]) -> Plan:
     here = knowledge_at_start(toy_plan(), toy_travel(), {})
     ends = (START, LocationId(TABLE))
     costs = FindCosts(item_types=(MUG,), origins=ends, targets=ends, metres=np.array([metres]), kind="model")
-    return plan_single_find(Holding(item_type=MUG, at=LocationId(TABLE)), here, costs, SIMULATION)
+    return plan_single_find(Holding(item_type=MUG, at=LocationId(TABLE)), here, costs, SIMULATION_COSTS)
 
 
 def test_a_single_find_walks_first_where_that_costs_less() -> None:
@@ -98,12 +98,12 @@ def test_a_single_find_walks_first_where_that_costs_less() -> None:
     assert [s.action for s in single_find([[10, 20], [30, 19.0]]).steps] == ["find", "move"]
 
 
-def decisions(name: str, scenario: str, house: int) -> list[tuple[Planned, Belief, Problem]]:
+def decisions(name: str, scenario: str, house: int) -> list[tuple[PlanMade, Belief, Problem]]:
     key = TrialKey(scenario=scenario, trial=0, houses=str(shipped_houses()), house_index=house, seed=5)
-    trial = stage(key)
+    trial = prepare_trial(key)
     world = SimulatedWorld(trial.house, trial.navigation, known=trial.known)
     planner = strategy(name)
-    made: list[tuple[Planned, Belief, Problem]] = []
+    made: list[tuple[PlanMade, Belief, Problem]] = []
     views = []
 
     class Watching:
@@ -115,7 +115,7 @@ def decisions(name: str, scenario: str, house: int) -> list[tuple[Planned, Belie
             return planner.decide(view)
 
     for event in run_task(world, Watching(), estimator("counts"), trial.task, costs=trial.costs, seed=1):  # type: ignore[arg-type]
-        if isinstance(event, Planned):
+        if isinstance(event, PlanMade):
             made.append((event, views[-1].belief, planner.problem(views[-1])))  # type: ignore[attr-defined]
     return made
 

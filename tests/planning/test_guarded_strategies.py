@@ -10,13 +10,13 @@ from toy import toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
 from workbench.planning.composed import Composed
-from workbench.planning.guarded import Guarded
+from workbench.planning.guarded import GuardedStrategy
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, strategy
 from workbench.planning.strategy import View
 from workbench.planning.tasks import find_task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import START, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
 
@@ -63,7 +63,7 @@ def view() -> View:
     belief = Belief(
         item_types=(mug,), containers=knowledge.unsearched, probability=np.full(shape, 0.2), estimator="by hand"
     )
-    return View(knowledge=knowledge, belief=belief, task=find_task(mug, START), costs=SIMULATION, budget_s=1.0)
+    return View(knowledge=knowledge, belief=belief, task=find_task(mug, START), costs=SIMULATION_COSTS, budget_s=1.0)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def view() -> View:
 )
 def test_what_breaks_is_a_failed_plan_that_says_why(planner: str, types: tuple[str, ...], why: str) -> None:
     made = strategy(f"planners_that_break:{planner}", origin=NameOrigin.USER)
-    assert isinstance(made, Guarded)
+    assert isinstance(made, GuardedStrategy)
     assert made.name == "raises"
     assert made.relevant_types(view().task) == types
     plan = made.decide(view()).plan

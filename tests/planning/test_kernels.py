@@ -10,17 +10,17 @@ from fake_world import EvenEstimator
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import Acted, Planned, RunStatus
+from workbench.execution.events import ActionEnded, PlanMade, RunStatus
 from workbench.execution.loop import outcome_of, run_task
 from workbench.planning.rollouts import kernels as rollouts
-from workbench.planning.rollouts.first_steps import FirstStep, cheapest, other_first_steps
+from workbench.planning.rollouts.first_steps import FirstStep, alternative_first_steps, best_first_step
 from workbench.planning.rollouts.kernels import FETCH, LOOK
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.rollouts.situations import Delivery, delivery_of
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Strategy, View
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, Task, goal_types
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.policies.registry import policy
 from workbench.search.policy import SearchQuery
 from workbench.worlds.house import START, ItemType, LocationId
@@ -39,7 +39,7 @@ def view_of(goal: Goal, chances: dict[ItemType, list[float]], knowledge: Knowled
         estimator="by hand",
     )
     task = Task(scenario="own", goal=goal, failure_cost=400.0, budget_s=60.0)
-    return View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=60.0, seed=4)
+    return View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=60.0, seed=4)
 
 
 def delivery(view: View) -> Delivery:
@@ -61,7 +61,7 @@ def one_world(of: Delivery, *held: tuple[int, str]) -> np.ndarray:
 
 
 def cost(of: Delivery, kind: int, target: int, world: np.ndarray) -> float:
-    return float(rollouts.costs_of(np.array([kind]), np.array([target]), of.situation, world)[0, 0])
+    return float(rollouts.rollout_costs(np.array([kind]), np.array([target]), of.situation, world)[0, 0])
 
 
 def test_costs_of_first_looks_by_hand() -> None:
@@ -100,22 +100,22 @@ def test_the_mean_over_worlds_is_the_expected_cost_of_the_search(chances: list[f
         target=LocationId(BED),
         belief=view.belief,
         travel=toy_travel(),
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
     )
     search = policy("marginal-lios").search(query)  # type: ignore[attr-defined]
     rng, worlds = np.random.default_rng(1), 4000
     held = np.zeros((worlds, 1, 5), dtype=np.bool_)
     even = (rng.permutation(worlds) + rng.random(worlds)) / worlds
-    rollouts.draw(here.situation.chance[0], True, even, rng.random((worlds, 5)), held[:, 0])
+    rollouts.sample_worlds(here.situation.chance[0], True, even, rng.random((worlds, 5)), held[:, 0])
     assert held.any(axis=2).all(), "what exists is somewhere"
     first = here.containers.index(search.stops[0].container)
-    costs = rollouts.costs_of(np.array([LOOK]), np.array([first]), here.situation, held)[0]
+    costs = rollouts.rollout_costs(np.array([LOOK]), np.array([first]), here.situation, held)[0]
     assert costs.mean() == pytest.approx(search.cost + 5, abs=4 * costs.std() / np.sqrt(worlds))
 
 
 def test_what_may_not_exist_is_drawn_as_it_is_believed() -> None:
     rng, held = np.random.default_rng(2), np.zeros((4000, 2), dtype=np.bool_)
-    rollouts.draw(np.array([0.3, 0.6]), False, rng.random(4000), rng.random((4000, 2)), held)
+    rollouts.sample_worlds(np.array([0.3, 0.6]), False, rng.random(4000), rng.random((4000, 2)), held)
     assert held.mean(axis=0) == pytest.approx([0.3, 0.6], abs=0.04)
     assert held.any(axis=1).mean() == pytest.approx(1 - 0.7 * 0.4, abs=0.04)
 
@@ -126,8 +126,8 @@ def test_a_known_mug_far_away_does_not_end_the_search() -> None:
     view = view_of(Delivered(item_type=MUG, at=START), {MUG: [0.0, 0.0, 0.95, 0.0]}, knowledge)
     here = delivery(view)
     table = FirstStep(LOOK, here.containers.index(TABLE))
-    assert table in other_first_steps(FirstStep(FETCH, 0), here, looks=16)
-    assert cheapest((FirstStep(FETCH, 0), table), here, worlds=60, rng=np.random.default_rng(0)) == table
+    assert table in alternative_first_steps(FirstStep(FETCH, 0), here, looks=16)
+    assert best_first_step((FirstStep(FETCH, 0), table), here, worlds=60, rng=np.random.default_rng(0)) == table
     assert strategy("conditioned-lios").decide(view).plan.steps[0].target == DESK
     assert strategy("scout-lios").decide(view).look_on_the_way == (TABLE,)
 
@@ -137,7 +137,7 @@ def test_a_nearer_errand_comes_first() -> None:
     knowledge = NOTHING_KNOWN.seen(COUNTER, (item("Mug|1"), item("Book|1")))
     goal = AllOf(parts=(MUG_TO_BED, Delivered(item_type=BOOK, at=LocationId(DESK))))
     view = view_of(goal, {BOOK: [0.0] * 4, MUG: [0.0] * 4}, knowledge)
-    assert other_first_steps(FirstStep(FETCH, 0), delivery(view), looks=16) == ()
+    assert alternative_first_steps(FirstStep(FETCH, 0), delivery(view), looks=16) == ()
     assert strategy("scout-lios").decide(view).plan.cost == 2 + 6 + 6 + 7 + 4 * 5
 
 
@@ -182,10 +182,10 @@ def test_it_thinks_again_with_a_thing_in_hand() -> None:
     goal = AllOf(parts=tuple(Delivered(item_type=t, at=LocationId(place)) for t, place in places.items()))
     task = Task(scenario="own", goal=goal, failure_cost=400.0, budget_s=60.0)
     world = SimulatedWorld(toy_house(), Paths(), known=(BED,))
-    events = list(run_task(world, strategy("scout-lios"), EvenEstimator(), task, costs=SIMULATION, seed=1))
+    events = list(run_task(world, strategy("scout-lios"), EvenEstimator(), task, costs=SIMULATION_COSTS, seed=1))
     assert outcome_of(events).status is RunStatus.DONE
-    handled = [e.stamp_ns for e in events if isinstance(e, Acted) and e.step.action in ("pick", "place")]
-    planned = [e.stamp_ns for e in events if isinstance(e, Planned)]
+    handled = [e.stamp_ns for e in events if isinstance(e, ActionEnded) and e.step.action in ("pick", "place")]
+    planned = [e.stamp_ns for e in events if isinstance(e, PlanMade)]
     assert handled[0] in planned
-    for plan in (e.made.plan for e in events if isinstance(e, Planned)):
+    for plan in (e.made.plan for e in events if isinstance(e, PlanMade)):
         assert plan.cost == pytest.approx(sum(step.cost for step in plan.steps)), "what is logged adds up"

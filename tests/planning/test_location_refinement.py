@@ -21,7 +21,7 @@ from workbench.planning.solvers.location_refinement import solve_widening
 from workbench.planning.strategies import strategy
 from workbench.planning.strategy import View
 from workbench.planning.tasks import AllOf, Delivered, Task, goal_locations
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import knowledge_at_start
 
@@ -74,7 +74,7 @@ def test_a_strategy_says_with_each_plan_what_is_proven() -> None:
         probability=[[0.3] * len(knowledge.unsearched)] * 2,  # type: ignore[arg-type]
         estimator="even",
     )
-    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=60.0)
+    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=60.0)
     for name in ("model-lios", "scout-lios", "full-lios", "oracle"):
         plan = strategy(f"{name}@everywhere", house=toy_house()).decide(view).plan
         assert plan.optimal

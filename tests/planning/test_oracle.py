@@ -8,7 +8,7 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 
 from recorders.simulated_run import Trial, trial_events
-from workbench.execution.events import Ended
+from workbench.execution.events import RunEnded
 from workbench.execution.loop import outcome_of
 from workbench.planning.strategies import STRATEGIES
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, Task
@@ -20,7 +20,7 @@ def stands(item_type: str, at: ContainerId) -> Delivered:
     return Delivered(item_type=ItemType(item_type), at=LocationId(at))
 
 
-def run_of(goal: Goal, strategy: str) -> Ended:
+def run_of(goal: Goal, strategy: str) -> RunEnded:
     house = toy_house()
     types = tuple(sorted(house.item_types()))
     task = Task(scenario="own", goal=goal, failure_cost=400.0, budget_s=60.0, available=types)

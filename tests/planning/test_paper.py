@@ -13,20 +13,22 @@ from workbench.planning.scenarios.paper import (
     ScenarioUnsupported,
     family_of,
     make_task,
-    prepare_house,
     scenario_name,
+    with_scenario_items,
 )
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding
 from workbench.worlds.house import START, House, ItemType, LocationId
 
-COFFEE_HOUSE = prepare_house("coffee", toy_house(), seed=3)
+COFFEE_HOUSE = with_scenario_items("coffee", toy_house(), seed=3)
 
 
 @pytest.mark.parametrize("scenario", [*SCENARIOS, "find", "deliver-5", "any-of-4"])
 def test_same_seed_same_task(scenario: str) -> None:
-    house = prepare_house(scenario, toy_house(), seed=5)
+    house = with_scenario_items(scenario, toy_house(), seed=5)
     task = make_task(scenario, house, seed=5, travel=toy_travel())
-    assert task == make_task(scenario, prepare_house(scenario, toy_house(), seed=5), seed=5, travel=toy_travel())
+    assert task == make_task(
+        scenario, with_scenario_items(scenario, toy_house(), seed=5), seed=5, travel=toy_travel()
+    )
     assert task.failure_cost == {"any-of": 100.0, "coffee": 450.0, "breakfast+coffee": 450.0}.get(
         family_of(scenario)[0], 400.0
     )
@@ -59,7 +61,7 @@ def test_breakfast_has_the_paper_s_ways() -> None:
 def test_coffee_adds_grinds_and_water_once() -> None:
     assert len(COFFEE_HOUSE.holders(ItemType("CoffeeGrinds"))) == 1
     assert len(COFFEE_HOUSE.holders(ItemType("WaterBottle"))) == 1
-    assert prepare_house("coffee", COFFEE_HOUSE, seed=9) == COFFEE_HOUSE
+    assert with_scenario_items("coffee", COFFEE_HOUSE, seed=9) == COFFEE_HOUSE
 
 
 def test_what_cannot_be_reached_is_not_asked_for() -> None:
@@ -112,7 +114,7 @@ goal:
 def test_a_file_sets_a_task(tmp_path: Path) -> None:
     path = tmp_path / "tea.yaml"
     path.write_text(GOOD)
-    house = prepare_house(str(path), toy_house(), seed=1)
+    house = with_scenario_items(str(path), toy_house(), seed=1)
     assert house.holders(ItemType("WaterBottle"))
     task = make_task(str(path), house, seed=1)
     assert (task.scenario, task.failure_cost, task.budget_s) == ("tea-time", 300.0, 120.0)

@@ -14,15 +14,15 @@ from workbench.planning.problem import (
     IllegalStep,
     Problem,
     apply,
+    goal_alternatives,
     holds,
     initial_state,
-    locations_that_matter,
     missing_types,
     problem_of,
-    ways_of,
+    relevant_locations,
 )
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import START, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
@@ -40,8 +40,8 @@ def everything_known() -> Knowledge:
 
 
 def problem(goal: Goal, knowledge: Knowledge) -> Problem:
-    places = locations_that_matter(goal, knowledge)
-    return problem_of(goal, knowledge, SIMULATION, locations=places, find_costs=None)
+    places = relevant_locations(goal, knowledge)
+    return problem_of(goal, knowledge, SIMULATION_COSTS, locations=places, find_costs=None)
 
 
 def test_two_mugs_at_one_place_need_two_mugs() -> None:
@@ -112,8 +112,8 @@ def test_relevant_types_follow_preparations() -> None:
 
 def test_ways_of_nested_goals() -> None:
     a, b, c = (Delivered(item_type=ItemType(t), at=START) for t in "ABC")
-    assert ways_of(AllOf(parts=(a, AnyOf(parts=(b, c))))) == ((a, b), (a, c))
-    assert ways_of(AnyOf(parts=(a, a))) == ((a,),)
+    assert goal_alternatives(AllOf(parts=(a, AnyOf(parts=(b, c))))) == ((a, b), (a, c))
+    assert goal_alternatives(AnyOf(parts=(a, a))) == ((a,),)
 
 
 def test_missing_types_are_those_too_few_are_known_of() -> None:
@@ -147,7 +147,7 @@ def test_a_thing_is_staged_on_the_way_when_that_pays() -> None:
     knowledge = knowledge_at_start(plan, travel, {box[0]: (item("A|1"),), box[1]: (item("B|1"),)})
     wants = ((ItemType("A"), box[3]), (ItemType("B"), box[2]))
     goal = AllOf(parts=tuple(Delivered(item_type=t, at=LocationId(at)) for t, at in wants))
-    places = locations_that_matter(goal, knowledge)
+    places = relevant_locations(goal, knowledge)
     made = solve(problem_of(goal, knowledge, COSTS, locations=places, find_costs=None)).plan
     assert made.cost == 20 + 1 + 1 + 40 + 6 * 5
     assert made.optimal

@@ -21,7 +21,7 @@ from workbench.planning.strategies import (
 from workbench.planning.strategy import View
 from workbench.planning.tasks import find_task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import START, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
@@ -36,7 +36,7 @@ def view_of(knowledge: Knowledge, probability: list[float], *, at: str = START, 
         estimator="by hand",
     )
     task = find_task(MUG, LocationId(at))
-    return View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=budget_s)
+    return View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=budget_s)
 
 
 @pytest.fixture
@@ -156,7 +156,7 @@ def test_scout_looks_where_it_stands_when_that_tells_much() -> None:
         probability=np.array([[0.0, 0.0, 0.45, 0.0, 0.5], [0.5, 0.0, 0.45, 0.0, 0.0]]),
         estimator="by hand",
     )
-    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=60.0)
+    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=60.0)
     made = strategy("scout-lios").decide(view)
     assert made.plan.status is PlanStatus.SOLVED
     assert made.search_order[0].container == TABLE

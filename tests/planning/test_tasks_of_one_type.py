@@ -13,7 +13,7 @@ from problems import COSTS, grid_place, random_problem, thing
 from workbench.errors import BadValue
 from workbench.planning.builtin.recipes import recipes_of
 from workbench.planning.builtin.solver import solve
-from workbench.planning.matching import each_has_its_own
+from workbench.planning.matching import has_perfect_matching
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import Problem, problem_of
 from workbench.planning.solvers.fast_downward import FastDownward
@@ -41,7 +41,7 @@ def problem_with(known: int, goal: Goal, *, places: int = 6) -> Problem:
 @given(st.lists(st.lists(st.integers(0, 4), unique=True, max_size=4), max_size=5))
 def test_each_has_its_own_as_trying_all_says(choices: list[list[int]]) -> None:
     tried = any(all(c in choices[i] for i, c in enumerate(chosen)) for chosen in permutations(range(5), len(choices)))
-    assert each_has_its_own(choices) is tried
+    assert has_perfect_matching(choices) is tried
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -43,10 +43,10 @@ def direct(path: Path, seed: int) -> None:
 def background(path: Path, seed: int) -> None:
     from recorders.mcap_io.channels import ChannelSpec
     from recorders.sinks.files import LogFiles
-    from recorders.sinks.threaded import Background
+    from recorders.sinks.threaded import ThreadedSink
 
     rng = random.Random(seed)
-    sink = Background(LogFiles(path))
+    sink = ThreadedSink(LogFiles(path))
     channels = [ChannelSpec(topic=f"/t{k}", message_encoding="json") for k in range(CHANNELS)]
     told(0)
     for i in range(10**9):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from recorders.mcap_io.file import BeingWritten
+from recorders.mcap_io.file import LogInUse
 from recorders.mcap_io.writer import McapWriter
 
 fcntl = pytest.importorskip("fcntl")
@@ -17,7 +17,7 @@ def test_the_second_is_refused_and_the_first_unharmed(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     first = McapWriter(path)
     before = path.stat().st_size
-    with pytest.raises(BeingWritten, match="another process"):
+    with pytest.raises(LogInUse, match="another process"):
         McapWriter(path, force=True)
     assert path.stat().st_size == before
     first.close()

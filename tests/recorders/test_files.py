@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from recorders.mcap_io.channels import ChannelSpec
-from recorders.mcap_io.file import BeingWritten, reserve
+from recorders.mcap_io.file import LogInUse, lock_file
 from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import PART_METADATA, LogFiles, Split
 from recorders.sinks.ring_buffer import RingBuffer
-from recorders.sinks.threaded import Background
+from recorders.sinks.threaded import ThreadedSink
 from replayers.mcap_io.reader import attachment, messages, metadata
 from replayers.mcap_io.summary import read_index
 from workbench.errors import BadValue, OutputExists
@@ -99,8 +99,8 @@ def test_parts_that_another_process_writes_stay(tmp_path: Path):
         (tmp_path / f"a_{number:04d}.mcap").write_bytes(b"x")
     there = sorted(tmp_path.iterdir())
     with open(there[2], "rb") as theirs:
-        reserve(theirs, there[2])
-        with pytest.raises(BeingWritten):
+        lock_file(theirs, there[2])
+        with pytest.raises(LogInUse):
             LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0), force=True)
     assert [path.read_bytes() for path in there] == [b"x"] * 3
 
@@ -109,7 +109,7 @@ def test_a_recording_that_must_stop_is_closed_with_its_index(tmp_path: Path):
     """The next part cannot be made: the one before is whole all the same."""
     told: list[str] = []
     files = LogFiles(tmp_path / "a.mcap", split=Split(part_s=1.0))
-    background = Background(files, on_trouble=told.append)
+    background = ThreadedSink(files, on_trouble=told.append)
     for i in range(10):
         background.write(STATE, b"%d" % i, log_time=i)
     assert background.wait(10)
@@ -179,7 +179,7 @@ class SlowSink:
 
 def test_in_the_background_everything_arrives_in_order(tmp_path: Path):
     sink = SlowSink(tmp_path / "a.mcap")
-    background = Background(sink)
+    background = ThreadedSink(sink)
     background.describe("first", {})
     for i in range(100):
         assert background.write(STATE, b"%d" % i, log_time=i)
@@ -195,7 +195,7 @@ def test_in_the_background_everything_arrives_in_order(tmp_path: Path):
 def test_when_the_disk_cannot_keep_up_pictures_go_first_and_the_loss_is_written_down(tmp_path: Path):
     sink = SlowSink(tmp_path / "a.mcap")
     sink.go.clear()
-    background = Background(sink, queue_bytes=10_000, clock_ns=lambda: 42)
+    background = ThreadedSink(sink, queue_bytes=10_000, clock_ns=lambda: 42)
     taken = [background.write(CAMERA, bytes(1000), log_time=i) for i in range(30)]
     assert 5 <= sum(taken) <= 11
     assert background.write(STATE, b"decision", log_time=31)
@@ -214,7 +214,7 @@ def test_when_the_disk_cannot_keep_up_pictures_go_first_and_the_loss_is_written_
 def test_memory_is_bounded_even_for_what_is_important(tmp_path: Path):
     sink = SlowSink(tmp_path / "a.mcap")
     sink.go.clear()
-    background = Background(sink, queue_bytes=10_000)
+    background = ThreadedSink(sink, queue_bytes=10_000)
     for i in range(100):
         background.write(STATE, bytes(1000), log_time=i)
     assert background.waiting_bytes <= 20_000
@@ -225,7 +225,7 @@ def test_memory_is_bounded_even_for_what_is_important(tmp_path: Path):
 def test_a_full_disk_stops_the_recording_and_not_the_robot(tmp_path: Path):
     told: list[str] = []
     sink = SlowSink(tmp_path / "a.mcap", full_after=3)
-    background = Background(sink, on_trouble=told.append)
+    background = ThreadedSink(sink, on_trouble=told.append)
     for i in range(10):
         background.write(STATE, b"x", log_time=i)
     assert not background.wait(5)
@@ -240,7 +240,7 @@ def test_a_full_disk_stops_the_recording_and_not_the_robot(tmp_path: Path):
 
 def test_everything_is_synced_at_least_every_second(tmp_path: Path):
     sink = SlowSink(tmp_path / "a.mcap")
-    background = Background(sink, sync_s=0.1)
+    background = ThreadedSink(sink, sync_s=0.1)
     background.write(STATE, b"x", log_time=0)
     deadline = time.monotonic() + 5
     while not sink.flushed and time.monotonic() < deadline:
@@ -254,7 +254,7 @@ def test_everything_is_synced_at_least_every_second(tmp_path: Path):
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_mistake_in_the_recorder_is_told_and_not_swallowed(tmp_path: Path):
     told: list[str] = []
-    background = Background(SlowSink(tmp_path / "a.mcap"), on_trouble=told.append)
+    background = ThreadedSink(SlowSink(tmp_path / "a.mcap"), on_trouble=told.append)
     background.submit(lambda: 1 / 0)
     assert not background.wait(5)
     background.close()

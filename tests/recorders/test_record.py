@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from toy import toy_house
 
-from recorders.simulated_run import NotOneTask, Wish, item_type_in, record_trial, trial_events, trial_for
+from recorders.simulated_run import NotOneTask, TaskRequest, item_type_in, record_trial, trial_events, trial_for
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
 from workbench import cli
@@ -78,14 +78,14 @@ def test_the_same_seed_gives_the_same_bytes(strategy: str, tmp_path: Path) -> No
     wanted = house.item_types()[0]
     logs = [tmp_path / "a.mcap", tmp_path / "b.mcap"]
     for log in logs:
-        record_trial(trial_for(Wish(find=wanted), house, strategy=strategy, seed=3, most_known=0.2), log)
+        record_trial(trial_for(TaskRequest(find=wanted), house, strategy=strategy, seed=3, most_known=0.2), log)
     once, twice = (_repeatable(log) for log in logs)
     assert once == twice
     assert len(once) > 5
 
 
 def test_what_is_recorded_is_what_happened(tmp_path: Path) -> None:
-    trial = trial_for(Wish(find="mug"), toy_house(), strategy="lios", estimator="counts")
+    trial = trial_for(TaskRequest(find="mug"), toy_house(), strategy="lios", estimator="counts")
     end = record_trial(trial, tmp_path / "run.mcap")
     assert end == list(trial_events(trial))[-1]
 
@@ -97,9 +97,9 @@ def test_item_types_are_found_as_people_write_them(name: str) -> None:
 
 def test_a_wish_is_one_wish() -> None:
     with pytest.raises(NotOneTask, match="no task"):
-        Wish()
+        TaskRequest()
     with pytest.raises(NotOneTask, match="more than one"):
-        Wish(find="mug", scenario="coffee")
+        TaskRequest(find="mug", scenario="coffee")
 
 
 def _room() -> dict[str, object]:

@@ -24,7 +24,7 @@ from replayers.runs.run import read
 from workbench.errors import OutputExists
 from workbench.log_schema.events import NANO, REPEATABLE
 from workbench.planning.plans import PlanStatus
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 
 
 def _by_topic(path: Path) -> dict[str, list[Message]]:
@@ -39,7 +39,7 @@ def test_a_run_comes_back_whole(tmp_path: Path):
     assert run.complete
     assert run.info == toy_info()
     assert run.task == toy_task()
-    assert run.costs == SIMULATION
+    assert run.costs == SIMULATION_COSTS
     assert run.place.plan == toy_place().plan
     assert [o.container for o in run.observations] == [FRIDGE, TABLE, COUNTER]
     assert [o.known_at_start for o in run.observations] == [True, False, False]

@@ -19,7 +19,7 @@ from pathlib import Path
 import pytest
 from killed_writer import payload, said_file
 
-from replayers.doctor import examine
+from replayers.doctor.examine import examine
 from replayers.doctor.findings import Verdict
 from replayers.log_tools.recover import recover
 from replayers.mcap_io.reader import messages
@@ -137,12 +137,12 @@ def _flipped(writers: Writers, folder: Path, kind: str, seed: int) -> None:
 
 
 def _chunk_sizes(path: Path) -> list[int]:
-    from replayers.mcap_io.records import ChunkRecord, Raw, records_in
+    from replayers.mcap_io.records import ChunkRecord, RawMessage, records_in
     from replayers.mcap_io.scan import open_log, scan
 
     with open_log(path) as stream:
         return [
-            sum(isinstance(inner, Raw) for _, inner in records_in(record.unpack()))
+            sum(isinstance(inner, RawMessage) for _, inner in records_in(record.unpack()))
             for _, record in scan(stream, on_damage=lambda damage: None)
             if isinstance(record, ChunkRecord)
         ]

@@ -13,12 +13,12 @@ from toy import COUNTER, DESK
 from toy_logs import Even, delivered, task_of, toy_evidence
 
 from replayers.batch.compare import UNDECIDED, compare
-from replayers.batch.store import StoredReplay, key_of, stored
+from replayers.batch.store import StoredReplay, replay_key, to_stored
 from replayers.counterfactual.bounds.bounds import Bounds, Budget, Proof
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.relevance import Assumptions, relevance_of
-from replayers.counterfactual.replay import Settings, ground_of, replay_on
-from replayers.counterfactual.run_tree import Unfolding
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
+from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first
 from replayers.runs.run import read
 from workbench.cli import run as lios
@@ -32,7 +32,7 @@ BOILED = Delivered(item_type=ItemType("Egg"), at=LocationId(DESK), properties=("
 
 def bounded(folder: Path, goal: Goal, *, stretches: int) -> Bounds:
     evidence, planner = toy_evidence(folder, task_of(goal)), strategy("opt-greedy")
-    tree = Unfolding(
+    tree = RunTree(
         evidence,
         planner,
         Even(),
@@ -58,10 +58,10 @@ def test_a_cook_whose_worlds_were_not_all_followed_has_none(tmp_path: Path, goal
 
 @pytest.fixture(scope="module")
 def kept() -> tuple[StoredReplay, ...]:
-    ground = ground_of(read(LOG), Settings(worlds=20))
+    ground = prepare_log(read(LOG), ReplaySettings(worlds=20))
     names = ("opt-greedy", "pes-greedy", "conditioned-lios")
     made = [replay_on(ground, name) for name in names]
-    return tuple(stored(ground, m, key=key_of("", m.strategy, ground.settings)) for m in made)
+    return tuple(to_stored(ground, m, key=replay_key("", m.strategy, ground.settings)) for m in made)
 
 
 def test_an_upper_bound_of_a_breakfast_is_near_what_was_found_or_is_none(kept: tuple[StoredReplay, ...]) -> None:
@@ -107,6 +107,6 @@ def test_commands_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_a_delivery_keeps_its_bound(tmp_path: Path) -> None:
-    made = replay_on(ground_of(read(write_toy_log(tmp_path / "toy.mcap")), Settings(worlds=0)), "opt-greedy")
+    made = replay_on(prepare_log(read(write_toy_log(tmp_path / "toy.mcap")), ReplaySettings(worlds=0)), "opt-greedy")
     assert made.bounds is not None
     assert made.bounds.upper < inf

@@ -15,11 +15,11 @@ from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings
 from replayers.counterfactual.bounds.bounds import Bounds, Budget, Proof
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.fast_strategy import briefly
+from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Assumptions, demand, imputed_items, relevance_of
-from replayers.counterfactual.run_tree import Filled, Unfolding, no_time
-from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, reads_beliefs
+from replayers.counterfactual.run_tree import Assignment, RunTree, zero_clock
+from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of, run_task
@@ -46,11 +46,11 @@ TASKS: dict[str, Task] = {
 
 def tree_of(
     evidence: Evidence, planner: Strategy, *, merge: bool = True, assumptions: Assumptions | None = None
-) -> Unfolding:
+) -> RunTree:
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), assumptions or Assumptions())
     nearest = looks_nearest_first(planner, evidence.task.goal)
     free = looks_empty_handed(planner)
-    return Unfolding(evidence, planner, Even(), relevance, merge=merge, nearest_first=nearest, empty_handed=free)
+    return RunTree(evidence, planner, Even(), relevance, merge=merge, nearest_first=nearest, empty_handed=free)
 
 
 def bounded(evidence: Evidence, planner: Strategy, budget: Budget = PLENTY, **options: object) -> Bounds:
@@ -60,7 +60,7 @@ def bounded(evidence: Evidence, planner: Strategy, budget: Budget = PLENTY, **op
 def cost_in(evidence: Evidence, planner: Strategy, world: dict[ContainerId, tuple[ItemType, ...]]) -> float:
     """The cost in one filling, by the closed loop from start to end."""
     filled = LoggedWorld(evidence, filling=lambda c, _: imputed_items(world[c], c))
-    events = run_task(filled, planner, Even(), evidence.task, costs=evidence.costs, stopwatch=no_time)
+    events = run_task(filled, planner, Even(), evidence.task, costs=evidence.costs, stopwatch=zero_clock)
     return outcome_of(list(events)).cost
 
 
@@ -218,7 +218,7 @@ def test_what_is_told_of_groups_of_worlds_holds_in_each_of_them(tmp_path: Path, 
         assert all(t.least - 1e-6 <= cost <= t.most + 1e-6 for t in mine)
 
 
-def _fits(filled: Filled, inside: tuple[ItemType, ...]) -> bool:
+def _fits(filled: Assignment, inside: tuple[ItemType, ...]) -> bool:
     return filled.answer == tuple(t for t in sorted(inside) if t in filled.live)
 
 
@@ -247,9 +247,9 @@ def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
     clutter = [(), (Item(id=ItemId("Vase|1"), type=ItemType("Vase")),), (item("Fork|1"), item("Fork|2"))]
     for twist in (0,):
         believer = Whimsical(twist)
-        tree = Unfolding(
+        tree = RunTree(
             evidence, planner, believer, relevance, merge=True, steady=False,
-            reads_beliefs=reads_beliefs(planner, evidence.task.goal),
+            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
         )  # fmt: skip
         bounds = bounds_of(tree, budget=PLENTY)
         if_standing = bounds_of(tree, budget=PLENTY, whatever_is_believed=False)
@@ -260,7 +260,9 @@ def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
                     evidence, filling=lambda c, _, w=world, m=more: (*imputed_items(w[c], c), *m) if c == BED
                     else imputed_items(w[c], c),
                 )  # fmt: skip
-                events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=no_time)
+                events = run_task(
+                    filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=zero_clock
+                )
                 cost = outcome_of(list(events)).cost
                 assert bounds.lower - 1e-9 <= cost <= bounds.upper + 1e-9
                 if not more:
@@ -273,12 +275,12 @@ def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
 @pytest.mark.parametrize("name", ["opt-greedy", "pes-greedy"])
 def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: str, title: str) -> None:
     evidence, planner = toy_evidence(tmp_path, TASKS[title]), strategy(name)
-    assert not reads_beliefs(planner, evidence.task.goal)
+    assert not uses_beliefs(planner, evidence.task.goal)
     for world in fillings((MUG, BOOK), OPEN):
         costs = set()
         for believer in (Even(), Whimsical(0), Whimsical(1), Whimsical(2)):
             filled = LoggedWorld(evidence, filling=lambda c, _, w=world: imputed_items(w[c], c))
-            events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=no_time)
+            events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=zero_clock)
             costs.add(outcome_of(list(events)).cost)
         assert len(costs) == 1
 
@@ -287,18 +289,18 @@ def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: st
 @pytest.mark.parametrize("name", strategy_names(with_truth=False))
 def test_a_strategy_without_words_does_the_same(tmp_path: Path, name: str, title: str) -> None:
     evidence = toy_evidence(tmp_path, TASKS[title])
-    told = [bounded(evidence, planner).told for planner in (strategy(name), briefly(strategy(name)))]
+    told = [bounded(evidence, planner).told for planner in (strategy(name), fast_strategy(strategy(name)))]
     assert told[0] == told[1]
 
 
 def test_strategies_that_read_beliefs_are_not_said_to_ignore_them() -> None:
     goal = TASKS["two deliveries"].goal
-    assert [n for n in strategy_names(with_truth=False) if not reads_beliefs(strategy(n), goal)] == [
+    assert [n for n in strategy_names(with_truth=False) if not uses_beliefs(strategy(n), goal)] == [
         "opt-greedy", "pes-greedy",
     ]  # fmt: skip
     boiled = Delivered(item_type=ItemType("Egg"), at=START, properties=("boiled",))
-    assert reads_beliefs(strategy("opt-greedy"), boiled)
-    assert reads_beliefs(InOrder(()), goal)
+    assert uses_beliefs(strategy("opt-greedy"), boiled)
+    assert uses_beliefs(InOrder(()), goal)
 
 
 def test_where_a_container_can_answer_too_much_the_other_answers_are_bounded_from_outside(
@@ -306,7 +308,7 @@ def test_where_a_container_can_answer_too_much_the_other_answers_are_bounded_fro
 ) -> None:
     evidence, planner = toy_evidence(tmp_path, TASKS["to an open place"]), strategy("opt-greedy")
     exact = bounded(evidence, planner)
-    monkeypatch.setattr("replayers.counterfactual.relevance.MOST_ANSWERS", 2)
+    monkeypatch.setattr("replayers.counterfactual.relevance.MAX_ANSWERS", 2)
     few = bounded(evidence, planner)
     assert not few.complete
     assert few.lower <= exact.lower + 1e-9

@@ -15,10 +15,10 @@ from toy_logs import MUG, PENCIL, InOrder, toy_evidence, toy_run
 
 from replayers.batch.next_look import rank_looks
 from replayers.counterfactual.estimates.estimate import estimate_of, mass_within, predictive_interval
-from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds, draw_worlds
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
-from replayers.counterfactual.replay import Settings, ground_of, replay_strategy
-from replayers.evaluation.calibration import pit_below, pit_distance, pit_histogram, pit_stretch, share_within
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
+from replayers.evaluation.calibration import pit_below, pit_distance, pit_histogram, pit_interval, share_within
 from workbench.beliefs.belief import Belief
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import find_task
@@ -27,7 +27,7 @@ from workbench.worlds.house import START, ItemType
 P_BED, P_DESK = 0.2, 0.5
 
 
-def drawn(tmp_path: Path, item_type: ItemType, *, exists: bool, count: int = 40_000) -> DrawnWorlds:
+def drawn(tmp_path: Path, item_type: ItemType, *, exists: bool, count: int = 40_000) -> SampledWorlds:
     evidence = toy_evidence(tmp_path, find_task(item_type, START))
     relevance: Relevance = relevance_of(evidence, (), Assumptions())
     belief = Belief(
@@ -37,7 +37,7 @@ def drawn(tmp_path: Path, item_type: ItemType, *, exists: bool, count: int = 40_
         estimator="by hand",
     )
     somewhere = frozenset({item_type}) if exists else frozenset[ItemType]()
-    return draw_worlds(evidence, relevance, belief, count=count, rng=np.random.default_rng(1), exists=somewhere)
+    return sample_worlds(evidence, relevance, belief, count=count, rng=np.random.default_rng(1), exists=somewhere)
 
 
 def test_draws_follow_the_belief_where_the_log_shows_an_instance(tmp_path: Path) -> None:
@@ -73,7 +73,7 @@ def test_the_same_seed_draws_the_same_worlds(tmp_path: Path) -> None:
 
 def test_an_estimate_is_the_mean_over_the_drawn_worlds(tmp_path: Path) -> None:
     """Bed first: 17 with a mug in the bed, else 20 with one in the desk, else 24 (test_replay_bounds.py)."""
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=4000))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=4000))
     made = replay_strategy(ground, InOrder((BED, DESK, TABLE, COUNTER)))
     assert made.estimate is not None
     assert made.drawn is not None
@@ -121,11 +121,11 @@ def test_no_shorter_interval_holds_as_much(costs: list[int], mass: float) -> Non
 def test_a_truth_at_an_end_counts_by_what_lies_inside() -> None:
     """Costs 10 (half) and 20 (half): the central 90 % holds 0.45 of each half, so each counts nine tenths."""
     costs = np.array([10.0] * 50 + [20.0] * 50)
-    within = {c: share_within(pit_stretch(costs, c)) for c in (5.0, 10.0, 15.0, 20.0, 25.0)}
+    within = {c: share_within(pit_interval(costs, c)) for c in (5.0, 10.0, 15.0, 20.0, 25.0)}
     assert [within[10.0], within[20.0]] == pytest.approx([0.9, 0.9])
     assert [within[5.0], within[15.0], within[25.0]] == [0.0, 1.0, 0.0]
-    assert share_within(pit_stretch(np.full(100, 7.0), 7.0)) == pytest.approx(0.9)
-    assert pit_stretch(costs, 20.0) == (0.5, 1.0)
+    assert share_within(pit_interval(np.full(100, 7.0), 7.0)) == pytest.approx(0.9)
+    assert pit_interval(costs, 20.0) == (0.5, 1.0)
     assert pit_below((0.5, 1.0), 0.6) == pytest.approx(0.2)
 
 
@@ -134,13 +134,13 @@ def test_calibrated_lumps_give_an_even_transform_and_cover_what_they_aim_at() ->
     values, chances = np.array([1.0, 2.0, 3.0]), np.array([0.2, 0.7, 0.1])
     draws = rng.choice(values, size=20_000, p=chances)
     truths = rng.choice(values, size=2_000, p=chances)
-    stretches = [pit_stretch(draws, t) for t in truths.tolist()]
+    stretches = [pit_interval(draws, t) for t in truths.tolist()]
     assert np.mean([share_within(s) for s in stretches]) == pytest.approx(0.9, abs=0.01)
     assert pit_histogram(stretches) == pytest.approx([0.1] * 10, abs=0.01)
     distance = pit_distance(stretches)
     assert distance is not None
     assert distance < 0.02
-    too_low = [pit_stretch(draws - 1, t) for t in truths.tolist()]
+    too_low = [pit_interval(draws - 1, t) for t in truths.tolist()]
     assert (pit_distance(too_low) or 0.0) > 0.3
     assert pit_histogram([]) == ()
     assert pit_distance([]) is None
@@ -148,7 +148,7 @@ def test_calibrated_lumps_give_an_even_transform_and_cover_what_they_aim_at() ->
 
 def test_the_most_telling_look_is_the_one_that_decides_who_wins(tmp_path: Path) -> None:
     """One strategy looks into the bed, the other never does: whether a mug is there decides between them."""
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=2000))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=2000))
     worlds = ground.worlds
     assert worlds is not None
     inside = worlds.inside.copy()
@@ -178,7 +178,7 @@ def test_a_strategy_that_decides_otherwise_when_asked_again_is_named(tmp_path: P
             order = self.order if len(self.turns) % 2 else self.order[::-1]
             return InOrder(order).decide(view)
 
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=0))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0))
     made = replay_strategy(ground, Wavers((TABLE, COUNTER, BED, DESK)))
     assert any("not deterministic" in note for note in made.notes)
     steady = replay_strategy(ground, InOrder((TABLE, COUNTER)))

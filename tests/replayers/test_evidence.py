@@ -11,7 +11,7 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 from toy_logs import acted, seen, toy_run
 
 from recorders.spot.run.site_tasks import session_task
-from replayers.counterfactual.evidence import NothingWasTried, evidence_of
+from replayers.counterfactual.evidence import NoTaskAttempted, evidence_of
 from replayers.counterfactual.evidence_rules import contents_at_start
 from replayers.runs.run import read
 from workbench.log_schema.events import BeliefUpdate, Stamp
@@ -35,7 +35,7 @@ def test_searched_and_known_containers_are_certain_and_the_others_open(tmp_path:
 def test_a_session_without_a_task_is_refused(tmp_path: Path) -> None:
     """Its goal asks for nothing, which every planner has met before the first step."""
     run = toy_run(tmp_path)
-    with pytest.raises(NothingWasTried, match="nothing to replay"):
+    with pytest.raises(NoTaskAttempted, match="nothing to replay"):
         evidence_of(replace(run, task=session_task()))
 
 
@@ -105,7 +105,7 @@ def test_what_was_refused_is_refused_again_unless_it_worked_later(tmp_path: Path
     )
     evidence = evidence_of(replace(run, actions=run.actions + more))
     assert dict(evidence.shut) == {BED: "stuck door"}
-    assert dict(evidence.barred) == {DESK: "blocked"}
+    assert dict(evidence.refused_moves) == {DESK: "blocked"}
     assert dict(evidence.stuck) == {"Knife|1": "slipped"}
     assert evidence.open == ()
 

@@ -15,7 +15,7 @@ from toy import COUNTER, FRIDGE, TABLE
 
 import replayers
 from recorders.run_recorder import RunRecorder
-from replayers.log_tools.listing import memory_for, row_of, rows_of
+from replayers.log_tools.listing import cache_path, row_of, rows_of
 from replayers.tables.frames import NoLogs, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench import cli
@@ -215,7 +215,7 @@ def test_a_list_is_remembered_until_a_log_changes(folder: Path, capsys: pytest.C
     from replayers.log_tools import info as describe
     from replayers.log_tools import listing
 
-    memory = memory_for(folder)
+    memory = cache_path(folder)
     paths = sorted(folder.rglob("*.mcap"))
     first = rows_of(paths, memory=memory)
     read: list[Path] = []

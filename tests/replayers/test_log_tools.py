@@ -15,7 +15,7 @@ from mcap.writer import Writer
 from sample_logs import T0, killed_toy_log, toy_info, write_toy_log
 
 from recorders.mcap_io.writer import DiskFull, McapWriter
-from replayers.doctor import examine
+from replayers.doctor.examine import examine
 from replayers.doctor.findings import Verdict
 from replayers.log_tools.notes import add_note, notes_of
 from replayers.log_tools.time_argument import moment
@@ -131,7 +131,7 @@ def test_what_was_there_stays_until_the_new_log_is_whole(
         raise DiskFull(log, "no space left") if command != "lines" else OSError(28, "no space left")
 
     target = (
-        "replayers.log_tools.decode_message.Shown.line"
+        "replayers.log_tools.decode_message.MessageDecoder.line"
         if command == "lines"
         else "recorders.mcap_io.writer.McapWriter.close"
     )
@@ -232,7 +232,9 @@ def test_a_note_for_which_there_is_no_room_changes_nothing(log: Path, monkeypatc
     """A file may grow no further, as on a full disk: the log is what it was, index and all."""
     before = log.read_bytes()
     script = (
-        "import resource, sys; from replayers.log_tools.notes import add_note; from recorders.mcap_io.writer import DiskFull\n"
+        "import resource, sys\n"
+        "from replayers.log_tools.notes import add_note\n"
+        "from recorders.mcap_io.writer import DiskFull\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({len(before) + 10}, -1))\n"
         f"try: add_note({str(log)!r}, 'x' * 5000)\n"
         "except DiskFull: sys.exit(7)"

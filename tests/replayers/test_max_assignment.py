@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from scipy.cluster.hierarchy import linkage
 from scipy.optimize import linear_sum_assignment
 
-from replayers.counterfactual.bounds.max_assignment import dearest_pairs
+from replayers.counterfactual.bounds.max_assignment import max_assignment
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 
 Floats = npt.NDArray[np.float64]
@@ -23,14 +23,14 @@ FEW_DIFFERENT = st.sampled_from([0.0, 0.1, 0.2, 0.30000000000000004, 1.5, 2**0.5
 @given(arrays(np.float64, array_shapes(min_dims=2, max_dims=2, max_side=9), elements=FEW_DIFFERENT | st.floats(0, 9)))
 def test_pairs_are_those_of_scipy(worth: Floats) -> None:
     rows, columns = linear_sum_assignment(worth, maximize=True)
-    ours = dearest_pairs(worth)
+    ours = max_assignment(worth)
     assert ours[0].tolist() == rows.tolist()
     assert ours[1].tolist() == columns.tolist()
 
 
 def test_pairs_by_hand() -> None:
     """Row 0 leaves the dearest column to row 1, to which it is worth more: 4 + 9."""
-    rows, columns = dearest_pairs(np.array([[5.0, 4.0, 0.0], [9.0, 1.0, 1.0]]))
+    rows, columns = max_assignment(np.array([[5.0, 4.0, 0.0], [9.0, 1.0, 1.0]]))
     assert list(zip(rows.tolist(), columns.tolist(), strict=True)) == [(0, 1), (1, 0)]
 
 

@@ -11,8 +11,8 @@ from mcap.records import Attachment, Metadata
 from sample_logs import killed_toy_log, write_toy_log
 
 import replayers
-from replayers.log_tools.copy_log import Loss, contents
-from replayers.log_tools.multi_run import HoldsRuns, runs_of
+from replayers.log_tools.copy_log import ReadLoss, contents
+from replayers.log_tools.multi_run import SeveralRuns, runs_of
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
 from replayers.tables.schemas import SCHEMAS
@@ -35,7 +35,7 @@ def taken_apart(merged: Path, folder: Path) -> list[Path]:
 
 def everything(path: Path) -> tuple[list, dict]:
     """Messages in their order, with all that is told of their channels; attachments and metadata by name."""
-    loss = Loss()
+    loss = ReadLoss()
     said, named = [], {}
     for part in contents(path, loss):
         if isinstance(part, Message):
@@ -74,7 +74,7 @@ def test_a_log_of_several_runs_is_told_apart_from_a_run(
     assert (told["run"], told["runs"]) == (None, 3)
     assert cli.run(["list", str(tmp_path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["rows"][0]["problem"] == "holds 3 runs"
-    with pytest.raises(HoldsRuns):
+    with pytest.raises(SeveralRuns):
         replayers.read(merged)
     tables = replayers.read_many(merged)
     assert not len(tables.runs)

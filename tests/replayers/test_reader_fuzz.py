@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sample_logs import killed_toy_log, write_toy_log
 
-from replayers.doctor import examine
+from replayers.doctor.examine import examine
 from replayers.doctor.findings import Verdict
 from replayers.log_tools.info import describe
 from replayers.log_tools.recover import recover
@@ -36,7 +36,7 @@ ACTIONS: tuple[Callable[[Path], object], ...] = (
 )
 SLOWEST_S = 10.0
 """Processor seconds."""
-MOST_BYTES = 200_000_000
+MAX_BYTES = 200_000_000
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +135,7 @@ def test_ten_minutes_of_mutated_logs_in_bounded_memory(seeds: list[bytes], tmp_p
             _hold(mutated(rng.choice(seeds), rng), tmp_path)
         except Exception as error:
             raise AssertionError(f"seed {seed}") from error
-        assert tracemalloc.get_traced_memory()[1] < MOST_BYTES, seed
+        assert tracemalloc.get_traced_memory()[1] < MAX_BYTES, seed
         seed += 1
     tracemalloc.stop()
     print(f"{seed - first} logs from seed {first}")

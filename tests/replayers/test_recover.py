@@ -15,7 +15,7 @@ from sample_logs import killed_toy_log, toy_events, write_toy_log
 
 from recorders.mcap_io.writer import McapWriter
 from replayers.commands.doctor import worst
-from replayers.doctor import examine
+from replayers.doctor.examine import examine
 from replayers.doctor.findings import Verdict
 from replayers.log_tools.info import describe
 from replayers.log_tools.recover import recover
@@ -90,13 +90,13 @@ def _flushed_before(data: bytes, cut: int, folder: Path) -> list[tuple[str, int,
 
 
 def _of_chunk(path: Path, offset: int) -> list[object]:
-    from replayers.mcap_io.records import ChunkRecord, Raw, records_in
+    from replayers.mcap_io.records import ChunkRecord, RawMessage, records_in
     from replayers.mcap_io.scan import record_at
 
     with open_log(path) as stream:
         record = record_at(stream, offset)
         assert isinstance(record, ChunkRecord)
-        return [inner for _, inner in records_in(record.unpack()) if isinstance(inner, Raw)]
+        return [inner for _, inner in records_in(record.unpack()) if isinstance(inner, RawMessage)]
 
 
 @SPREAD
@@ -341,7 +341,7 @@ def test_small_records_are_read_as_mcap_reads_them_and_refused_when_cut():
     from mcap.records import Channel, ChunkIndex, Schema
 
     from recorders.mcap_io.index import record_bytes
-    from replayers.mcap_io.records import HEAD, Unreadable, parse
+    from replayers.mcap_io.records import HEAD, UnreadableRecord, parse
 
     for record, opcode in (
         (ChunkIndex(7, 8, "zstd", 9, 10, 11, {3: 12, 4: 2**63}, 13, 14), Opcode.CHUNK_INDEX),
@@ -354,27 +354,27 @@ def test_small_records_are_read_as_mcap_reads_them_and_refused_when_cut():
         assert type(record).read(ReadDataStream(io.BytesIO(body))) == record
         assert parse(opcode, body + b"more") == (record, False)
         for cut in range(len(body)):
-            with pytest.raises(Unreadable):
+            with pytest.raises(UnreadableRecord):
                 parse(opcode, body[:cut])
 
 
 def test_a_channel_that_is_declared_anew_is_looked_at_again():
     from mcap.records import Channel
 
-    from replayers.mcap_io.messages import Content
-    from replayers.mcap_io.records import Raw
+    from replayers.mcap_io.messages import ChunkMessages
+    from replayers.mcap_io.records import RawMessage
 
     def channel(topic: str) -> Channel:
         return Channel(id=1, topic=topic, message_encoding="json", metadata={}, schema_id=0)
 
-    content = Content(topics="/wanted".__eq__)
+    content = ChunkMessages(topics="/wanted".__eq__)
     seen = []
     for record in (
         channel("/not"),
-        Raw(1, 0, 0, 0, b"1"),
+        RawMessage(1, 0, 0, 0, b"1"),
         channel("/wanted"),
-        Raw(1, 0, 0, 0, b"2"),
+        RawMessage(1, 0, 0, 0, b"2"),
         channel("/not"),
     ):
         seen += [message.data for message in content.messages_of(0, record)]
-    assert seen + [m.data for m in content.messages_of(0, Raw(1, 0, 0, 0, b"3"))] == [b"2"]
+    assert seen + [m.data for m in content.messages_of(0, RawMessage(1, 0, 0, 0, b"3"))] == [b"2"]

@@ -20,15 +20,15 @@ from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from recorders.run_recorder import record_run
 from replayers.batch.replay_all import log_path
-from replayers.batch.store import path_of
+from replayers.batch.store import replay_path
 from replayers.runs.run import read
 from workbench.beliefs.estimators import estimator
 from workbench.cli import run as lios
-from workbench.execution.events import Believed, Event, Observed, RunStatus
+from workbench.execution.events import BeliefUpdated, ContainerObserved, Event, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import find_task
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import START
 
 Change = Callable[[list[Event]], list[Event]]
@@ -38,10 +38,10 @@ def changed_log(path: Path, change: Change, **options: Any) -> Path:
     """A simulated find of the mug by the greedy strategy, with other events than really happened."""
     world, task = FakeWorld(known=(FRIDGE,), clock_ns=T0), find_task(MUG, START)
     believer = estimator("counts")
-    events = list(run_task(world, strategy("opt-greedy"), believer, task, costs=SIMULATION, seed=7))
+    events = list(run_task(world, strategy("opt-greedy"), believer, task, costs=SIMULATION_COSTS, seed=7))
     about = {"strategy": "opt-greedy", "estimator": believer.name, "scenario": task.scenario} | options
     info = toy_info(**about)
-    record_run(path, change(events), info=info, place=toy_place(), task=task, costs=SIMULATION)
+    record_run(path, change(events), info=info, place=toy_place(), task=task, costs=SIMULATION_COSTS)
     return path
 
 
@@ -113,7 +113,7 @@ def test_the_next_look_is_told_though_a_log_among_others_is_no_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "a.mcap").write_bytes(b"not an mcap file at all")
-    changed_log(tmp_path / "b.mcap", lambda events: [e for e in events if isinstance(e, Observed)][:1])
+    changed_log(tmp_path / "b.mcap", lambda events: [e for e in events if isinstance(e, ContainerObserved)][:1])
     assert lios(["replay", str(tmp_path), "-s", "greedy,lios", "--worlds", "20", "--look-next", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert [row["status"] for row in answer["rows"]] == ["not-replayed", "undetermined", "undetermined"]
@@ -124,7 +124,7 @@ def test_a_belief_over_a_container_that_is_not_there_is_left_out_with_a_note(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def with_sofa(events: list[Event]) -> list[Event]:
-        return [replace(e, belief=_of_a_sofa(e.belief)) if isinstance(e, Believed) else e for e in events]
+        return [replace(e, belief=_of_a_sofa(e.belief)) if isinstance(e, BeliefUpdated) else e for e in events]
 
     (row,) = rows(capsys, str(changed_log(tmp_path / "sofa.mcap", with_sofa)), "-s", "lios")
     assert any("Sofa|9" in note and "left out" in note for note in row["notes"])
@@ -179,7 +179,7 @@ def test_a_run_that_its_own_strategy_would_not_have_made_says_nothing_of_any(
 
 def seen_too(events: list[Event], container: str, thing: str) -> list[Event]:
     def see(event: Event) -> Event:
-        if isinstance(event, Observed) and event.container == container:
+        if isinstance(event, ContainerObserved) and event.container == container:
             return replace(event, items=(*event.items, item(thing)))
         return event
 
@@ -191,7 +191,7 @@ def test_a_run_that_failed_says_nothing_of_what_it_did_not_open(
 ) -> None:
     """It was broken off at the start: everything is open, and a mug may be anywhere."""
     log = changed_log(tmp_path / "failed.mcap", lambda events: [
-        e for e in events if isinstance(e, Observed) and e.known_at_start
+        e for e in events if isinstance(e, ContainerObserved) and e.known_at_start
     ] + [replace(events[-1], status=RunStatus.ABORTED, cost=400.0, reason="battery")])  # fmt: skip
     (row,) = rows(capsys, str(log), "-s", "greedy", "--no-inventory")
     assert row["recorded_cost"] == 400.0
@@ -212,9 +212,9 @@ def test_houses_that_changed_between_two_runs_are_two_houses(
     )))  # fmt: skip
     record_run(
         logs / "b.mcap",
-        run_task(world, strategy("opt-greedy"), believer, task, costs=SIMULATION, seed=7),
+        run_task(world, strategy("opt-greedy"), believer, task, costs=SIMULATION_COSTS, seed=7),
         info=toy_info(strategy="opt-greedy", estimator=believer.name, run_id="b", scenario=task.scenario),
-        place=moved, task=task, costs=SIMULATION,
+        place=moved, task=task, costs=SIMULATION_COSTS,
     )  # fmt: skip
     kept = tmp_path / "kept"
     rows(capsys, str(logs), "-s", "greedy,lios", "-o", str(kept), "--workers", "1")
@@ -250,11 +250,13 @@ def test_the_worlds_at_the_ends_of_the_bounds_are_written_and_read_as_runs(
 ) -> None:
     """A log that knows the fridge alone; a pencil that nobody saw: in the best world it is at the first look."""
     log = simulated_log(tmp_path / "run.mcap", name="opt-greedy")
-    cut = changed_log(tmp_path / "cut.mcap", lambda events: [e for e in events if isinstance(e, Observed)][:1])
+    cut = changed_log(
+        tmp_path / "cut.mcap", lambda events: [e for e in events if isinstance(e, ContainerObserved)][:1]
+    )
     kept = tmp_path / "kept"
     (row,) = rows(capsys, str(cut), "-s", "greedy", "-o", str(kept), "--write", "best,worst,drawn")
     run = read(cut)
-    json_path = path_of(kept, run.sha256, run.info.run_id, "opt-greedy")
+    json_path = replay_path(kept, run.sha256, run.info.run_id, "opt-greedy")
     best, worst, drawn = (read(log_path(json_path, world)) for world in ("best", "worst", "drawn"))
     assert best.outcome is not None
     assert worst.outcome is not None
@@ -278,7 +280,9 @@ def test_the_worlds_at_the_ends_of_the_bounds_are_written_and_read_as_runs(
 def test_beliefs_that_follow_what_is_seen_give_bounds_that_hold_and_others_apart(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    cut = changed_log(tmp_path / "cut.mcap", lambda events: [e for e in events if isinstance(e, Observed)][:1])
+    cut = changed_log(
+        tmp_path / "cut.mcap", lambda events: [e for e in events if isinstance(e, ContainerObserved)][:1]
+    )
     greedy, ours = rows(capsys, str(cut), "-s", "greedy,lios", "--estimator", "best")
     assert greedy["complete"]
     assert greedy["if_beliefs_stand"] is None

@@ -15,10 +15,10 @@ from sample_logs import killed_toy_log
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, delivered, simulated_log, task_of, toy_run
 
-from replayers.batch.compare import agree, changed_houses, compare, difference, runs_once
+from replayers.batch.compare import answers_compatible, changed_houses, compare, cost_difference, runs_once
 from replayers.batch.replay_all import (
     LogFailed,
-    Wanted,
+    ReplayRequest,
     log_path,
     logs_among,
     replay_all,
@@ -29,15 +29,15 @@ from replayers.batch.replay_tables import replays_frame, steps_frame
 from replayers.batch.store import (
     StoredAnswer,
     StoredReplay,
-    key_of,
-    path_of,
     read_replay,
+    replay_key,
+    replay_path,
     replays_in,
-    stored,
+    to_stored,
     write_replay,
 )
 from replayers.counterfactual.bounds.bounds import Budget
-from replayers.counterfactual.replay import Settings, ground_of, replay_strategy
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.errors import FileMissing, MalformedFile
@@ -45,13 +45,13 @@ from workbench.errors import FileMissing, MalformedFile
 NAMES = ("opt-greedy", "model-lios", "conditioned-lios")
 
 
-def wanted(output: Path | None = None, **options: object) -> Wanted:
-    return Wanted(strategies=NAMES, settings=Settings(worlds=50), output=output, **options)  # type: ignore[arg-type]
+def wanted(output: Path | None = None, **options: object) -> ReplayRequest:
+    return ReplayRequest(strategies=NAMES, settings=ReplaySettings(worlds=50), output=output, **options)  # type: ignore[arg-type]
 
 
 def kept(run_path: Path, planner: InOrder, tmp_path: Path) -> StoredReplay:
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=100))
-    return stored(ground, replay_strategy(ground, planner), key="k")
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=100))
+    return to_stored(ground, replay_strategy(ground, planner), key="k")
 
 
 def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,7 +60,7 @@ def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest
     assert [r.strategy for r in first] == list(NAMES)
     monkeypatch.setattr("replayers.batch.log_replayer.replay_on", lambda *_, **__: pytest.fail("made again"))
     assert list(replay_log(log, wanted(folder))) == first
-    other = replace(wanted(folder), settings=Settings(worlds=51))
+    other = replace(wanted(folder), settings=ReplaySettings(worlds=51))
     with pytest.raises(pytest.fail.Exception):
         list(replay_log(log, other))
 
@@ -68,10 +68,10 @@ def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest
 NOTHING_FOLLOWED = Budget(stretches=0, finish=0)
 
 
-def writing(folder: Path, told: tuple[str, ...], **settings: Any) -> Wanted:
+def writing(folder: Path, told: tuple[str, ...], **settings: Any) -> ReplayRequest:
     """One strategy that looks into a container that the log of killed_toy_log does not open."""
-    made = Settings(**{"worlds": 20, **settings})
-    return Wanted(strategies=("opt-greedy",), settings=made, output=folder, write_logs=True, worlds=told)
+    made = ReplaySettings(**{"worlds": 20, **settings})
+    return ReplayRequest(strategies=("opt-greedy",), settings=made, output=folder, write_logs=True, worlds=told)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:
     log, folder = simulated_log(tmp_path / "run.mcap"), tmp_path / "replays"
     made = next(replay_log(log, wanted(folder)))
     assert isinstance(made, StoredReplay)
-    path = path_of(folder, made.sha256, made.run_id, made.strategy)
+    path = replay_path(folder, made.sha256, made.run_id, made.strategy)
     path.write_text('{"version": 1')
     with pytest.raises(MalformedFile, match="kept replay"):
         read_replay(path)
@@ -118,8 +118,8 @@ def test_a_damaged_replay_is_made_again(tmp_path: Path) -> None:
 
 def test_bounds_without_a_run_to_its_end_are_kept_and_read_again(tmp_path: Path) -> None:
     """Nothing is followed beyond the first question: no cost was found that some world certainly has."""
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=0, budget=Budget(stretches=0, finish=0)))
-    made = stored(ground, replay_strategy(ground, InOrder((BED, COUNTER))), key="k")
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, budget=Budget(stretches=0, finish=0)))
+    made = to_stored(ground, replay_strategy(ground, InOrder((BED, COUNTER))), key="k")
     assert made.bounds is not None
     assert (made.bounds.least_found, made.bounds.largest_found) == (None, None)
     assert (made.bounds.lower, made.bounds.upper) != (None, None)
@@ -128,13 +128,13 @@ def test_bounds_without_a_run_to_its_end_are_kept_and_read_again(tmp_path: Path)
 
 
 def test_the_key_holds_whatever_the_answer_depends_on() -> None:
-    base = key_of("log", "lios", Settings())
-    assert base == key_of("log", "lios", Settings())
+    base = replay_key("log", "lios", ReplaySettings())
+    assert base == replay_key("log", "lios", ReplaySettings())
     others = (
-        key_of("other", "lios", Settings()),
-        key_of("log", "greedy", Settings()),
-        key_of("log", "lios", Settings(seed=1)),
-        key_of("log", "lios", Settings(with_truth=True)),
+        replay_key("other", "lios", ReplaySettings()),
+        replay_key("log", "greedy", ReplaySettings()),
+        replay_key("log", "lios", ReplaySettings(seed=1)),
+        replay_key("log", "lios", ReplaySettings(with_truth=True)),
     )
     assert len({base, *others}) == 5
 
@@ -143,7 +143,7 @@ def test_a_replay_is_recorded_with_its_origin(tmp_path: Path) -> None:
     log, folder = simulated_log(tmp_path / "run.mcap"), tmp_path / "replays"
     made = next(replay_log(log, wanted(folder, write_logs=True)))
     assert isinstance(made, StoredReplay)
-    replayed, driven = read(log_path(path_of(folder, made.sha256, made.run_id, made.strategy))), read(log)
+    replayed, driven = read(log_path(replay_path(folder, made.sha256, made.run_id, made.strategy))), read(log)
     assert replayed.info.source == "replay"
     assert replayed.info.origin_run == driven.info.run_id
     assert replayed.info.origin_sha256 == driven.sha256
@@ -219,7 +219,7 @@ def test_by_hand_a_difference_in_the_same_world(tmp_path: Path) -> None:
     or 7 + 6 + 3 + 5 + 2 = 23. The difference is 17 - 19, 17 - 23, 22 - 19 or 22 - 23."""
     a = kept(tmp_path, InOrder((BED, TABLE, COUNTER), name="bed"), tmp_path)
     b = kept(tmp_path, InOrder((DESK, TABLE, COUNTER), name="desk"), tmp_path)
-    apart = difference(a, b)
+    apart = cost_difference(a, b)
     assert apart.paired
     assert (apart.least, apart.most) == (-6.0, 3.0)
     assert apart.verdict == "undecided"
@@ -235,9 +235,9 @@ def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
     assert b.bounds is not None
     assert (a.bounds.lower, a.bounds.upper) == (17.0, 19.0)
     assert (b.bounds.lower, b.bounds.upper) == (17.0, 22.0)
-    apart = difference(a, b)
+    apart = cost_difference(a, b)
     assert (apart.least, apart.most) == (-3.0, 0.0)
-    alone = difference(msgspec.structs.replace(a, told=()), b)
+    alone = cost_difference(msgspec.structs.replace(a, told=()), b)
     assert not alone.paired
     assert (alone.least, alone.most) == (-5.0, 2.0)
 
@@ -246,11 +246,11 @@ def test_answers_agree_when_no_type_that_mattered_to_both_differs() -> None:
     def told(live: str, answer: str) -> StoredAnswer:
         return StoredAnswer(container="x", live=tuple(live), answer=tuple(answer))
 
-    assert agree(told("ab", "a"), told("ab", "a"))
-    assert not agree(told("ab", "a"), told("ab", ""))
-    assert agree(told("a", "a"), told("b", "b"))
-    assert not agree(told("ab", "ab"), told("b", ""))
-    assert not agree(told("a", "aa"), told("a", "a"))
+    assert answers_compatible(told("ab", "a"), told("ab", "a"))
+    assert not answers_compatible(told("ab", "a"), told("ab", ""))
+    assert answers_compatible(told("a", "a"), told("b", "b"))
+    assert not answers_compatible(told("ab", "ab"), told("b", ""))
+    assert not answers_compatible(told("a", "aa"), told("a", "a"))
 
 
 def test_pairs_count_certain_wins_and_cluster_by_house(tmp_path: Path) -> None:
@@ -340,7 +340,7 @@ def test_a_log_of_an_imagined_world_says_that_its_contents_are_imputed(
     (made,) = replay_log(log, writing(folder, (world,)))
     assert isinstance(made, StoredReplay)
     assert made.imputed == ()
-    path = log_path(path_of(folder, made.sha256, made.run_id, made.strategy), world)
+    path = log_path(replay_path(folder, made.sha256, made.run_id, made.strategy), world)
     again = tmp_path / "again"
     assert lios(["replay", str(path), "-s", "opt-greedy,pes-greedy", "-o", str(again), "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["rows"]

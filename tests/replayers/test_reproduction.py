@@ -11,14 +11,14 @@ import pytest
 from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, simulated_log, toy_run
 
-from recorders.simulated_run import Wish, record_trial, trial_for
+from recorders.simulated_run import TaskRequest, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import NEAR, Budget, Proof
 from replayers.counterfactual.logged_belief import LoggedBelief
-from replayers.counterfactual.prepared_log import Settings, ground_of
+from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on, replay_strategy
 from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import Believed, RunStatus
+from workbench.execution.events import BeliefUpdated, RunStatus
 from workbench.log_schema.codec import decode, encode, to_wire
 from workbench.log_schema.events import BeliefUpdate, Outcome
 from workbench.worlds.house import ContainerId, ItemType
@@ -50,7 +50,7 @@ def test_beliefs_are_written_to_the_last_bit() -> None:
         probability=probability,
         estimator="x",
     )
-    (wire,) = to_wire(Believed(stamp_ns=1, decision=1, belief=belief))
+    (wire,) = to_wire(BeliefUpdated(stamp_ns=1, decision=1, belief=belief))
     read_again = decode("/search/belief", encode(wire))
     assert isinstance(read_again, BeliefUpdate)
     assert np.array_equal(np.array(read_again.probability), probability)
@@ -58,7 +58,7 @@ def test_beliefs_are_written_to_the_last_bit() -> None:
 
 def test_an_old_log_is_replayed_with_the_estimator_that_it_names_where_that_is_here(tmp_path: Path) -> None:
     run = rounded_log(tmp_path, estimator="")
-    ground = ground_of(run, Settings(worlds=0))
+    ground = prepare_log(run, ReplaySettings(worlds=0))
     assert not isinstance(ground.estimator, LoggedBelief)
     assert ground.estimator.name == run.info.estimator
     assert ground.exact_beliefs
@@ -69,7 +69,7 @@ def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) ->
     """Other strategies that read beliefs get bounds that hold whatever is believed; those of the rounded ones stand
     apart. Greedy goes by distance alone, and the strategy that drove the run did what was recorded."""
     run = rounded_log(tmp_path)
-    ground = ground_of(run, Settings(worlds=20))
+    ground = prepare_log(run, ReplaySettings(worlds=20))
     assert any("rounds beliefs to six decimals" in note for note in ground.notes)
     other = replay_on(ground, "pes-lios")
     assert other.bounds is not None
@@ -78,7 +78,7 @@ def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) ->
     assert other.if_beliefs_stand is not None
     assert other.bounds.lower <= other.if_beliefs_stand.lower
     assert other.if_beliefs_stand.upper <= other.bounds.upper
-    plain = replay_on(ground_of(read(run.path), Settings(worlds=20)), "opt-greedy")
+    plain = replay_on(prepare_log(read(run.path), ReplaySettings(worlds=20)), "opt-greedy")
     assert replay_on(ground, "opt-greedy").bounds == plain.bounds
     drove = replay_on(ground, "model-lios")
     assert run.outcome is not None
@@ -90,7 +90,7 @@ def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) ->
 def test_a_recorded_cost_that_does_not_come_again_leaves_no_claim(tmp_path: Path) -> None:
     run = read(simulated_log(tmp_path / "run.mcap"), with_truth=True)
     assert run.outcome is not None
-    ground = ground_of(with_cost(run, run.outcome.cost + 0.5), Settings(worlds=20, with_truth=True))
+    ground = prepare_log(with_cost(run, run.outcome.cost + 0.5), ReplaySettings(worlds=20, with_truth=True))
     for name in ("model-lios", "opt-greedy", "oracle"):
         made = replay_on(ground, name)
         assert made.status is RunStatus.NOT_REPRODUCED
@@ -105,7 +105,7 @@ def test_beliefs_that_somebody_asked_for_are_said_to_be_others(tmp_path: Path) -
     """With other beliefs than the run's the recorded strategy need not do what it did: a note, and figures."""
     run = read(simulated_log(tmp_path / "run.mcap"))
     assert run.outcome is not None
-    ground = ground_of(with_cost(run, run.outcome.cost + 0.5), Settings(worlds=0, estimator="fcnn"))
+    ground = prepare_log(with_cost(run, run.outcome.cost + 0.5), ReplaySettings(worlds=0, estimator="fcnn"))
     made = replay_on(ground, "opt-greedy")
     assert made.bounds is not None
     assert any("itself does not do what was recorded" in note for note in made.notes)
@@ -113,7 +113,7 @@ def test_beliefs_that_somebody_asked_for_are_said_to_be_others(tmp_path: Path) -
 
 def test_the_dearest_world_that_was_drawn_is_known(tmp_path: Path) -> None:
     """Nothing is followed for the bounds, so that drawn worlds alone have ends: the written ones are those."""
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=200, budget=Budget(stretches=0, finish=0)))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=200, budget=Budget(stretches=0, finish=0)))
     made = replay_strategy(ground, InOrder((BED, DESK, TABLE, COUNTER)), worlds=("best", "worst"))
     assert made.bounds is not None
     assert made.drawn is not None
@@ -131,7 +131,9 @@ def test_a_run_is_replayed_over_its_own_log_at_its_own_cost(tmp_path: Path, name
     for index in range(3):
         house = load_house(f"{shipped_houses()}:{index}")
         path = tmp_path / f"{index}.mcap"
-        end = record_trial(trial_for(Wish(scenario="deliver-3"), house, strategy=name, estimator=estimator), path)
-        made = replay_on(ground_of(read(path), Settings(worlds=0)), name)
+        end = record_trial(
+            trial_for(TaskRequest(scenario="deliver-3"), house, strategy=name, estimator=estimator), path
+        )
+        made = replay_on(prepare_log(read(path), ReplaySettings(worlds=0)), name)
         assert made.exact
         assert made.cost == pytest.approx(end.cost, abs=1e-6)

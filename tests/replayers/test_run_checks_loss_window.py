@@ -10,7 +10,7 @@ from sample_logs import T0, toy_events, toy_info, toy_options
 
 from recorders.mcap_io.channels import ChannelSpec
 from recorders.run_recorder import RunRecorder
-from replayers.doctor import examine
+from replayers.doctor.examine import examine
 from workbench import cli
 from workbench.log_schema.events import NANO
 

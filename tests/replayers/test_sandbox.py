@@ -8,7 +8,7 @@ import pytest
 from toy import BED
 from toy_logs import toy_run
 
-from replayers.counterfactual.replay import Settings, ground_of, replay_on
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
 from replayers.counterfactual.sandbox import AskedForTruth, HiddenTruth, Sandboxed, is_foreign, load_foreign
 from workbench.errors import UnknownName
 from workbench.execution.events import RunStatus
@@ -17,7 +17,7 @@ from workbench.plugins import NameOrigin, NotFromLog
 
 
 def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=20))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20))
     made = replay_on(ground, "misbehaving:Behaves", origin=NameOrigin.USER)
     assert made.strategy == "behaves"
     assert made.status is RunStatus.DONE
@@ -43,7 +43,7 @@ def test_one_that_behaves_is_replayed_like_any_other(tmp_path: Path) -> None:
     ],
 )
 def test_misbehaving_is_a_status_with_its_reason(tmp_path: Path, planner: str, reason: str) -> None:
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 20.0))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, timeout_s=0.3 if "Hangs" in planner else 20.0))
     made = replay_on(ground, planner, origin=NameOrigin.USER)
     assert made.status is RunStatus.PLANNER_FAILED
     assert reason in made.reason
@@ -58,7 +58,7 @@ def test_breaking_only_where_the_log_cannot_tell_is_told_and_nothing_claimed(
     tmp_path: Path, planner: str, reason: str
 ) -> None:
     """Over the log alone it stops at the bed, undetermined; beyond it no world gets a cost."""
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=20, timeout_s=0.5 if "Hangs" in planner else 20.0))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=20, timeout_s=0.5 if "Hangs" in planner else 20.0))
     made = replay_on(ground, f"misbehaving:{planner}", origin=NameOrigin.USER, worlds=("best", "worst", "drawn"))
     assert made.unseen == BED
     assert made.status is RunStatus.PLANNER_FAILED
@@ -97,7 +97,7 @@ def test_which_names_come_from_outside() -> None:
 
 def test_what_a_planner_prints_is_no_part_of_the_answer(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Standard output may be read by a machine (--json)."""
-    ground = ground_of(toy_run(tmp_path), Settings(worlds=0))
+    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0))
     assert replay_on(ground, "misbehaving:Prints", origin=NameOrigin.USER).exact
     told = capfd.readouterr()
     assert told.out == ""

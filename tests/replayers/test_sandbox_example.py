@@ -11,8 +11,8 @@ from toy_logs import Even, simulated_log, task_of, toy_evidence
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.relevance import Assumptions, relevance_of
-from replayers.counterfactual.replay import Settings, ground_of, replay_on
-from replayers.counterfactual.run_tree import Unfolding
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
+from replayers.counterfactual.run_tree import RunTree
 from replayers.counterfactual.sandbox import load_foreign
 from replayers.runs.run import read
 from workbench.execution.events import RunStatus
@@ -34,7 +34,7 @@ def own(name: str) -> Strategy:
 
 
 def test_it_is_replayed_by_module_and_class(tmp_path: Path) -> None:
-    ground = ground_of(read(simulated_log(tmp_path / "run.mcap", name="opt-greedy")), Settings(worlds=20))
+    ground = prepare_log(read(simulated_log(tmp_path / "run.mcap", name="opt-greedy")), ReplaySettings(worlds=20))
     made = replay_on(ground, "own_planner:RoomsFirst", origin=NameOrigin.USER)
     assert made.strategy == "rooms-first"
     assert made.status in (RunStatus.DONE, RunStatus.UNDETERMINED)
@@ -47,7 +47,7 @@ def test_it_searches_the_room_at_hand_first(tmp_path: Path) -> None:
     """From the start: table (1 m), then the kitchen's counter (3 m) with its mug, and back (2 m): 1 + 3 + 5 + 2."""
     planner, evidence = own("own_planner:RoomsFirst"), toy_evidence(tmp_path)
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions())
-    bounds = bounds_of(Unfolding(evidence, planner, Even(), relevance), budget=Budget())
+    bounds = bounds_of(RunTree(evidence, planner, Even(), relevance), budget=Budget())
     assert (bounds.lower, bounds.upper) == (11.0, 11.0)
 
 
@@ -55,7 +55,7 @@ def test_what_it_does_not_do_is_a_failed_run_and_not_a_crash(tmp_path: Path) -> 
     planner = own("own_planner:RoomsFirst")
     evidence = toy_evidence(tmp_path, task_of(AllOf(parts=())))
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions())
-    assert bounds_of(Unfolding(evidence, planner, Even(), relevance), budget=Budget()).lower == 0.0
+    assert bounds_of(RunTree(evidence, planner, Even(), relevance), budget=Budget()).lower == 0.0
 
 
 def test_its_entry_point_names_what_is_there() -> None:

@@ -11,15 +11,15 @@ import pytest
 from toy import BED, COUNTER, DESK
 from toy_logs import MUG, PENCIL, toy_evidence
 
-from replayers.counterfactual.bounds.branch_and_bound import Settling
-from replayers.counterfactual.bounds.search_cache import Memory, Remembered, RememberedPricing
-from replayers.counterfactual.fast_strategy import briefly
-from replayers.counterfactual.replay import Settings, ground_of, replay_on
-from replayers.counterfactual.run_tree import Node, Unfolding
+from replayers.counterfactual.bounds.branch_and_bound import BoundSearch
+from replayers.counterfactual.bounds.search_cache import Remembered, RememberedPricing, SearchCache
+from replayers.counterfactual.fast_strategy import fast_strategy
+from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
+from replayers.counterfactual.run_tree import Node, RunTree
 from replayers.runs.run import read
 from workbench.beliefs.belief import Belief
-from workbench.execution.events import Planned
-from workbench.planning.find_pricing import FindQuestion, Optimistic
+from workbench.execution.events import PlanMade
+from workbench.planning.find_pricing import FindCostRequest, Optimistic
 from workbench.planning.strategies import strategy
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policies.registry import POLICIES, policy
@@ -59,7 +59,7 @@ def query(
 
 def test_the_same_search_is_worked_out_once(tmp_path: Path) -> None:
     counts = Counts()
-    remembered = Remembered(counts, Memory())
+    remembered = Remembered(counts, SearchCache())
     asked = [
         query(tmp_path, 0.2),
         query(tmp_path, 0.2),
@@ -75,7 +75,7 @@ def test_the_same_search_is_worked_out_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", POLICIES)
 def test_a_policy_that_remembers_answers_as_it_does(tmp_path: Path, name: str) -> None:
     ours = policy(name)
-    remembered = Remembered(ours, Memory())
+    remembered = Remembered(ours, SearchCache())
     for p in (0.2, 0.3, 0.2):
         asked = query(tmp_path, p)
         assert remembered.order(asked) == ours.order(asked)
@@ -89,7 +89,7 @@ class CountsPrices:
 
     asked: list[int] = field(default_factory=list[int], hash=False, compare=False)
 
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         self.asked.append(1)
         return Optimistic().price(question)
 
@@ -99,9 +99,9 @@ class CountsPrices:
 
 def test_the_same_find_costs_are_worked_out_once(tmp_path: Path) -> None:
     counts = CountsPrices()
-    remembered = RememberedPricing(counts, Memory())
+    remembered = RememberedPricing(counts, SearchCache())
     asked = [
-        FindQuestion(belief=q.belief, travel=q.travel, origins=(q.origin,), targets=(q.target,), costs=q.costs)
+        FindCostRequest(belief=q.belief, travel=q.travel, origins=(q.origin,), targets=(q.target,), costs=q.costs)
         for q in (query(tmp_path, 0.2), query(tmp_path, 0.2), query(tmp_path, 0.3), query(tmp_path, 0.2, origin=BED))
     ]
     answers = [remembered.price(question) for question in asked]
@@ -112,8 +112,8 @@ def test_the_same_find_costs_are_worked_out_once(tmp_path: Path) -> None:
 
 
 def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("replayers.counterfactual.bounds.search_cache.MOST_REMEMBERED", 3)
-    memory = Memory()
+    monkeypatch.setattr("replayers.counterfactual.bounds.search_cache.RECIPE_CACHE_SIZE", 3)
+    memory = SearchCache()
     for i in range(10):
         Remembered(Counts(), memory).order(query(tmp_path, i / 10))
         assert len(memory.orders) <= 3
@@ -121,33 +121,33 @@ def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_strategies_over_one_log_share_a_memory(tmp_path: Path) -> None:
     toy_evidence(tmp_path)
-    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=0))
+    ground = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
     replay_on(ground, "opt-lios")
     known = len(ground.memory.firsts)
     assert known
     replay_on(ground, "pes-lios")
     assert len(ground.memory.firsts) == known
-    assert briefly(strategy("opt-lios"), ground.memory).name == "opt-lios"
+    assert fast_strategy(strategy("opt-lios"), ground.memory).name == "opt-lios"
 
 
 def test_a_world_is_told_with_the_whole_order_of_looks(tmp_path: Path) -> None:
     """Branches are decided without words; a run that people read has them."""
     toy_evidence(tmp_path)
-    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=0))
+    ground = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=0))
     told = replay_on(ground, "opt-greedy", worlds=("best",)).worlds["best"]
-    assert max(len(event.made.search_order) for event in told if isinstance(event, Planned)) > 1
+    assert max(len(event.made.search_order) for event in told if isinstance(event, PlanMade)) > 1
 
 
 def test_a_replay_leaves_nothing_for_the_collector(tmp_path: Path) -> None:
     """Trees of runs are large; they go when the replay is done, not when the collector comes round."""
     toy_evidence(tmp_path)
-    ground = ground_of(read(tmp_path / "toy.mcap"), Settings(worlds=5))
+    ground = prepare_log(read(tmp_path / "toy.mcap"), ReplaySettings(worlds=5))
     gc.collect()
     gc.disable()
     try:
         replay_on(ground, "opt-greedy")
         # Not isinstance: it asks every object alive for its __class__, and torch warns at that.
-        left = [thing for thing in gc.get_objects() if issubclass(type(thing), Node | Unfolding | Settling)]
+        left = [thing for thing in gc.get_objects() if issubclass(type(thing), Node | RunTree | BoundSearch)]
     finally:
         gc.enable()
     assert not left

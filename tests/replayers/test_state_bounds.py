@@ -9,8 +9,8 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import delivered, task_of, toy_evidence
 
-from replayers.counterfactual.bounds.search_cache import Memory
-from replayers.counterfactual.bounds.state_bounds import FromOutside
+from replayers.counterfactual.bounds.search_cache import SearchCache
+from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Assumptions, relevance_of
 from workbench.planning.tasks import AllOf, AnyOf, Goal, Holding
@@ -37,11 +37,11 @@ def states(evidence: Evidence) -> Iterator[Knowledge]:
             yield both.moved(LocationId(FRIDGE)).picked(mug).moved(LocationId(BED)).placed()
 
 
-def outside(evidence: Evidence, *, memory: Memory | None = None, nearest_first: bool = False) -> FromOutside:
+def outside(evidence: Evidence, *, memory: SearchCache | None = None, nearest_first: bool = False) -> StateBounds:
     relevance = relevance_of(evidence, (), Assumptions())
     options = {"nearest_first": nearest_first, "empty_handed": True}
     if memory is None:
-        return FromOutside(evidence, relevance, **options)
+        return StateBounds(evidence, relevance, **options)
     return memory.outside(evidence, relevance, **options)
 
 
@@ -64,7 +64,7 @@ def test_an_interval_is_its_askers_own(tmp_path: Path) -> None:
 
 
 def test_strategies_of_one_kind_share_their_bounds(tmp_path: Path) -> None:
-    evidence, memory = toy_evidence(tmp_path, task_of(TWO)), Memory()
+    evidence, memory = toy_evidence(tmp_path, task_of(TWO)), SearchCache()
     assert outside(evidence, memory=memory) is outside(evidence, memory=memory)
     assert outside(evidence, memory=memory) is not outside(evidence, memory=memory, nearest_first=True)
 
@@ -72,7 +72,7 @@ def test_strategies_of_one_kind_share_their_bounds(tmp_path: Path) -> None:
 def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     evidence = toy_evidence(tmp_path, task_of(TWO))
     expected = [outside(evidence).interval(state) for state in states(evidence)]
-    monkeypatch.setattr("replayers.counterfactual.bounds.state_bounds.MOST_STATES", 2)
-    monkeypatch.setattr("replayers.counterfactual.bounds.lower_bound.MOST_PARTS", 2)
+    monkeypatch.setattr("replayers.counterfactual.bounds.state_bounds.MAX_CACHED_STATES", 2)
+    monkeypatch.setattr("replayers.counterfactual.bounds.lower_bound.MAX_CACHED_PARTS", 2)
     shared = outside(evidence)
     assert [shared.interval(state) for state in states(evidence)] == expected

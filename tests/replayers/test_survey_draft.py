@@ -38,7 +38,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from recorders.spot.run.site_tasks import session_task
     from recorders.spot.run.world import RunSettings, SpotWorld
     from recorders.spot.session.session import Rates, Session
-    from workbench.search.costs import ROBOT
+    from workbench.search.costs import ROBOT_COSTS
     from workbench.worlds.sites.site import unsurveyed_site
 
     log = tmp_path_factory.mktemp("driven") / "round.mcap"
@@ -47,7 +47,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
         world = SpotWorld(connection=connection, control=control, site=placed()[0], settings=RunSettings(look_s=4.0))
         world.localize()
         with RunRecorder(
-            log, info=session_info(connection, unknown, task), place=place_of(unknown), task=task, costs=ROBOT
+            log, info=session_info(connection, unknown, task), place=place_of(unknown), task=task, costs=ROBOT_COSTS
         ) as recorder:
             session = Session(connection, unknown, recorder.sink, rates=Rates(images_hz=0.0, grid_hz=0.0))
             connection.clock.on_step = session.tick  # type: ignore[attr-defined]

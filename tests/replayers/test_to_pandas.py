@@ -18,7 +18,7 @@ from sample_logs import killed_toy_log, toy_events, toy_info, toy_options, write
 import replayers
 from recorders.run_recorder import RunRecorder
 from replayers.tables import to_pandas as data_frames
-from replayers.tables.column_types import Numbers, Words, column_of
+from replayers.tables.column_types import CategoryColumn, NumberColumn, column_of
 from replayers.tables.frames import RunSource, Tables
 from replayers.tables.schemas import NUMBER, SCHEMAS, TEXT, TIME, WHOLE, WORD, WORDS, YES
 from workbench.log_schema.events import Stamp
@@ -59,17 +59,17 @@ def test_a_column_is_what_arrow_makes_of_the_values(kind: pa.DataType, data: st.
 
 
 def test_words_of_several_logs_share_one_vocabulary():
-    one, two = Words.of(["b", None, "a"]), Words.repeated(["c", "a"], [2, 1])
-    both = Words.joined([one, two])
+    one, two = CategoryColumn.of(["b", None, "a"]), CategoryColumn.repeated(["c", "a"], [2, 1])
+    both = CategoryColumn.joined([one, two])
     assert both.words == ("b", "a", "c")
     assert both.codes.tolist() == [0, -1, 1, 2, 2, 1]
 
 
 def test_what_is_missing_of_numbers_is_told_of_all_logs():
-    both = Numbers.joined([Numbers.of([1, 2], WHOLE), Numbers.of([None], WHOLE)])
+    both = NumberColumn.joined([NumberColumn.of([1, 2], WHOLE), NumberColumn.of([None], WHOLE)])
     assert both.to_arrow().to_pylist() == [1, 2, None]
-    assert Numbers.of([None, 0.5], NUMBER).to_arrow().to_pylist() == [None, 0.5]
-    assert np.isnan(Numbers.of([None, 0.5], NUMBER).to_pandas()[0])
+    assert NumberColumn.of([None, 0.5], NUMBER).to_arrow().to_pylist() == [None, 0.5]
+    assert np.isnan(NumberColumn.of([None, 0.5], NUMBER).to_pandas()[0])
 
 
 def test_frames_of_many_logs_are_what_arrow_would_make(tmp_path: Path):

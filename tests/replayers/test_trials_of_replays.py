@@ -9,10 +9,10 @@ import pytest
 
 from replayers.counterfactual.durations import Durations
 from replayers.evaluation.metrics import summary
-from replayers.evaluation.trials import Counterfactual, places_for
+from replayers.evaluation.trials import Counterfactual, tasks_for
 from workbench.cli import run as lios
 from workbench.errors import BadValue
-from workbench.execution.events import Acted
+from workbench.execution.events import ActionEnded
 from workbench.planning.plans import PlanStep
 from workbench.worlds.house import START
 
@@ -61,11 +61,11 @@ def test_the_interval_of_coverage_draws_whole_houses() -> None:
 
 def test_houses_that_cannot_support_a_scenario_are_passed_over() -> None:
     """Some of the shipped houses have no coffee machine, kettle or pot."""
-    places = places_for(None, "all", ("coffee",), count=12, per_place=2, seed=0)
+    places = tasks_for(None, "all", ("coffee",), count=12, per_place=2, seed=0)
     assert len(places) == 6
     assert {place.scenario for place in places} == {"coffee"}
     with pytest.raises(BadValue, match="scenarios"):
-        places_for(None, "all", (), count=12, per_place=2, seed=0)
+        tasks_for(None, "all", (), count=12, per_place=2, seed=0)
 
 
 @pytest.mark.slow
@@ -85,9 +85,9 @@ def test_by_hand_the_spread_of_a_predicted_duration() -> None:
     assert durations.spread_s(acts) == pytest.approx(34**0.5)
 
 
-def acted(action: str) -> Acted:
+def acted(action: str) -> ActionEnded:
     step = PlanStep(action=action, origin=START, target=START)
-    return Acted(stamp_ns=1, decision=1, index=1, start_ns=0, step=step, cost=0.0, success=True)
+    return ActionEnded(stamp_ns=1, decision=1, index=1, start_ns=0, step=step, cost=0.0, success=True)
 
 
 def test_all_three_estimators_are_measured_unless_others_are_named(capsys: pytest.CaptureFixture[str]) -> None:

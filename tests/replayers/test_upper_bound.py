@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from toy import BED, COUNTER, TABLE, item
 from toy_logs import BOOK, MUG, InOrder, delivered, task_of, toy_evidence
 
-from replayers.counterfactual.bounds.upper_bound import MostToWalk, nearest_legs
+from replayers.counterfactual.bounds.upper_bound import UpperBound, nearest_first_leg_bound
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first
 from workbench.planning.strategies import strategy
@@ -60,7 +60,7 @@ def test_no_way_of_looking_nearest_first_is_longer(
         return max(found)
 
     most = max(longest(start, frozenset(looks), frozenset(starts) - {start}) for start in starts)
-    assert most <= nearest_legs(metres, looks, starts) + 1e-9
+    assert most <= nearest_first_leg_bound(metres, looks, starts) + 1e-9
 
 
 def test_by_hand_three_places_in_a_row() -> None:
@@ -68,9 +68,9 @@ def test_by_hand_three_places_in_a_row() -> None:
     farthest from 1, 9, and the merges but for the first, 10, and the widest, 10."""
     at = np.array([0.0, 2.0, 10.0, 1.0])
     metres = np.abs(at[:, None] - at[None, :])
-    assert nearest_legs(metres, [0, 1, 2], [3]) == 9 + 10 + 10
-    assert nearest_legs(metres, [2], [3]) == 9
-    assert nearest_legs(metres, [], [3]) == 0
+    assert nearest_first_leg_bound(metres, [0, 1, 2], [3]) == 9 + 10 + 10
+    assert nearest_first_leg_bound(metres, [2], [3]) == 9
+    assert nearest_first_leg_bound(metres, [], [3]) == 0
 
 
 def knows(evidence: Evidence, *items: str) -> Knowledge:
@@ -81,7 +81,7 @@ def knows(evidence: Evidence, *items: str) -> Knowledge:
 
 def test_nobody_looks_when_nothing_is_missing(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, TWO)
-    most = MostToWalk(evidence)
+    most = UpperBound(evidence)
     assert not most.nothing_missing(knows(evidence, "Mug|1"))
     assert most.nothing_missing(knows(evidence, "Mug|1", "Book|1"))
     assert (
@@ -92,7 +92,7 @@ def test_nobody_looks_when_nothing_is_missing(tmp_path: Path) -> None:
 def test_an_instance_is_needed_for_each_part(tmp_path: Path) -> None:
     two_mugs = task_of(AllOf(parts=(delivered("Mug", BED), delivered("Mug", COUNTER))))
     evidence = toy_evidence(tmp_path, two_mugs)
-    most = MostToWalk(evidence)
+    most = UpperBound(evidence)
     assert not most.nothing_missing(knows(evidence, "Mug|1"))
     assert most.nothing_missing(knows(evidence, "Mug|1", "Mug|2"))
 
@@ -100,17 +100,17 @@ def test_an_instance_is_needed_for_each_part(tmp_path: Path) -> None:
 def test_with_alternatives_something_may_be_sought_though_something_is_known(tmp_path: Path) -> None:
     either = task_of(AnyOf(parts=(delivered("Mug", BED), delivered("Book", COUNTER))))
     evidence = toy_evidence(tmp_path, either)
-    assert not MostToWalk(evidence).nothing_missing(knows(evidence, "Mug|1", "Book|1"))
+    assert not UpperBound(evidence).nothing_missing(knows(evidence, "Mug|1", "Book|1"))
 
 
 def test_what_refuses_to_be_picked_is_missing(tmp_path: Path) -> None:
     evidence = toy_evidence(tmp_path, find_task(MUG, START))
-    assert MostToWalk(evidence).nothing_missing(knows(evidence, "Mug|1"))
+    assert UpperBound(evidence).nothing_missing(knows(evidence, "Mug|1"))
     for refusing in (
         replace(evidence, stuck=MappingProxyType({item("Mug|1").id: "too heavy"})),
-        replace(evidence, barred=MappingProxyType({LocationId(TABLE): "blocked"})),
+        replace(evidence, refused_moves=MappingProxyType({LocationId(TABLE): "blocked"})),
     ):
-        assert not MostToWalk(refusing).nothing_missing(knows(refusing, "Mug|1"))
+        assert not UpperBound(refusing).nothing_missing(knows(refusing, "Mug|1"))
 
 
 def test_who_looks_nearest_first_is_known_by_its_policy() -> None:
@@ -127,7 +127,7 @@ def test_who_looks_nearest_first_is_known_by_its_policy() -> None:
 def test_nearest_first_is_never_bounded_worse(tmp_path: Path, kind: ItemType) -> None:
     evidence = toy_evidence(tmp_path, find_task(kind, START))
     start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
-    any_order, nearest = (MostToWalk(evidence, nearest_first=n) for n in (False, True))
+    any_order, nearest = (UpperBound(evidence, nearest_first=n) for n in (False, True))
     assert nearest.going_straight(start) <= any_order.going_straight(start)
 
 
@@ -135,10 +135,10 @@ def test_a_look_with_the_hand_full_may_begin_where_an_item_stood(tmp_path: Path)
     """With a mug known far off, who may look while carrying it may go dearer ways than who looks empty-handed."""
     evidence = toy_evidence(tmp_path, TWO)
     known = knows(evidence, "Mug|1")
-    free, full = (MostToWalk(evidence, empty_handed=e).going_straight(known) for e in (True, False))
+    free, full = (UpperBound(evidence, empty_handed=e).going_straight(known) for e in (True, False))
     assert full >= free
     only_fetching = knows(evidence, "Mug|1", "Book|1")
-    free, full = (MostToWalk(evidence, empty_handed=e).going_straight(only_fetching) for e in (True, False))
+    free, full = (UpperBound(evidence, empty_handed=e).going_straight(only_fetching) for e in (True, False))
     assert full >= free
     assert looks_empty_handed(strategy("model-lios"))
     assert not looks_empty_handed(strategy("scout-lios"))

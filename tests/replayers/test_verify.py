@@ -11,8 +11,8 @@ from sample_logs import killed_toy_log
 from toy import BED, COUNTER
 from toy_logs import delivered, simulated_log, task_of, toy_run
 
-from replayers.batch.recorded_strategy import RecordedBySomebodyElse
-from replayers.batch.replan import plan_again
+from replayers.batch.recorded_strategy import UnknownRecordedStrategy
+from replayers.batch.replan import replan
 from replayers.batch.verify import verify
 from replayers.runs.run import read
 from workbench.errors import Unsupported
@@ -51,10 +51,12 @@ def test_a_log_of_ones_own_planner_is_verified_by_the_name_under_which_it_is_fou
     monkeypatch.chdir(home)
     run = read(simulated_log(tmp_path / "run.mcap", name="own_planner:RoomsFirst"))
     run = replace(run, info=msgspec.structs.replace(run.info, strategy="rooms-first"))
-    with pytest.raises(RecordedBySomebodyElse, match=r"'rooms-first', is not known here: .* Name it with --strategy"):
+    with pytest.raises(
+        UnknownRecordedStrategy, match=r"'rooms-first', is not known here: .* Name it with --strategy"
+    ):
         verify(run)
-    with pytest.raises(RecordedBySomebodyElse):
-        plan_again(run)
+    with pytest.raises(UnknownRecordedStrategy):
+        replan(run)
     assert verify(run, strategy_name="own_planner:RoomsFirst", origin=NameOrigin.USER).same
     assert not verify(run, strategy_name="opt-greedy").same
 

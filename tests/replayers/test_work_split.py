@@ -15,10 +15,10 @@ import pytest
 from toy import FRIDGE
 from toy_logs import simulated_log
 
-from replayers.batch.replay_all import LogFailed, Wanted, replay_all
+from replayers.batch.replay_all import LogFailed, ReplayRequest, replay_all
 from replayers.batch.store import StoredReplay
-from replayers.batch.work_split import FAMILIES, Share, shares_of
-from replayers.counterfactual.prepared_log import Settings
+from replayers.batch.work_split import FAMILIES, WorkPackage, work_packages
+from replayers.counterfactual.prepared_log import ReplaySettings
 from workbench.planning.strategies import VARIANTS, strategy_names
 from workbench.process_pool import can_inherit
 
@@ -29,14 +29,15 @@ import sys
 from pathlib import Path
 import msgspec
 import replayers.batch.replay_all as batch
-from replayers.counterfactual.prepared_log import Settings
+from replayers.counterfactual.prepared_log import ReplaySettings
 from workbench.plugins import NameOrigin
 from workbench.process_pool import can_inherit
 
 batch.FEW_OPEN = 0
 logs, output, workers = [Path(log) for log in sys.argv[4:]], Path(sys.argv[1]), int(sys.argv[2])
 names = tuple(sys.argv[3].split(","))
-wanted = batch.Wanted(strategies=names, settings=Settings(worlds=50), output=output, origin=NameOrigin.USER)
+settings = ReplaySettings(worlds=50)
+wanted = batch.ReplayRequest(strategies=names, settings=settings, output=output, origin=NameOrigin.USER)
 assert can_inherit()
 made = list(batch.replay_all(logs, wanted, workers=workers))
 print(msgspec.json.encode(made).decode())
@@ -47,7 +48,7 @@ import sys, time
 from pathlib import Path
 import replayers.batch.log_replayer
 import replayers.batch.replay_all as batch
-from replayers.counterfactual.prepared_log import Settings
+from replayers.counterfactual.prepared_log import ReplaySettings
 
 def replay_on(ground, name, origin, worlds):
     import os
@@ -55,22 +56,22 @@ def replay_on(ground, name, origin, worlds):
     time.sleep(600)
 
 replayers.batch.log_replayer.replay_on, batch.FEW_OPEN = replay_on, 0
-wanted = batch.Wanted(strategies=("opt-greedy", "opt-lios"), settings=Settings())
+wanted = batch.ReplayRequest(strategies=("opt-greedy", "opt-lios"), settings=ReplaySettings())
 list(batch.replay_all([Path(sys.argv[1])], wanted, workers=2))
 """
 
 
 def test_strategies_that_share_what_is_remembered_stay_together_and_the_costly_go_first() -> None:
     names = ("lios", "pes-greedy", "mine:Planner", "scout-lios", "greedy", "opt-lios@everywhere")
-    assert shares_of({A: names, B: ("opt-greedy",)}) == (
-        Share(log=A, strategies=("mine:Planner",)),
-        Share(log=A, strategies=("scout-lios",)),
-        Share(log=A, strategies=("pes-greedy", "greedy")),
-        Share(log=B, strategies=("opt-greedy",)),
-        Share(log=A, strategies=("opt-lios@everywhere",)),
-        Share(log=A, strategies=("lios",)),
+    assert work_packages({A: names, B: ("opt-greedy",)}) == (
+        WorkPackage(log=A, strategies=("mine:Planner",)),
+        WorkPackage(log=A, strategies=("scout-lios",)),
+        WorkPackage(log=A, strategies=("pes-greedy", "greedy")),
+        WorkPackage(log=B, strategies=("opt-greedy",)),
+        WorkPackage(log=A, strategies=("opt-lios@everywhere",)),
+        WorkPackage(log=A, strategies=("lios",)),
     )
-    assert shares_of({A: ()}) == ()
+    assert work_packages({A: ()}) == ()
 
 
 def test_families_name_strategies_that_there_are() -> None:
@@ -133,7 +134,7 @@ def test_beside_another_thread_no_process_is_copied(tmp_path: Path) -> None:
     try:
         assert not can_inherit()
         log = simulated_log(tmp_path / "run.mcap")
-        wanted = Wanted(strategies=("opt-greedy", "oracle"), settings=Settings(worlds=0))
+        wanted = ReplayRequest(strategies=("opt-greedy", "oracle"), settings=ReplaySettings(worlds=0))
         made = list(replay_all([log], wanted, workers=2))
     finally:
         leave.set()

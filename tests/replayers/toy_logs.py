@@ -26,7 +26,7 @@ from workbench.planning.strategies import strategy
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Holding, Task, find_task, goal_types
 from workbench.plugins import NameOrigin
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.find_costs import SearchStop
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
@@ -153,7 +153,12 @@ def simulated_log(
     world, wanted = FakeWorld(known=known, clock_ns=T0), task or find_task(MUG, START)
     believer = estimator("counts")
     events = run_task(
-        world, strategy(name, origin=NameOrigin.USER, house=toy_house()), believer, wanted, costs=SIMULATION, seed=7
+        world,
+        strategy(name, origin=NameOrigin.USER, house=toy_house()),
+        believer,
+        wanted,
+        costs=SIMULATION_COSTS,
+        seed=7,
     )
     info = toy_info(strategy=name, estimator=believer.name, run_id=run_id, scenario=wanted.scenario)
     record_run(
@@ -162,7 +167,7 @@ def simulated_log(
         info=info,
         place=toy_place(),
         task=wanted,
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
         truth=toy_house().contents if truth else None,
     )
     return path

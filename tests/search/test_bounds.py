@@ -13,7 +13,7 @@ from workbench.errors import BadValue
 from workbench.search import corrected
 from workbench.search.bounds import PESSIMISTIC_PENALTY, optimistic_find_costs, pessimistic_find_costs
 from workbench.search.corrected import corrected_find_costs, scale_of
-from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.remaining import BELIEF_MODELS
@@ -32,7 +32,7 @@ AT = toy_travel().locations
 
 def test_the_optimist_finds_it_where_it_is_most_on_the_way() -> None:
     """Start to start: the table, 1 m away: 1 + 5 + 1. Bed to desk: in either, 2 m in all. Costs 1 a look more."""
-    costs = optimistic_find_costs(TOY, toy_travel(), origins=AT, targets=AT, costs=SIMULATION)
+    costs = optimistic_find_costs(TOY, toy_travel(), origins=AT, targets=AT, costs=SIMULATION_COSTS)
     assert costs.of(MUG, START, START) == 7.0
     assert costs.of(MUG, LocationId(BED), LocationId(DESK)) == 7.0
     assert (costs.metres[0] == costs.metres[1]).all()
@@ -41,15 +41,15 @@ def test_the_optimist_finds_it_where_it_is_most_on_the_way() -> None:
 
 
 def test_the_pessimist_adds_a_penalty() -> None:
-    optimistic = optimistic_find_costs(TOY, toy_travel(), origins=AT, targets=AT, costs=SIMULATION)
-    pessimistic = pessimistic_find_costs(TOY, toy_travel(), origins=AT, targets=AT, costs=SIMULATION)
+    optimistic = optimistic_find_costs(TOY, toy_travel(), origins=AT, targets=AT, costs=SIMULATION_COSTS)
+    pessimistic = pessimistic_find_costs(TOY, toy_travel(), origins=AT, targets=AT, costs=SIMULATION_COSTS)
     assert (pessimistic.metres == optimistic.metres + PESSIMISTIC_PENALTY).all()
     assert (pessimistic.kind, optimistic.kind) == ("pessimistic", "optimistic")
 
 
 def test_nothing_left_to_search_costs_the_optimist_nothing() -> None:
     empty = Belief(item_types=(MUG,), containers=(), probability=np.zeros((1, 0)), estimator="test")
-    costs = optimistic_find_costs(empty, toy_travel(), origins=AT, targets=AT, costs=SIMULATION)
+    costs = optimistic_find_costs(empty, toy_travel(), origins=AT, targets=AT, costs=SIMULATION_COSTS)
     assert not costs.metres.any()
 
 
@@ -71,7 +71,7 @@ def price(table: FindCosts) -> float:
 def test_the_correction_counts_the_containers_that_are_no_candidates(model: BeliefModel) -> None:
     """Candidates at 1 and 2 m, two more behind them: from start to start with one candidate after the other."""
     belief, travel = line_world([0.4, 0.3, 0.2, 0.1])
-    ends = {"origins": (START,), "targets": (START,), "costs": SIMULATION, "belief_model": model}
+    ends = {"origins": (START,), "targets": (START,), "costs": SIMULATION_COSTS, "belief_model": model}
     whole = expected_find_costs(belief, travel, limit=4, **ends)  # type: ignore[arg-type]
     short = expected_find_costs(belief, travel, limit=2, ranking="worth", **ends)  # type: ignore[arg-type]
     longer = corrected_find_costs(belief, travel, limit=2, ranking="worth", scale=1.0, **ends)  # type: ignore[arg-type]
@@ -85,7 +85,12 @@ def test_the_correction_never_lowers_a_cost_and_changes_nothing_with_all_candida
     p: list[float], limit: int, model: BeliefModel
 ) -> None:
     belief, travel = line_world(p)
-    ends = {"origins": travel.locations, "targets": travel.locations, "costs": SIMULATION, "belief_model": model}
+    ends = {
+        "origins": travel.locations,
+        "targets": travel.locations,
+        "costs": SIMULATION_COSTS,
+        "belief_model": model,
+    }
     plain = expected_find_costs(belief, travel, limit=limit, ranking="worth", **ends)  # type: ignore[arg-type]
     more = corrected_find_costs(belief, travel, limit=limit, ranking="worth", scale=1.0, **ends)  # type: ignore[arg-type]
     assert (more.metres >= plain.metres - 1e-9).all()
@@ -96,7 +101,7 @@ def test_the_correction_never_lowers_a_cost_and_changes_nothing_with_all_candida
 def test_the_scale_is_the_estimators_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(corrected, "SCALES", {"test": 1.5})
     belief, travel = line_world([0.4, 0.3])
-    ends = {"origins": (START,), "targets": (START,), "costs": SIMULATION}
+    ends = {"origins": (START,), "targets": (START,), "costs": SIMULATION_COSTS}
     own = corrected_find_costs(belief, travel, **ends)  # type: ignore[arg-type]
     plain = corrected_find_costs(belief, travel, scale=1.0, **ends)  # type: ignore[arg-type]
     assert price(own) == pytest.approx(1.5 * price(plain))
@@ -108,11 +113,11 @@ def test_the_scale_is_the_estimators_own(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_a_scale_that_is_none_is_refused(scale: float) -> None:
     belief, travel = line_world([0.4])
     with pytest.raises(BadValue, match="scale"):
-        corrected_find_costs(belief, travel, origins=(START,), targets=(START,), costs=SIMULATION, scale=scale)
+        corrected_find_costs(belief, travel, origins=(START,), targets=(START,), costs=SIMULATION_COSTS, scale=scale)
 
 
 def test_the_order_of_finds_is_kept_by_a_scale() -> None:
-    ends = {"origins": AT, "targets": AT, "costs": SIMULATION}
+    ends = {"origins": AT, "targets": AT, "costs": SIMULATION_COSTS}
     plain = corrected_find_costs(TOY, toy_travel(), scale=1.0, **ends)  # type: ignore[arg-type]
     scaled = corrected_find_costs(TOY, toy_travel(), scale=1.2, **ends)  # type: ignore[arg-type]
     assert (np.argsort(plain.metres, axis=None) == np.argsort(scaled.metres, axis=None)).all()

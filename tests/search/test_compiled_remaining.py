@@ -27,7 +27,9 @@ def test_compiled_is_numpy(data: st.DataObject, items: int, containers: int) -> 
         theirs = remaining.missing_by_subset(w, candidates, model)
         assert np.allclose(ours, theirs, rtol=1e-10, atol=1e-13, equal_nan=True), model
     some = p[(p > 0).any(axis=1)]
-    assert np.allclose(compiled_remaining.chance_of_any(some), remaining.chance_of_any(some), rtol=1e-8, atol=1e-8)
+    assert np.allclose(
+        compiled_remaining.chance_of_any(some), remaining.existence_probability(some), rtol=1e-8, atol=1e-8
+    )
 
 
 @settings(max_examples=40, deadline=None)
@@ -37,8 +39,8 @@ def test_the_order_of_the_others_is_numpys(seed: int, items: int, containers: in
     p, between_m = rng.integers(0, 3, (items, containers)) / 4, rng.integers(0, 4, (containers, containers)) * 1.0
     searched = np.argsort(rng.random((items, containers)), axis=1)[:, : rng.integers(1, containers)]
     from_m = between_m[searched].mean(axis=1)
-    ours = compiled_remaining.others(p, searched, from_m, between_m)
-    assert (ours == corrected.others(p, searched, from_m, between_m)).all(), "ties too go to the earlier"
+    ours = compiled_remaining.non_candidate_order(p, searched, from_m, between_m)
+    assert (ours == corrected.non_candidate_order(p, searched, from_m, between_m)).all(), "ties too go to the earlier"
 
 
 def test_without_numba_the_readable_one_answers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -247,7 +247,7 @@ def test_many_item_types_are_taken_in_parts(monkeypatch: pytest.MonkeyPatch) -> 
     rows = belief(*(rng.random((5, 6)) * 0.4).tolist())
     ends = {"origins": travel.locations, "targets": travel.locations, "costs": COSTS, "belief_model": "marginal"}
     whole = expected_find_costs(rows, travel, **ends)  # type: ignore[arg-type]
-    monkeypatch.setattr(engine, "MOST_SUBSETS", 1 << 7)
+    monkeypatch.setattr(engine, "MAX_SUBSETS", 1 << 7)
     in_parts = expected_find_costs(rows, travel, **ends)  # type: ignore[arg-type]
     assert in_parts.metres == pytest.approx(whole.metres, abs=1e-12)
 

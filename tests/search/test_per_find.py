@@ -82,5 +82,5 @@ def test_sets_that_do_not_fit_at_once_are_worked_off_in_parts(monkeypatch: pytes
     belief, travel = world(12, seed=8)
     at = travel.locations[:5]
     whole = per_find_costs(belief, travel, origins=at, targets=at, costs=COSTS, limit=5).metres
-    monkeypatch.setattr(per_find, "MOST_SUBSETS", 3 << 5)
+    monkeypatch.setattr(per_find, "MAX_SUBSETS", 3 << 5)
     assert (per_find_costs(belief, travel, origins=at, targets=at, costs=COSTS, limit=5).metres == whole).all()

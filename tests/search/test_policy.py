@@ -16,11 +16,11 @@ from workbench.beliefs.belief import Belief
 from workbench.errors import BadValue, UnknownName
 from workbench.plugins import NameOrigin
 from workbench.search.candidates import TooManyCandidates
-from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.engine import expected_search
 from workbench.search.find_costs import SearchStop
-from workbench.search.orders import along
-from workbench.search.places import places
+from workbench.search.orders import order_cost
+from workbench.search.places import search_space
 from workbench.search.policies.full_tour import FullTour
 from workbench.search.policies.least_expected_cost import LeastExpectedCost
 from workbench.search.policies.oracle import oracle_policy
@@ -45,7 +45,7 @@ def toy_query(chances: dict[ContainerId, float], *, item: ItemType = MUG) -> Sea
             estimator="test",
         ),
         travel=toy_travel(),
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
     )
 
 
@@ -92,7 +92,7 @@ class TestContract:
     def test_it_asks_for_nothing_when_nothing_is_left(self, searcher: SearchPolicy) -> None:
         empty = Belief(item_types=(MUG,), containers=(), probability=np.zeros((1, 0)), estimator="test")
         query = SearchQuery(
-            item_type=MUG, origin=START, target=START, belief=empty, travel=toy_travel(), costs=SIMULATION
+            item_type=MUG, origin=START, target=START, belief=empty, travel=toy_travel(), costs=SIMULATION_COSTS
         )
         assert searcher.order(query) == ()
         assert first_stop(searcher, query) is None
@@ -117,7 +117,7 @@ class TestContract:
             target=START,
             belief=query.belief,
             travel=query.travel,
-            costs=SIMULATION,
+            costs=SIMULATION_COSTS,
         )
         first = searcher.order(here)[0]
         assert (first.container, first.leg_m) == (COUNTER, 0.0)
@@ -143,7 +143,9 @@ def test_the_oracle_takes_the_nearest_instance_that_is_not_yet_searched() -> Non
     assert [s.container for s in oracle_policy(toy_house()).order(toy_query({}))] == [COUNTER]
     query = toy_query({})
     left = Belief(item_types=(MUG,), containers=(TABLE, DESK), probability=np.zeros((1, 2)), estimator="test")
-    after = SearchQuery(item_type=MUG, origin=START, target=START, belief=left, travel=query.travel, costs=SIMULATION)
+    after = SearchQuery(
+        item_type=MUG, origin=START, target=START, belief=left, travel=query.travel, costs=SIMULATION_COSTS
+    )
     assert [s.container for s in oracle_policy(toy_house()).order(after)] == [DESK]
 
 
@@ -162,9 +164,9 @@ def test_candidates_by_worth_and_by_probability_differ() -> None:
 @given(st.integers(1, 5), st.integers(0, 10_000), st.sampled_from(["independent", "exists", "exclusive", "marginal"]))
 def test_the_full_tour_is_the_best_of_all_orders_where_that_can_be_checked(n: int, seed: int, model: str) -> None:
     query = random_query(n, seed=seed, search=0.5)
-    here = places(query.belief, query.travel, origins=(START,), targets=(START,))
+    here = search_space(query.belief, query.travel, origins=(START,), targets=(START,))
     least = min(
-        along(order, here, model=model, costs=query.costs).cost  # type: ignore[arg-type]
+        order_cost(order, here, model=model, costs=query.costs).cost  # type: ignore[arg-type]
         for order in permutations(range(n))
     )
     tour = FullTour(belief_model=model, leading=min(n, 3)).search(query)  # type: ignore[arg-type]
@@ -227,8 +229,8 @@ class Backwards:
     name = "backwards"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
-        return along(range(len(here.containers))[::-1], here, model="independent", costs=query.costs).stops
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        return order_cost(range(len(here.containers))[::-1], here, model="independent", costs=query.costs).stops
 
 
 def test_a_third_partys_policy_comes_in_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from workbench.beliefs.belief import Belief
 from workbench.search import compiled, corrected, reference
 from workbench.search.candidates import choose
-from workbench.search.compiled_remaining import others
-from workbench.search.costs import SIMULATION
+from workbench.search.compiled_remaining import non_candidate_order
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.policies.registry import POLICIES, policy
 from workbench.search.policy import SearchQuery, first_stop
 from workbench.search.remaining import BELIEF_MODELS, still_missing_by_subset
@@ -76,7 +76,7 @@ def grid_query(seed: int, noise: float = 0.0, *, ways_noise: float = 0.0) -> Sea
             estimator="test",
         ),
         travel=TravelCosts(locations=(START, *(LocationId(c) for c in names)), metres=metres),
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
     )
 
 
@@ -127,8 +127,8 @@ def test_both_programs_go_on_in_the_same_order() -> None:
         p = rng.choice([0.1, 0.2, 0.3], (1, n)) * rng.choice([1.0, 1e-9])
         searched = np.array([[0, 4]])
         from_m = between[searched].mean(axis=1)
-        order = corrected.others(p, searched, from_m, between).tolist()
-        assert others(p, searched, from_m, between).tolist() == order
+        order = corrected.non_candidate_order(p, searched, from_m, between).tolist()
+        assert non_candidate_order(p, searched, from_m, between).tolist() == order
         noisy = p * (1 + rng.uniform(-BIT, BIT, p.shape))
-        assert others(noisy, searched, from_m, between).tolist() == order
-        assert corrected.others(noisy, searched, from_m, between).tolist() == order
+        assert non_candidate_order(noisy, searched, from_m, between).tolist() == order
+        assert corrected.non_candidate_order(noisy, searched, from_m, between).tolist() == order

@@ -31,7 +31,7 @@ def test_seeing_picking_carrying_and_placing() -> None:
     seen = _start().moved(LocationId(COUNTER)).seen(COUNTER, (MUG,))
     assert seen.visited == (COUNTER,)
     held = seen.picked(MUG)
-    assert (held.holding, held.where(MUG.type), held.knows(MUG.type)) == (MUG, (), True)
+    assert (held.holding, held.where(MUG.type), held.has_known_instance(MUG.type)) == (MUG, (), True)
     assert held.first_seen[COUNTER] == (MUG,), "what was first seen stays"
     down = held.moved(START).placed()
     assert (down.holding, down.where(MUG.type)) == (None, ((START, MUG),))
@@ -69,7 +69,7 @@ def test_whatever_was_asked_on_the_way_what_is_told_is_what_the_contents_say(see
             case 2:
                 knowledge = knowledge.placed()
             case 3:
-                knowledge = knowledge.lost(things[rng.integers(len(things))].id)
+                knowledge = knowledge.without_item(things[rng.integers(len(things))].id)
             case 4 if rng.random() < 0.2:
                 knowledge = knowledge.shut(place)
             case _:
@@ -85,7 +85,7 @@ def test_a_shut_container_is_no_candidate_any_more() -> None:
 
 
 def test_a_lost_item_is_nowhere() -> None:
-    assert not _start().lost(EGG.id).knows(EGG.type)
+    assert not _start().without_item(EGG.id).has_known_instance(EGG.type)
 
 
 def test_a_container_that_cannot_be_reached_is_no_candidate() -> None:
@@ -95,7 +95,7 @@ def test_a_container_that_cannot_be_reached_is_no_candidate() -> None:
 
 
 def test_nothing_is_known_of_a_type_never_seen() -> None:
-    assert not _start().knows(ItemType("Mug"))
+    assert not _start().has_known_instance(ItemType("Mug"))
 
 
 def test_putting_down_with_an_empty_hand_changes_nothing() -> None:

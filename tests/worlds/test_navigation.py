@@ -27,7 +27,7 @@ from workbench.worlds.maps.connectivity import inside
 from workbench.worlds.maps.navigation import NowhereToStand, compute, navigate
 from workbench.worlds.maps.occupancy import OccupancyGrid, occupancy_of
 from workbench.worlds.maps.path_simplification import corner_cells
-from workbench.worlds.maps.shortest_paths import pairwise_steps, way
+from workbench.worlds.maps.shortest_paths import pairwise_steps, shortest_path
 
 
 def test_grid_of_the_toy_house() -> None:
@@ -177,7 +177,7 @@ def test_corners_keep_the_length_and_stay_on_free_cells(free: npt.NDArray[np.boo
     cells = np.flatnonzero(free)
     source, target = int(cells[0]), int(cells[pick % len(cells)])
     steps = reference(free)[source, target]
-    found = way(free, source, target)
+    found = shortest_path(free, source, target)
     if not np.isfinite(steps):
         assert found is None
         return

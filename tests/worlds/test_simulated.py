@@ -10,7 +10,7 @@ from workbench.errors import UnknownName
 from workbench.worlds.house import START, ContainerId, ItemId, LocationId
 from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.simulated import EPOCH_NS, SimulatedWorld
-from workbench.worlds.world import Done, Looked, Refused
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult
 
 
 def world(*known: ContainerId) -> SimulatedWorld:
@@ -27,13 +27,13 @@ def test_the_clock_moves_by_acting_only() -> None:
     w = world()
     assert w.now_ns() == EPOCH_NS == 1767225600 * 10**9
     gone = w.go_to(LocationId(FRIDGE))
-    assert isinstance(gone, Done)
+    assert isinstance(gone, ActionDone)
     assert gone.end_ns - gone.start_ns == round(gone.travel_m * 1e9)
     looked = w.look_into(FRIDGE)
-    assert isinstance(looked, Looked)
+    assert isinstance(looked, LookResult)
     assert looked.end_ns - looked.start_ns == 2 * 10**9
     picked = w.pick(ItemId("Egg|1"))
-    assert isinstance(picked, Done)
+    assert isinstance(picked, ActionDone)
     assert picked.end_ns - picked.start_ns == 5 * 10**9
     assert w.now_ns() == picked.end_ns
 
@@ -47,7 +47,7 @@ def test_what_is_refused_takes_no_time_and_says_why() -> None:
         (w.place(ItemId("Egg|1")), "does not hold"),
         (w.go_to(LocationId("Oven")), "no way"),
     ):
-        assert isinstance(answer, Refused)
+        assert isinstance(answer, ActionRefused)
         assert why in answer.reason
     assert w.now_ns() == EPOCH_NS
 
@@ -59,11 +59,11 @@ def test_items_move_with_the_robot() -> None:
     w.go_to(LocationId(BED))
     w.place(ItemId("Egg|1"))
     looked = w.look_into(BED)
-    assert isinstance(looked, Looked)
+    assert isinstance(looked, LookResult)
     assert item("Egg|1") in looked.items
     w.go_to(LocationId(FRIDGE))
     left = w.look_into(FRIDGE)
-    assert isinstance(left, Looked)
+    assert isinstance(left, LookResult)
     assert item("Egg|1") not in left.items
     assert toy_house().contents[FRIDGE][0] == item("Egg|1")
 
@@ -73,8 +73,8 @@ def test_things_can_be_put_down_at_the_start() -> None:
     w.go_to(LocationId(FRIDGE))
     w.pick(ItemId("Egg|1"))
     w.go_to(START)
-    assert isinstance(w.place(ItemId("Egg|1")), Done)
-    assert isinstance(w.pick(ItemId("Egg|1")), Done)
+    assert isinstance(w.place(ItemId("Egg|1")), ActionDone)
+    assert isinstance(w.pick(ItemId("Egg|1")), ActionDone)
 
 
 def test_preparing_needs_everything_at_hand() -> None:
@@ -82,10 +82,10 @@ def test_preparing_needs_everything_at_hand() -> None:
     w.go_to(LocationId(FRIDGE))
     w.pick(ItemId("Egg|1"))
     refused = w.prepare("boil", (ItemId("Egg|1"), ItemId("Pot|1")))
-    assert isinstance(refused, Refused)
+    assert isinstance(refused, ActionRefused)
     assert "Pot|1" in refused.reason
     w.go_to(LocationId(COUNTER))
-    assert isinstance(w.prepare("boil", (ItemId("Egg|1"), ItemId("Pot|1"))), Done)
+    assert isinstance(w.prepare("boil", (ItemId("Egg|1"), ItemId("Pot|1"))), ActionDone)
 
 
 def test_known_containers() -> None:

@@ -13,7 +13,12 @@ from workbench.errors import BadValue, FileMissing, MalformedFile, UnknownName
 from workbench.worlds.house import START, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid, occupancy_of
 from workbench.worlds.sites.check import check_site
-from workbench.worlds.sites.configurations import arranged, configurations_of, load_configurations, pick_configuration
+from workbench.worlds.sites.configurations import (
+    configurations_of,
+    load_configurations,
+    pick_configuration,
+    site_and_house,
+)
 from workbench.worlds.sites.ros_map import read_map, write_map
 from workbench.worlds.sites.site import CannotStartThere, Site, load_site, starting_at
 
@@ -101,7 +106,7 @@ def test_configurations_are_the_papers(home: Site) -> None:
 
 
 def test_a_configuration_moves_the_start_and_fills_the_house(home: Site) -> None:
-    site, house = arranged(home, pick_configuration(home, "D"))
+    site, house = site_and_house(home, pick_configuration(home, "D"))
     assert site.plan.start.point == (6.0, 2.4)
     to_fridge, before = (
         site.travel.between(START, LocationId("fridge")),

@@ -17,15 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.beliefs.belief import Belief
-from workbench.beliefs.context import FEATURES, Opinions, features, seen_types
+from workbench.beliefs.context import FEATURES, NameOpinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
 from workbench.beliefs.fcnn import DIGITS
 from workbench.beliefs.observed_scene import Scene, scene_of
 from workbench.beliefs.placements import (
     Placements,
-    given_that_it_is_here,
+    condition_on_existence,
+    exclude_furniture_rooms,
     placements_of,
-    where_it_stands_already,
 )
 from workbench.beliefs.trees import Trees, trees_from
 from workbench.beliefs.weights import Weights
@@ -35,51 +35,51 @@ from workbench.worlds.names import usual_size_m
 
 Floats = npt.NDArray[np.float64]
 
-MOST_FORMED = 256
+OPINION_CACHE_SIZE = 256
 """Number of (house, items) pairs whose name-based opinions are cached."""
 
-_Asked = tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], tuple[tuple[str, ...], ...], tuple[str, ...]]
+_CacheKey = tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], tuple[tuple[str, ...], ...], tuple[str, ...]]
 """Cache key: room kind, container type and room of each container; furniture of each room; and item types."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Names:
+class NameModel:
     """Name-based opinions about a scene: looked-up placements, and similarities between names."""
 
     placements: Placements
     _vectors: dict[str, npt.NDArray[np.float32] | None] = field(
         default_factory=dict[str, "npt.NDArray[np.float32] | None"], repr=False
     )
-    _formed: dict[_Asked, Opinions] = field(default_factory=dict["_Asked", Opinions], repr=False)
+    _formed: dict[_CacheKey, NameOpinions] = field(default_factory=dict["_CacheKey", NameOpinions], repr=False)
 
-    def opinions(self, scene: Scene, items: tuple[str, ...]) -> Opinions:
+    def opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
         """Name-based opinions about items in all containers of a scene; only the similarities change between
         looks."""
         asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), scene.stands, items)
         if asked not in self._formed:
-            if len(self._formed) >= MOST_FORMED:
+            if len(self._formed) >= OPINION_CACHE_SIZE:
                 self._formed.clear()
-            self._formed[asked] = self._form(scene, items)
-        return replace(self._formed[asked], likeness=self._likeness(items, seen_types(scene)))
+            self._formed[asked] = self._compute_opinions(scene, items)
+        return replace(self._formed[asked], likeness=self._similarity(items, seen_types(scene)))
 
-    def _form(self, scene: Scene, items: tuple[str, ...]) -> Opinions:
+    def _compute_opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
         known = self.placements
         places = known.places(scene.kinds, scene.types)
-        several = known.several_of(items)
+        several = known.duplicate_probabilities(items)
         rates = known.rates_at(scene.kinds, scene.types, items)
-        rates = where_it_stands_already(rates, several, items, scene.room, scene.stands)
-        return Opinions(
+        rates = exclude_furniture_rooms(rates, several, items, scene.room, scene.stands)
+        return NameOpinions(
             rates=rates,
-            closed=given_that_it_is_here(rates, several, scene.room),
+            closed=condition_on_existence(rates, several, scene.room),
             several=several,
-            often=known.often_met(items),
+            often=known.occurrences(items),
             size_m=np.array([usual_size_m(i) for i in items]).reshape(-1, 3),
             stood=known.stood[places],
             usual=known.usual[places],
             likeness=np.zeros((len(items), 0)),
         )
 
-    def _likeness(self, items: Sequence[str], types: Sequence[str]) -> Floats:
+    def _similarity(self, items: Sequence[str], types: Sequence[str]) -> Floats:
         """Cosine similarities, shape (items, types); 0 for an observed type that cannot be encoded."""
         if not types:
             return np.zeros((len(items), 0))
@@ -104,7 +104,7 @@ class BestEstimator:
     """The estimator that combines name-based opinions with context features."""
 
     name: str
-    names: Names
+    names: NameModel
     trees: Trees
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
@@ -133,6 +133,6 @@ def best_from(weights: Weights) -> BestEstimator:
     """
     return BestEstimator(
         name=weights.name,
-        names=Names(placements=placements_of(weights)),
+        names=NameModel(placements=placements_of(weights)),
         trees=trees_from(weights, features=FEATURES),
     )

@@ -18,7 +18,7 @@ Bins = npt.NDArray[np.uint8]
 BLOCK = 256
 """Rows evaluated together: their features fit into the second-level cache."""
 
-LEAST_GAIN = 1e-9
+MIN_GAIN = 1e-9
 """Minimum improvement of a split, so that rounding never decides."""
 
 
@@ -97,6 +97,6 @@ def _best_split(sums: Floats, ridge: float) -> tuple[int, int]:
                 fit[b] += below_g * below_g / (below_h + ridge)
                 fit[b] += (g - below_g) ** 2 / (max(h - below_h, 0.0) + ridge)
         for b in range(bins):
-            if fit[b] > best + LEAST_GAIN:
+            if fit[b] > best + MIN_GAIN:
                 best, column, cut = fit[b], k, b
     return column, cut

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.beliefs.observed_scene import ROOM_KINDS, Scene
-from workbench.beliefs.placement_mixture import LEAST as LEAST_RATE
-from workbench.beliefs.placement_mixture import MOST as MOST_RATE
-from workbench.beliefs.placements import given_that_it_is_here
+from workbench.beliefs.placement_mixture import MAX_RATE as MOST_RATE
+from workbench.beliefs.placement_mixture import MIN_RATE as LEAST_RATE
+from workbench.beliefs.placements import condition_on_existence
 
 Floats = npt.NDArray[np.float64]
 
-LEAST = 1e-4
+MIN_PROBABILITY = 1e-4
 """Probabilities are clipped to [LEAST, 1 - LEAST]."""
 
 FEATURES = 55
@@ -31,7 +31,7 @@ FEATURES = 55
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Opinions:
+class NameOpinions:
     """Name-based opinions about the items.
 
     Attributes:
@@ -61,7 +61,7 @@ def seen_types(scene: Scene) -> tuple[str, ...]:
     return tuple(sorted({t for held in scene.seen if held is not None for t in held}))
 
 
-def features(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> Floats:
+def features(scene: Scene, items: tuple[str, ...], opinions: NameOpinions) -> Floats:
     """Features of every item in every open container, shape (features, items, open containers)."""
     per_pair = [*_competition(scene, opinions), *_support(scene, opinions), *_evidence(scene, items, opinions)]
     shape = per_pair[0].shape
@@ -70,16 +70,16 @@ def features(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> Floats
     return np.stack([*per_pair, *per_item, *per_container])
 
 
-def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
+def _competition(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     """Features of competition with the other unsearched containers, in the room and in the house."""
     is_open, several = scene.open, opinions.several
     rates, room = opinions.rates[:, is_open], scene.room[is_open]
-    p = _clip(given_that_it_is_here(rates, several, room))
+    p = _clip(condition_on_existence(rates, several, room))
     breadth = np.sqrt(_top_m2(scene))[is_open]
     same = _same_room(scene)[np.ix_(is_open, is_open)]
     large, wide, rate_large = p * breadth, p * np.sqrt(breadth), rates * breadth
     as_rates = rate_large * (rates.sum(axis=1, keepdims=True) / rate_large.sum(axis=1, keepdims=True))
-    by_area = given_that_it_is_here(np.clip(as_rates, LEAST_RATE, MOST_RATE), several, room)
+    by_area = condition_on_existence(np.clip(as_rates, LEAST_RATE, MOST_RATE), several, room)
     in_room, in_house = p @ same, p.sum(axis=1, keepdims=True)
     share = p / in_house
     return [
@@ -103,7 +103,7 @@ def _competition(scene: Scene, opinions: Opinions) -> list[Floats]:
     ]
 
 
-def _support(scene: Scene, opinions: Opinions) -> list[Floats]:
+def _support(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     """Features of whether the item fits on the container."""
     is_open = scene.open
     sides = np.sort(opinions.size_m[:, :2], axis=1)
@@ -114,7 +114,7 @@ def _support(scene: Scene, opinions: Opinions) -> list[Floats]:
     ]
 
 
-def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[Floats]:
+def _evidence(scene: Scene, items: tuple[str, ...], opinions: NameOpinions) -> list[Floats]:
     """Features of observed items and unsuccessful searches."""
     is_open = scene.open
     searched = np.array([held is not None for held in scene.seen], dtype=np.float64)
@@ -150,11 +150,11 @@ def _evidence(scene: Scene, items: tuple[str, ...], opinions: Opinions) -> list[
     ]
 
 
-def _items(opinions: Opinions) -> list[Floats]:
+def _items(opinions: NameOpinions) -> list[Floats]:
     return [np.log1p(opinions.often), opinions.several, opinions.size_m[:, 2]]
 
 
-def _containers(scene: Scene, opinions: Opinions) -> list[Floats]:
+def _containers(scene: Scene, opinions: NameOpinions) -> list[Floats]:
     """Features of the unsearched containers: size, room, house."""
     is_open = scene.open
     kinds = np.array(scene.kinds, dtype=object)[is_open]
@@ -196,7 +196,7 @@ def _top_m2(scene: Scene) -> Floats:
 
 
 def _clip(p: Floats) -> Floats:
-    return np.clip(p, LEAST, 1 - LEAST)
+    return np.clip(p, MIN_PROBABILITY, 1 - MIN_PROBABILITY)
 
 
 def _logit(p: Floats) -> Floats:

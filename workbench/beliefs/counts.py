@@ -26,7 +26,7 @@ PSEUDO_CONTAINER = 8.0
 PSEUDO_TRIPLE = 5.0
 """Pseudo-counts of the previous level, chosen by log loss on validation houses."""
 
-LEAST, MOST = 1e-4, 0.98
+MIN_PROBABILITY, MAX_PROBABILITY = 1e-4, 0.98
 """Probabilities are clipped, so that no container is impossible or certain."""
 
 
@@ -59,11 +59,13 @@ def smooth(examples: Examples) -> CountsTable:
     item = _share(held.sum((0, 1)), seen.sum((0, 1)), base, PSEUDO_ITEM)
     container = _share(held.sum((0, 2)), seen.sum((0, 2)), base, PSEUDO_ITEM)
     pair = _share(held.sum(2), seen.sum(2), container[None, :], PSEUDO_ITEM)
-    guess = np.clip(container[:, None] * item[None, :] / base, LEAST, MOST)
+    guess = np.clip(container[:, None] * item[None, :] / base, MIN_PROBABILITY, MAX_PROBABILITY)
     both = _share(held.sum(0), seen.sum(0), guess, PSEUDO_CONTAINER)
     lift = pair / container[None, :]
-    triple = _share(held, seen, np.clip(both[None] * lift[:, :, None], LEAST, MOST), PSEUDO_TRIPLE)
-    return table_of(np.clip(triple, LEAST, MOST), examples)
+    triple = _share(
+        held, seen, np.clip(both[None] * lift[:, :, None], MIN_PROBABILITY, MAX_PROBABILITY), PSEUDO_TRIPLE
+    )
+    return table_of(np.clip(triple, MIN_PROBABILITY, MAX_PROBABILITY), examples)
 
 
 def tallies(examples: Examples) -> tuple[Floats, Floats]:

@@ -28,7 +28,7 @@ Vectors = npt.NDArray[np.float32]
 MINILM = "all-MiniLM-L6-v2"
 """The encoder whose vectors are shipped."""
 
-LONGEST_NAME = 200
+MAX_NAME_LENGTH = 200
 """Characters of a name that are encoded; longer names carry no further information."""
 
 
@@ -65,7 +65,7 @@ class NoSuchEncoder(InputError):
 
 def generic_name(type_name: str) -> str:
     """The text encoded for a type or a room kind: readable, in lower case, of limited length."""
-    return readable_name(type_name[:LONGEST_NAME]).lower()[:LONGEST_NAME]
+    return readable_name(type_name[:MAX_NAME_LENGTH]).lower()[:MAX_NAME_LENGTH]
 
 
 @final
@@ -141,11 +141,11 @@ def live_encoder(name: str) -> SentenceTransformer:
     try:
         model = module.SentenceTransformer(source, device="cpu", local_files_only=True)
     except (OSError, ValueError) as error:
-        raise NoSuchEncoder(name, _in_short(error)) from None
+        raise NoSuchEncoder(name, _first_line(error)) from None
     return SentenceTransformer(name=name, model=model)
 
 
-def _in_short(error: Exception) -> str:
+def _first_line(error: Exception) -> str:
     """The first line of an error; errors about network access are replaced by what is missing."""
     first = str(error).partition("\n")[0][:120] or type(error).__name__
     return "no such folder or downloaded model" if "huggingface.co" in first else first

@@ -25,7 +25,7 @@ Floats = npt.NDArray[np.float64]
 ROLES = ("room", "container", "item")
 """The order of the three in the input, and their one-hot kinds."""
 
-MOST_REMEMBERED = 200_000
+CACHE_SIZE = 200_000
 """Number of cached triples; beyond it, the cache is emptied."""
 
 DIGITS = 9
@@ -70,23 +70,23 @@ class FcnnEstimator:
         distinct = sorted(set(places))
         wanted = [(r, c, i) for r, c in distinct for i in sorted(set(items)) if (r, c, i) not in self._known]
         if wanted:
-            self._learn(wanted)
+            self._cache_probabilities(wanted)
         at = {place: k for k, place in enumerate(distinct)}
         table = np.array([[self._known[r, c, i] for r, c in distinct] for i in items], dtype=np.float64)
         return table.reshape(len(items), len(distinct))[:, [at[place] for place in places]]
 
-    def _learn(self, triples: Sequence[tuple[str, str, str]]) -> None:
+    def _cache_probabilities(self, triples: Sequence[tuple[str, str, str]]) -> None:
         """Run the network on triples and cache the results."""
-        if len(self._known) + len(triples) > MOST_REMEMBERED:
+        if len(self._known) + len(triples) > CACHE_SIZE:
             self._known.clear()
-        columns = [self._pass_first(role, [t[k] for t in triples]) for k, role in enumerate(ROLES)]
+        columns = [self._first_layer(role, [t[k] for t in triples]) for k, role in enumerate(ROLES)]
         hidden = columns[0] + columns[1] + columns[2] + self.layers[0][1]
         for weight, bias in self.layers[1:]:
             hidden = np.maximum(hidden, 0.0) @ weight.T + bias
         probability = np.round(1.0 / (1.0 + np.exp(-np.clip(hidden[:, 0], -30.0, 30.0))), DIGITS)
         self._known.update(zip(triples, probability.tolist(), strict=True))
 
-    def _pass_first(self, role: str, names: Sequence[str]) -> Floats:
+    def _first_layer(self, role: str, names: Sequence[str]) -> Floats:
         """The contribution of each name in a role to the first layer, shape (names, hidden)."""
         strange = sorted({n for n in names if (role, n) not in self._first})
         if strange:

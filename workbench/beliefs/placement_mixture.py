@@ -25,15 +25,15 @@ from workbench.worlds.house import House, RoomId
 
 Floats = npt.NDArray[np.float64]
 
-LEAST, MOST = 1e-6, 0.9
+MIN_RATE, MAX_RATE = 1e-6, 0.9
 """Rates are clipped to [LEAST, MOST]."""
 
-SELDOM = 0.5
+UNSEEN_PSEUDO_COUNT = 0.5
 """Pseudo-count of a type without occurrences."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fitting:
+class FitSettings:
     """Hyperparameters of the fit; the defaults were chosen by cross-validation over the training houses.
 
     Attributes:
@@ -105,7 +105,7 @@ def tally(houses: Sequence[House]) -> Tally:
     for several in by_source(houses).values():
         known = {item_at[t] for house in several for t in house.item_types()}
         for house in several:
-            stands = _standing(house, item_at)
+            stands = _furniture_by_room(house, item_at)
             for container, kind in zip(house.plan.containers, room_kinds(house.plan), strict=True):
                 r, c = room_at[kind], container_at[container.type]
                 counted = known - stands[container.room]
@@ -114,7 +114,7 @@ def tally(houses: Sequence[House]) -> Tally:
     return Tally(rooms=rooms, containers=containers, items=items, held=held, stood=stood)
 
 
-def _standing(house: House, item_at: Mapping[str, int]) -> dict[RoomId, set[int]]:
+def _furniture_by_room(house: House, item_at: Mapping[str, int]) -> dict[RoomId, set[int]]:
     """For each room, the item types that stand in it as furniture."""
     types = furniture_types(house.plan)
     return {
@@ -131,7 +131,7 @@ def by_source(houses: Sequence[House]) -> dict[str, list[House]]:
     return sources
 
 
-def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: Fitting) -> Kinds:
+def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: FitSettings) -> Kinds:
     """One run of the fit from a random start.
 
     Args:
@@ -152,11 +152,11 @@ def fit_kinds(found: Tally, vectors: Floats, *, rng: np.random.Generator, how: F
     )
     for number in range(how.rounds):
         softness = min(1.0, 0.2 + number / (how.rounds / 2))
-        kinds = _better(kinds, lesson, softness, how)
+        kinds = _em_step(kinds, lesson, softness, how)
     return kinds
 
 
-def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fitting) -> Floats:
+def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: FitSettings) -> Floats:
     """The rate at which a container holds an item type, independent of the house, by the kinds of one run.
 
     Args:
@@ -175,10 +175,10 @@ def rates_of(held: Floats, stood: Floats, vectors: Floats, kinds: Kinds, how: Fi
     for k, close in enumerate(how.closeness):
         weight = member[:, :, k] / (often + close)[:, None]
         rates += weight.sum(axis=1, keepdims=True) * own + close * (weight / scale) @ kinds.rate
-    return np.clip(np.maximum(often, SELDOM)[:, None] * rates, LEAST, MOST)
+    return np.clip(np.maximum(often, UNSEEN_PSEUDO_COUNT)[:, None] * rates, MIN_RATE, MAX_RATE)
 
 
-def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
+def duplicate_probability(rates: Floats, found: Tally, houses: Sequence[House], *, before: float = 0.3) -> Floats:
     """The probability that a room may hold each type twice, shape (items,).
 
     Some item types occur once per room: with a plate on the table there is none on the dresser, and with a plant on
@@ -194,7 +194,7 @@ def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, b
     for several in by_source(houses).values():
         known = sorted({item_at[t] for house in several for t in house.item_types()})
         for house in several:
-            stands = _standing(house, item_at)
+            stands = _furniture_by_room(house, item_at)
             for room in house.plan.rooms:
                 inside = [c for c in house.plan.containers if c.room == room.id]
                 if not inside:
@@ -202,7 +202,9 @@ def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, b
                 has = np.zeros(len(found.items))
                 has[sorted(stands[room.id])] = 1
                 types = [found.containers.index(c.type) for c in inside]
-                expected[known] += _twice(rates[known][:, found.rooms.index(room.kind), types], has[known])
+                expected[known] += _duplicate_probability(
+                    rates[known][:, found.rooms.index(room.kind), types], has[known]
+                )
                 for container in inside:
                     has[sorted({item_at[i.type] for i in house.contents[container.id]})] += 1
                 twice += has > 1
@@ -212,7 +214,7 @@ def several_in_a_room(rates: Floats, found: Tally, houses: Sequence[House], *, b
     return 1.0 / (1.0 + np.exp(np.clip(once - free, -30.0, 30.0)))
 
 
-def _twice(rates: Floats, has: Floats) -> Floats:
+def _duplicate_probability(rates: Floats, has: Floats) -> Floats:
     """The probability that a room holds each type at least twice, shape (types,).
 
     Args:
@@ -243,7 +245,7 @@ class _Lesson:
     prior: Floats
 
 
-def _lesson(found: Tally, vectors: Floats, how: Fitting) -> _Lesson:
+def _lesson(found: Tally, vectors: Floats, how: FitSettings) -> _Lesson:
     """A tally prepared for fitting; overall rates are smoothed towards those of the same container type."""
     held, stood = found.held.sum(axis=0), found.stood.sum(axis=0)
     types = len(found.items)
@@ -262,7 +264,7 @@ def _lesson(found: Tally, vectors: Floats, how: Fitting) -> _Lesson:
     )
 
 
-def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floats:
+def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: FitSettings) -> Floats:
     """Relative rates of kinds from finds and exposures, shape (kinds, places).
 
     With little data, rates are drawn towards the overall rates times the kind's preference for the room.
@@ -276,7 +278,9 @@ def _rates(held: Floats, exposed: Floats, lesson: _Lesson, how: Fitting) -> Floa
     return rate / (rate * lesson.stood.mean(axis=0)).sum(axis=1, keepdims=True)
 
 
-def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: Fitting) -> Floats:
+def _membership(
+    kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, softness: float, how: FitSettings
+) -> Floats:
     """The posterior probability of each kind and closeness for each type, shape (items, kinds, closenesses)."""
     from scipy.special import gammaln  # imported here, since beliefs do not need fitting
 
@@ -284,7 +288,7 @@ def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, soft
     finds, often = held[at, place], held.sum(axis=1)
     near = how.names * (vectors @ kinds.centre.T - (kinds.centre**2).sum(axis=1) / 2)
     score = near[:, :, None] + np.log(kinds.weight)
-    for z, k, pseudo in _pulls(kinds, stood, at, place, how):
+    for z, k, pseudo in _prior_strengths(kinds, stood, at, place, how):
         close = how.closeness[k]
         fit = np.bincount(at, gammaln(finds + pseudo) - gammaln(pseudo), minlength=len(held))
         score[:, z, k] += fit + gammaln(close) - gammaln(often + close)
@@ -293,8 +297,8 @@ def _membership(kinds: Kinds, held: Floats, stood: Floats, vectors: Floats, soft
     return chance / chance.sum(axis=(1, 2), keepdims=True)
 
 
-def _pulls(
-    kinds: Kinds, stood: Floats, at: npt.NDArray[np.intp], place: npt.NDArray[np.intp], how: Fitting
+def _prior_strengths(
+    kinds: Kinds, stood: Floats, at: npt.NDArray[np.intp], place: npt.NDArray[np.intp], how: FitSettings
 ) -> list[tuple[int, int, Floats]]:
     """The prior pseudo-finds of each kind and closeness at each find, shape (kinds, closenesses, finds)."""
     scale = stood @ kinds.rate.T
@@ -305,7 +309,7 @@ def _pulls(
     return pulls
 
 
-def _better(kinds: Kinds, lesson: _Lesson, softness: float, how: Fitting) -> Kinds:
+def _em_step(kinds: Kinds, lesson: _Lesson, softness: float, how: FitSettings) -> Kinds:
     """One iteration: memberships, then kinds. Repeated finds of a type count less than first ones, being its own
     habit."""
     from scipy.special import digamma
@@ -315,7 +319,7 @@ def _better(kinds: Kinds, lesson: _Lesson, softness: float, how: Fitting) -> Kin
     at, place = np.nonzero(held)
     finds, scale = held[at, place], stood @ kinds.rate.T
     found_of, by_type = np.zeros_like(kinds.rate), np.zeros((len(kinds.rate), len(held)))
-    for z, k, pseudo in _pulls(kinds, stood, at, place, how):
+    for z, k, pseudo in _prior_strengths(kinds, stood, at, place, how):
         counted = member[at, z, k] * pseudo * (digamma(finds + pseudo) - digamma(pseudo))
         found_of[z] += np.bincount(place, counted, minlength=held.shape[1])
         by_type[z] += np.bincount(at, counted, minlength=len(held))

@@ -18,14 +18,14 @@ from numpy.polynomial.legendre import leggauss
 
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.placement_mixture import (
-    LEAST,
-    MOST,
-    Fitting,
+    MAX_RATE,
+    MIN_RATE,
+    FitSettings,
     Kinds,
     Tally,
+    duplicate_probability,
     fit_kinds,
     rates_of,
-    several_in_a_room,
     tally,
 )
 from workbench.beliefs.weights import Tensor, Weights
@@ -38,7 +38,7 @@ _RULE = leggauss(6)
 NODES, NODE_WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
 """Gauss-Legendre quadrature on [0, 1], exact for rooms of up to twelve containers."""
 
-SEVERAL_OF_UNKNOWN = 0.15
+UNKNOWN_DUPLICATE_PROBABILITY = 0.15
 """The probability that a room may hold an unknown type twice."""
 
 SEVERAL, HELD, STOOD, USUAL, RATES = "several", "often", "stood", "usual", "rates"
@@ -69,7 +69,7 @@ class Placements:
     usual: Floats
     kinds: tuple[Kinds, ...]
     encoder: TextEncoder
-    how: Fitting = field(default_factory=Fitting)
+    how: FitSettings = field(default_factory=FitSettings)
     _item_at: dict[str, int] = field(default_factory=dict[str, int], repr=False)
     _strange: dict[str, Floats] = field(default_factory=dict[str, "Floats"], repr=False)
 
@@ -90,11 +90,13 @@ class Placements:
         table = np.array([self._of(name) for name in items]).reshape(len(items), *self.stood.shape)
         return table[:, rooms, containers]
 
-    def several_of(self, items: Sequence[str]) -> Floats:
+    def duplicate_probabilities(self, items: Sequence[str]) -> Floats:
         """Probabilities that a room may hold each type twice, shape (items,)."""
-        return np.array([self.several[self._item_at[i]] if i in self._item_at else SEVERAL_OF_UNKNOWN for i in items])
+        return np.array(
+            [self.several[self._item_at[i]] if i in self._item_at else UNKNOWN_DUPLICATE_PROBABILITY for i in items]
+        )
 
-    def often_met(self, items: Sequence[str]) -> Floats:
+    def occurrences(self, items: Sequence[str]) -> Floats:
         """Number of occurrences of each type, shape (items,)."""
         return np.array([self.often[self._item_at[i]] if i in self._item_at else 0.0 for i in items])
 
@@ -111,18 +113,18 @@ class Placements:
 
 
 def placements_from(
-    houses: Sequence[House], encoder: TextEncoder, *, seed: int, how: Fitting | None = None
+    houses: Sequence[House], encoder: TextEncoder, *, seed: int, how: FitSettings | None = None
 ) -> Placements:
     """Learn placements from houses.
 
     Raises:
         NameNotShipped: a name that the encoder cannot encode.
     """
-    how = how or Fitting()
+    how = how or FitSettings()
     found = tally(houses)
     vectors = vectors_of(encoder, found.items).astype(np.float64)
     runs = [fit_kinds(found, vectors, rng=np.random.default_rng((seed, run)), how=how) for run in range(how.runs)]
-    kinds = tuple(_as_shipped(run) for run in runs)
+    kinds = tuple(_rounded_kinds(run) for run in runs)
     held, stood = (values.reshape(len(values), -1) for values in (found.held, found.stood))
     rates = np.mean([rates_of(held, stood, vectors, run, how) for run in kinds], axis=0)
     rates = _rounded(rates.reshape(found.held.shape))
@@ -131,7 +133,7 @@ def placements_from(
         containers=found.containers,
         items=found.items,
         rates=rates,
-        several=_rounded(several_in_a_room(rates, found, houses)),
+        several=_rounded(duplicate_probability(rates, found, houses)),
         often=held.sum(axis=1),
         stood=found.stood.max(axis=0),
         usual=_rounded(usual_types(houses, found)),
@@ -141,7 +143,7 @@ def placements_from(
     )
 
 
-def given_that_it_is_here(rates: Floats, several: Floats, room: npt.NDArray[np.int64]) -> Floats:
+def condition_on_existence(rates: Floats, several: Floats, room: npt.NDArray[np.int64]) -> Floats:
     """The probability of each container to hold an item type, given that one of them does.
 
     Args:
@@ -156,10 +158,10 @@ def given_that_it_is_here(rates: Floats, several: Floats, room: npt.NDArray[np.i
         return rates
     anywhere = -np.expm1(np.log1p(-rates).sum(axis=1, keepdims=True))
     free = several[:, None]
-    return (free * rates + (1 - free) * among_rivals(rates, room)) / anywhere
+    return (free * rates + (1 - free) * share_among_rivals_numpy(rates, room)) / anywhere
 
 
-def where_it_stands_already(
+def exclude_furniture_rooms(
     rates: Floats, several: Floats, items: Sequence[str], room: npt.NDArray[np.int64], stands: Sequence[Sequence[str]]
 ) -> Floats:
     """Rates adjusted for rooms that have an item type as furniture: an item that a room has once is then not in its
@@ -173,10 +175,10 @@ def where_it_stands_already(
     """
     there = np.array([[name in types for types in stands] for name in items], dtype=bool)
     there = there.reshape(len(items), len(stands))[:, room]
-    return np.where(there, np.maximum(rates * several[:, None], LEAST), rates)
+    return np.where(there, np.maximum(rates * several[:, None], MIN_RATE), rates)
 
 
-def among_rivals(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
+def share_among_rivals_numpy(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
     """The probability of each container to hold an item that its room has once, shape (items, containers).
 
     One of the willing containers is drawn: rate times E[1 / (1 + willing rivals)], which is the integral over x in
@@ -232,7 +234,7 @@ def placements_settings(placements: Placements) -> dict[str, list[str]]:
 def placements_of(weights: Weights) -> Placements:
     """The placements in a weights file. Raises MalformedFile."""
     rooms, containers, items = (weights.names(axis) for axis in ("rooms", "containers", "items"))
-    encoder, how = text_encoder(weights.header.encoder), Fitting()
+    encoder, how = text_encoder(weights.header.encoder), FitSettings()
     shape = (len(rooms) + 1, len(containers) + 1)
     dimensions = vectors_of(encoder, ["Mug"]).shape[1]
     rate = weights.tensor("kinds.rate", None, None, shape[0] * shape[1]).astype(np.float64)
@@ -242,7 +244,7 @@ def placements_of(weights: Weights) -> Placements:
     rates = weights.tensor(RATES, len(items), *shape).astype(np.float64)
     several, often = (weights.tensor(name, len(items)).astype(np.float64) for name in (SEVERAL, HELD))
     stood, usual = (weights.tensor(name, *shape).astype(np.float64) for name in (STOOD, USUAL))
-    chances = (rates <= 0).any() or (rates > MOST + 1e-6).any() or (several < 0).any() or (several > 1).any()
+    chances = (rates <= 0).any() or (rates > MAX_RATE + 1e-6).any() or (several < 0).any() or (several > 1).any()
     if chances or (rate <= 0).any() or (weight <= 0).any() or min(often.min(), stood.min(), usual.min()) < 0:
         raise MalformedFile(weights.path, "counts or rates that cannot be", "Train it again with lios train")
     return Placements(
@@ -260,7 +262,7 @@ def placements_of(weights: Weights) -> Placements:
     )
 
 
-def _as_shipped(kinds: Kinds) -> Kinds:
+def _rounded_kinds(kinds: Kinds) -> Kinds:
     """Kinds rounded to the precision of a weights file, so that trained and loaded ones agree."""
     centre = kinds.centre.astype(np.float16).astype(np.float64)
     return Kinds(rate=_rounded(kinds.rate), centre=centre, weight=_rounded(kinds.weight))

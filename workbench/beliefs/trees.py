@@ -20,7 +20,7 @@ from workbench.errors import MalformedFile
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
-DEEPEST = 12
+MAX_DEPTH = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +68,7 @@ def trees_from(weights: Weights, *, features: int) -> Trees:
     feature = weights.tensor("trees.feature", None, None).astype(np.int32)
     count, depth = feature.shape
     known = ((feature >= 0) & (feature < features)).all()
-    if not count or not 1 <= depth <= DEEPEST or not known:
+    if not count or not 1 <= depth <= MAX_DEPTH or not known:
         raise MalformedFile(weights.path, "its trees ask about what there is not", "Train it again with lios train")
     return Trees(
         feature=feature,

@@ -22,7 +22,7 @@ from workbench.errors import FileMissing, MalformedFile
 VERSION = 1
 """Version of the tensors' meaning."""
 
-MOST_BYTES = 64 * 2**20
+MAX_BYTES = 64 * 2**20
 """A weights file beyond this is refused before it is read."""
 
 Tensor = npt.NDArray[Any]
@@ -141,8 +141,8 @@ def read_weights(path: Path, *, estimator: str | None = None) -> Weights:
     """
     if not path.is_file():
         raise FileMissing(path)
-    if path.stat().st_size > MOST_BYTES:
-        raise MalformedFile(path, f"holds more than {MOST_BYTES >> 20} MB", "Give a weights file of this project")
+    if path.stat().st_size > MAX_BYTES:
+        raise MalformedFile(path, f"holds more than {MAX_BYTES >> 20} MB", "Give a weights file of this project")
     data = path.read_bytes()
     header = _header(path, data)
     if header.version != VERSION:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.generator.statistics import area_m2
 from workbench.worlds.house import START, House, LocationId
 from workbench.worlds.maps.navigation import Navigation, navigate
@@ -57,7 +57,7 @@ def greedy_search_costs(house: House, travel: TravelCosts) -> list[float]:
     while left:
         row = travel.metres[travel.index(here)]
         near = min(left, key=lambda place: float(row[travel.index(place)]))
-        walked += float(row[travel.index(near)]) + SIMULATION.search
+        walked += float(row[travel.index(near)]) + SIMULATION_COSTS.search
         order.append((near, walked))
         left.remove(near)
         here = near
@@ -67,7 +67,7 @@ def greedy_search_costs(house: House, travel: TravelCosts) -> list[float]:
         for place, walked in order:
             if place in holders:
                 back = float(travel.metres[travel.index(place), travel.index(START)])
-                costs.append(walked + SIMULATION.manipulation + back)
+                costs.append(walked + SIMULATION_COSTS.manipulation + back)
                 break
     return costs
 

@@ -61,7 +61,7 @@ def is_shared(path: Path | str) -> bool:
     return Path(path).name in SPLITS
 
 
-def part_taken(path: Path | str, part: Split | str) -> Split:
+def effective_split(path: Path | str, part: Split | str) -> Split:
     """The part that is actually used: ALL for files without a split."""
     return split_of(part) if is_shared(path) else Split.ALL
 
@@ -78,7 +78,7 @@ def split_indices(path: Path | str, part: Split | str, *, houses: int) -> tuple[
         UnknownName: no such part.
     """
     split_of(part)
-    taken = part_taken(path, part)
+    taken = effective_split(path, part)
     if taken is Split.ALL:
         return tuple(range(houses))
     return tuple(i for i in SPLITS[Path(path).name][taken] if i < houses)

@@ -23,7 +23,7 @@ class RunStatus(StrEnum):
     DONE = "done"
     NO_PLAN = "no-plan"
     """Proven: the goal can no longer be met, and no unsearched container could help."""
-    NOTHING_LEFT = "nothing-left-to-search"
+    MIN_REMAINING_PROBABILITY = "nothing-left-to-search"
     OUT_OF_BUDGET = "out-of-planning-budget"
     PLANNER_FAILED = "planner-failed"
     """The strategy raised an exception, hung, or returned an illegal action."""
@@ -37,7 +37,7 @@ class RunStatus(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Observed:
+class ContainerObserved:
     """The contents of a container became known; `known_at_start` if before the run began."""
 
     stamp_ns: int
@@ -50,21 +50,21 @@ class Observed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Believed:
+class BeliefUpdated:
     stamp_ns: int
     decision: int
     belief: Belief
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Costed:
+class FindCostsUpdated:
     stamp_ns: int
     decision: int
     find_costs: FindCosts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Planned:
+class PlanMade:
     """A decision: the plan, the reason for replanning, and the wall-clock time of each phase in seconds."""
 
     stamp_ns: int
@@ -77,7 +77,7 @@ class Planned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Acted:
+class ActionEnded:
     """An action ended; `cost` is 0 if it was refused before it began, which `success` tells."""
 
     stamp_ns: int
@@ -96,7 +96,7 @@ class Acted:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ended:
+class RunEnded:
     """The run ended. `cost` is the charged cost: own_cost if done, the task's failure cost otherwise."""
 
     stamp_ns: int
@@ -110,4 +110,4 @@ class Ended:
     unseen: ContainerId | None = None
 
 
-Event = Observed | Believed | Costed | Planned | Acted | Ended
+Event = ContainerObserved | BeliefUpdated | FindCostsUpdated | PlanMade | ActionEnded | RunEnded

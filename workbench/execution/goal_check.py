@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain, product
 
-from workbench.planning.matching import each_has_its_own
+from workbench.planning.matching import has_perfect_matching
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import Item, ItemId
 from workbench.worlds.knowledge import Knowledge
@@ -15,7 +15,7 @@ def is_met(goal: Goal, knowledge: Knowledge) -> bool:
     """Whether the goal holds; parts of an AllOf need different instances."""
     if isinstance(goal, Delivered | Holding):
         return bool(_candidates(goal, knowledge))
-    return any(each_has_its_own(way) for way in _ways(goal, knowledge))
+    return any(has_perfect_matching(way) for way in _ways(goal, knowledge))
 
 
 def _ways(goal: Goal, knowledge: Knowledge) -> Iterator[tuple[tuple[ItemId, ...], ...]]:

@@ -8,7 +8,7 @@ from workbench.planning.strategy import Decision
 from workbench.worlds.knowledge import Knowledge
 
 
-def why_illegal(step: PlanStep, knowledge: Knowledge, made: Decision) -> str | None:
+def illegality_reason(step: PlanStep, knowledge: Knowledge, made: Decision) -> str | None:
     """Why a step cannot be executed in this state, or None when it can."""
     if step.action not in ACTION_NAMES:
         return f"there is no action {step.action!r}"

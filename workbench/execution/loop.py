@@ -12,21 +12,30 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
 from workbench.beliefs.belief import Estimator
-from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned, RunStatus
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    FindCostsUpdated,
+    PlanMade,
+    RunEnded,
+    RunStatus,
+)
 from workbench.execution.goal_check import is_met
-from workbench.execution.legality import why_illegal
+from workbench.execution.legality import illegality_reason
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
-from workbench.planning.scenarios.added_items import with_added
+from workbench.planning.scenarios.added_items import believe_scenario_items
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
 from workbench.planning.warm import warm_up
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
-from workbench.worlds.world import Done, Looked, Refused, Unseen, World
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, World
 
-MOST_REFUSALS = 3
+MAX_REFUSALS = 3
 """Number of refusals of the same step that end the run."""
 
 Stopwatch = Callable[[], float]
@@ -61,14 +70,14 @@ def run_task(
     return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch, begin_with).events()
 
 
-def outcome_of(events: list[Event]) -> Ended:
+def outcome_of(events: list[Event]) -> RunEnded:
     """The final event of a run.
 
     Raises:
         ValueError: the events contain no Ended.
     """
     for event in reversed(events):
-        if isinstance(event, Ended):
+        if isinstance(event, RunEnded):
             return event
     raise ValueError("these events hold no end of a run")
 
@@ -94,7 +103,7 @@ class _Run:
     travel_m: float = 0.0
     planning_s: float = 0.0
     refusals: dict[tuple[str, LocationId, tuple[ItemId, ...]], int] = field(default_factory=dict)
-    ended: Ended | None = None
+    ended: RunEnded | None = None
     reason: str = "start"
 
     def events(self) -> Iterator[Event]:
@@ -116,7 +125,7 @@ class _Run:
         known = self.world.known_at_start()
         self.knowledge = knowledge_at_start(self.world.plan, self.world.travel, known)
         for container in sorted(known):
-            yield Observed(
+            yield ContainerObserved(
                 stamp_ns=self.world.now_ns(),
                 decision=0,
                 container=container,
@@ -135,7 +144,9 @@ class _Run:
         self.decision += 1
         began = self.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
-        belief = with_added(self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan)
+        belief = believe_scenario_items(
+            self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan
+        )
         believed = self.stopwatch()
         made = self.strategy.decide(
             View(
@@ -150,10 +161,10 @@ class _Run:
         planned = self.stopwatch()
         self.planning_s += planned - began
         stamp = self.world.now_ns()
-        yield Believed(stamp_ns=stamp, decision=self.decision, belief=belief)
+        yield BeliefUpdated(stamp_ns=stamp, decision=self.decision, belief=belief)
         if made.find_costs is not None:
-            yield Costed(stamp_ns=stamp, decision=self.decision, find_costs=made.find_costs)
-        yield Planned(
+            yield FindCostsUpdated(stamp_ns=stamp, decision=self.decision, find_costs=made.find_costs)
+        yield PlanMade(
             stamp_ns=stamp,
             decision=self.decision,
             robot_at=self.knowledge.robot_at,
@@ -162,9 +173,9 @@ class _Run:
             belief_s=believed - began,
             planning_s=planned - believed,
         )
-        yield from self._walk(made)
+        yield from self._execute_plan(made)
 
-    def _walk(self, made: Decision) -> Iterator[Event]:
+    def _execute_plan(self, made: Decision) -> Iterator[Event]:
         """Execute the plan until something new is observed, a step is refused, or the plan is finished."""
         if made.plan.status is not PlanStatus.SOLVED:
             self._end(*_end_without_plan(made, nothing_left=not self.knowledge.unsearched))
@@ -176,7 +187,7 @@ class _Run:
             self._end(RunStatus.PLANNER_FAILED, "the plan is empty, but the goal is not met")
             return
         for step in made.plan.steps[: made.steps_now]:
-            wrong = why_illegal(step, self.knowledge, made)
+            wrong = illegality_reason(step, self.knowledge, made)
             if wrong is not None:
                 self._end(RunStatus.PLANNER_FAILED, f"illegal step '{step}': {wrong}")
                 return
@@ -206,7 +217,7 @@ class _Run:
                 return
         step = PlanStep(action="search", origin=place, target=place, cost=self.costs.search)
         answer = self.world.look_into(container)
-        if isinstance(answer, Unseen):
+        if isinstance(answer, NotInLog):
             self._end(
                 RunStatus.UNDETERMINED,
                 f"nobody opened {container} while this was recorded",
@@ -215,7 +226,7 @@ class _Run:
             return
         self.searches += 1
         yield self._acted(step, answer, self.costs.search)
-        if isinstance(answer, Refused):
+        if isinstance(answer, ActionRefused):
             self.knowledge = self.knowledge.shut(container)
             self.reason = f"could not search {container}: {answer.reason}"
             return
@@ -223,7 +234,7 @@ class _Run:
         found = sorted({item.type for item in answer.items if item.type in sought})
         seen = f"found {', '.join(found)} in {container}" if found else f"searched {container}"
         self.reason = f"{seen} ({why})" if why else seen
-        yield Observed(
+        yield ContainerObserved(
             stamp_ns=answer.end_ns,
             decision=self.decision,
             container=container,
@@ -234,15 +245,15 @@ class _Run:
 
     def _act(self, step: PlanStep) -> Generator[Event, None, bool]:
         """Execute one step other than a find; returns whether to continue with the plan."""
-        answer = self._ask(step)
+        answer = self._request_action(step)
         yield self._acted(step, answer, answer.travel_m if step.action == "move" else self.costs.manipulation)
-        if isinstance(answer, Refused):
+        if isinstance(answer, ActionRefused):
             self._refused(step, answer)
             return False
         self._advance(step)
         return self.ended is None
 
-    def _ask(self, step: PlanStep) -> Done | Refused:
+    def _request_action(self, step: PlanStep) -> ActionDone | ActionRefused:
         if step.action == "move":
             return self.world.go_to(step.target)
         if step.action == "pick":
@@ -262,30 +273,30 @@ class _Run:
         else:
             self.knowledge = knowledge.with_facts(facts_after(step, knowledge.facts))
 
-    def _refused(self, step: PlanStep, answer: Refused) -> None:
+    def _refused(self, step: PlanStep, answer: ActionRefused) -> None:
         """Update the knowledge after a refusal: an item is not there, or a container is unreachable."""
         if answer.at is not None:
             self.knowledge = self.knowledge.moved(answer.at)
         if step.action == "pick":
-            self.knowledge = self.knowledge.lost(step.items[0])
+            self.knowledge = self.knowledge.without_item(step.items[0])
         elif step.action == "move" and step.target in self.knowledge.unsearched:
             self.knowledge = self.knowledge.shut(ContainerId(step.target))
         self.reason = f"'{step}' was refused: {answer.reason}"
         key = (step.action, step.target, step.items)
         self.refusals[key] = self.refusals.get(key, 0) + 1
-        if self.refusals[key] >= MOST_REFUSALS:
-            self._end(RunStatus.ABORTED, f"{self.reason} ({MOST_REFUSALS} times)")
+        if self.refusals[key] >= MAX_REFUSALS:
+            self._end(RunStatus.ABORTED, f"{self.reason} ({MAX_REFUSALS} times)")
 
-    def _acted(self, step: PlanStep, answer: Done | Looked | Refused, cost: float) -> Acted:
-        done = not isinstance(answer, Refused)
-        travel = 0.0 if isinstance(answer, Looked) else answer.travel_m
+    def _acted(self, step: PlanStep, answer: ActionDone | LookResult | ActionRefused, cost: float) -> ActionEnded:
+        done = not isinstance(answer, ActionRefused)
+        travel = 0.0 if isinstance(answer, LookResult) else answer.travel_m
         charged = cost if done else travel
         self.cost += charged
         self.travel_m += travel
         self.steps += 1
         if self.steps >= self.max_steps and self.ended is None:
             self._end(RunStatus.STEP_LIMIT, f"{self.max_steps} actions without meeting the goal")
-        return Acted(
+        return ActionEnded(
             stamp_ns=answer.end_ns,
             decision=self.decision,
             index=self.steps,
@@ -294,16 +305,16 @@ class _Run:
             cost=charged,
             success=done,
             travel_m=travel,
-            path=() if isinstance(answer, Looked) else answer.path,
+            path=() if isinstance(answer, LookResult) else answer.path,
             standing=self.world.paths.standing_pose(step.target) if done else None,
             items=step.items,
-            reason=answer.reason if isinstance(answer, Refused) else "",
-            support="" if isinstance(answer, Refused) else answer.support,
+            reason=answer.reason if isinstance(answer, ActionRefused) else "",
+            support="" if isinstance(answer, ActionRefused) else answer.support,
         )
 
     def _end(self, status: RunStatus, reason: str, *, unseen: ContainerId | None = None) -> None:
         done = status is RunStatus.DONE
-        self.ended = Ended(
+        self.ended = RunEnded(
             stamp_ns=self.world.now_ns(),
             decision=self.decision,
             status=status,
@@ -323,7 +334,7 @@ def _end_without_plan(made: Decision, *, nothing_left: bool) -> tuple[RunStatus,
     if plan.status is PlanStatus.SOLVER_FAILED:
         return RunStatus.PLANNER_FAILED, plan.note or "the solver failed"
     if nothing_left:
-        return RunStatus.NOTHING_LEFT, plan.note or "every container is searched and the goal is not met"
+        return RunStatus.MIN_REMAINING_PROBABILITY, plan.note or "every container is searched and the goal is not met"
     return RunStatus.NO_PLAN, plan.note or "no sequence of actions meets the goal"
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, FloorPlan
 
-MOST_KNOWN_SHARE = 0.2
+MAX_KNOWN_SHARE = 0.2
 """At most this share of the containers is known at the start (docs/architecture.md)."""
 
 
 def known_at_start(
-    plan: FloorPlan, *, rng: np.random.Generator, most: float = MOST_KNOWN_SHARE
+    plan: FloorPlan, *, rng: np.random.Generator, most: float = MAX_KNOWN_SHARE
 ) -> tuple[ContainerId, ...]:
     """Draw the containers whose contents are known, in the plan's order.
 

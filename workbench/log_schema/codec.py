@@ -17,7 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.errors import Malformed
-from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    FindCostsUpdated,
+    PlanMade,
+    RunEnded,
+)
 from workbench.log_schema.events import (
     TOPICS,
     ActionFinished,
@@ -75,10 +83,10 @@ def decode(topic: str, data: bytes) -> DomainEvent:
         event = cast(DomainEvent, decoder.decode(data))
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise UndecodableMessage(topic, str(error)) from error
-    return _of_version_1(event) if isinstance(event, PlanComputed) else event
+    return _upgrade_from_version_1(event) if isinstance(event, PlanComputed) else event
 
 
-def _of_version_1(plan: PlanComputed) -> PlanComputed:
+def _upgrade_from_version_1(plan: PlanComputed) -> PlanComputed:
     """Convert a plan of schema version 1, which stored an expected cost of 0.0 if no plan was found."""
     if plan.status == PlanStatus.SOLVED or plan.expected_cost is None:
         return plan
@@ -95,7 +103,7 @@ def to_wire(event: Event) -> tuple[DomainEvent, ...]:
 
 
 @to_wire.register
-def _(event: Observed) -> tuple[DomainEvent, ...]:
+def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
     seen = Observation(
         stamp=Stamp.of(event.stamp_ns),
         decision=event.decision,
@@ -109,7 +117,7 @@ def _(event: Observed) -> tuple[DomainEvent, ...]:
 
 
 @to_wire.register
-def _(event: Believed) -> tuple[DomainEvent, ...]:
+def _(event: BeliefUpdated) -> tuple[DomainEvent, ...]:
     update = BeliefUpdate(
         stamp=Stamp.of(event.stamp_ns),
         decision=event.decision,
@@ -122,7 +130,7 @@ def _(event: Believed) -> tuple[DomainEvent, ...]:
 
 
 @to_wire.register
-def _(event: Costed) -> tuple[DomainEvent, ...]:
+def _(event: FindCostsUpdated) -> tuple[DomainEvent, ...]:
     costs = event.find_costs
     table = FindCosts(
         stamp=Stamp.of(event.stamp_ns),
@@ -138,7 +146,7 @@ def _(event: Costed) -> tuple[DomainEvent, ...]:
 
 
 @to_wire.register
-def _(event: Planned) -> tuple[DomainEvent, ...]:
+def _(event: PlanMade) -> tuple[DomainEvent, ...]:
     made, plan, stamp = event.made, event.made.plan, Stamp.of(event.stamp_ns)
     computed = PlanComputed(
         stamp=stamp,
@@ -173,7 +181,7 @@ def _(event: Planned) -> tuple[DomainEvent, ...]:
 
 
 @to_wire.register
-def _(event: Acted) -> tuple[DomainEvent, ...]:
+def _(event: ActionEnded) -> tuple[DomainEvent, ...]:
     finished = ActionFinished(
         stamp=Stamp.of(event.stamp_ns),
         decision=event.decision,
@@ -195,7 +203,7 @@ def _(event: Acted) -> tuple[DomainEvent, ...]:
 
 
 @to_wire.register
-def _(event: Ended) -> tuple[DomainEvent, ...]:
+def _(event: RunEnded) -> tuple[DomainEvent, ...]:
     outcome = Outcome(
         stamp=Stamp.of(event.stamp_ns),
         decision=event.decision,

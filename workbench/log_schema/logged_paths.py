@@ -22,7 +22,7 @@ from workbench.worlds.travel import TravelCosts
 
 
 @final
-class Ways:
+class LoggedPaths:
     """Paths of a logged place; implements `Paths`."""
 
     def __init__(

@@ -83,9 +83,9 @@ class Place:
 
     def paths(self) -> Paths:
         """The paths between locations, recomputed on the occupancy grid; straight lines without a grid."""
-        from workbench.log_schema.logged_paths import Ways
+        from workbench.log_schema.logged_paths import LoggedPaths
 
-        return Ways(self.standing, self.travel, self.occupancy, self.robot_radius_m)
+        return LoggedPaths(self.standing, self.travel, self.occupancy, self.robot_radius_m)
 
 
 class _Travel(msgspec.Struct, frozen=True, kw_only=True):

@@ -7,10 +7,10 @@ from typing import final
 
 from workbench.planning.actions import relevant_types
 from workbench.planning.builtin.solver import without_hypothetical
-from workbench.planning.find_pricing import FindPricing, FindQuestion
+from workbench.planning.find_pricing import FindCostRequest, FindPricing
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus
-from workbench.planning.problem import Problem, locations_that_matter, missing_types, problem_of
+from workbench.planning.problem import Problem, missing_types, problem_of, relevant_locations
 from workbench.planning.solvers.location_refinement import solve_widening
 from workbench.planning.solvers.protocol import BuiltIn, Solver
 from workbench.planning.solvers.single_find import plan_single_find
@@ -45,7 +45,7 @@ class Composed:
     everywhere: bool = False
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        return types_to_believe(task)
+        return belief_types(task)
 
     def decide(self, view: View) -> Decision:
         if view.budget_s <= 0:
@@ -58,7 +58,7 @@ class Composed:
             plan = plan_single_find(goal, view.knowledge, problem.find_costs, view.costs, find_known=self.find_known)
             return with_search_order(plan, problem.find_costs, self.policy, view)
         made = self.solver.solve(problem, budget_s=view.budget_s)
-        plan = over_these_places(made.plan, problem)
+        plan = with_location_note(made.plan, problem)
         return with_search_order(plan, problem.find_costs, self.policy, view, made.alternatives)
 
     def problem(self, view: View) -> Problem:
@@ -74,7 +74,7 @@ class Composed:
         return with_search_order(plan, problem.find_costs, self.policy, view, made.alternatives)
 
 
-def over_these_places(plan: Plan, problem: Problem) -> Plan:
+def with_location_note(plan: Plan, problem: Problem) -> Plan:
     """The plan with a note that its bound holds over the problem's locations only."""
     all_places = len(problem.travel.locations)
     if plan.status is not PlanStatus.SOLVED or plan.note or len(problem.locations) == all_places:
@@ -82,7 +82,7 @@ def over_these_places(plan: Plan, problem: Problem) -> Plan:
     return replace(plan, note=f"over {len(problem.locations)} of {all_places} places")
 
 
-def types_to_believe(task: Task) -> tuple[ItemType, ...]:
+def belief_types(task: Task) -> tuple[ItemType, ...]:
     """The relevant item types that exist in the house."""
     types = relevant_types(task.goal)
     return tuple(t for t in types if t in task.available) if task.available else types
@@ -109,10 +109,10 @@ def problem_at(
     else:
         if places is None:
             places = (*hubs_for(view), *pricing.meeting_places(view.belief.only(types)))
-        locations = locations_that_matter(goal, knowledge, places)
+        locations = relevant_locations(goal, knowledge, places)
     find_costs = None
     if types:
-        question = FindQuestion(
+        question = FindCostRequest(
             belief=view.belief.only(types),
             travel=knowledge.travel,
             origins=locations,

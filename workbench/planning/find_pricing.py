@@ -21,11 +21,11 @@ from workbench.search.per_find import per_find_costs
 from workbench.worlds.house import House, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
-MOST_MEETING_PLACES = 12
+MAX_MEETING_PLACES = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FindQuestion:
+class FindCostRequest:
     """A request for find costs of all item types of a belief, from every origin to every target."""
 
     belief: Belief
@@ -57,7 +57,7 @@ class FindCostFormula(Protocol):
 class FindPricing(Protocol):
     """The find-cost model of a strategy."""
 
-    def price(self, question: FindQuestion) -> FindCosts: ...
+    def price(self, question: FindCostRequest) -> FindCosts: ...
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         """Unsearched containers that planning should consider as meeting places."""
@@ -67,7 +67,7 @@ class FindPricing(Protocol):
 @final
 @dataclass(frozen=True, slots=True)
 class Optimistic:
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         return question.answered_by(optimistic_find_costs)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
@@ -77,7 +77,7 @@ class Optimistic:
 @final
 @dataclass(frozen=True, slots=True)
 class Pessimistic:
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         return question.answered_by(pessimistic_find_costs)
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
@@ -97,7 +97,7 @@ class Expected:
     limit: int = PAPER_LIMIT
     per_find: bool = False
 
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         formula = per_find_costs if self.per_find else expected_find_costs
         return question.answered_by(partial(formula, belief_model=self.belief_model, limit=self.limit))
 
@@ -113,7 +113,7 @@ class WholeSearch:
     belief_model: BeliefModel = "marginal"
     limit: int = PAPER_LIMIT
 
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         return corrected_find_costs(
             question.belief,
             question.travel,
@@ -130,7 +130,7 @@ class WholeSearch:
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Truth:
+class TrueFindCosts:
     """The shortest route through a container that really holds the type; types that no container holds are left
     out.
 
@@ -139,7 +139,7 @@ class Truth:
 
     house: House
 
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         travel, costs = question.travel, question.costs
         rows = [travel.index(location) for location in question.origins]
         columns = [travel.index(location) for location in question.targets]
@@ -161,4 +161,4 @@ class Truth:
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         holders = {c for item_type in belief.item_types for c in self.house.holders(item_type)}
-        return tuple(LocationId(c) for c in belief.containers if c in holders)[:MOST_MEETING_PLACES]
+        return tuple(LocationId(c) for c in belief.containers if c in holders)[:MAX_MEETING_PLACES]

@@ -24,13 +24,13 @@ from workbench.planning.tasks import Task
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.worlds.house import ItemType
 
-LONGEST_S = 86_400.0
+MAX_TIME_LIMIT_S = 86_400.0
 LOG = logging.getLogger("lios")
 
 
 @final
 @dataclass(slots=True)
-class Guarded:
+class GuardedStrategy:
     """A Strategy that never raises and never exceeds the planning budget.
 
     The time limit interrupts Python code in the main thread only; in other threads (a Dask worker) there is no
@@ -52,17 +52,17 @@ class Guarded:
         """The item types that the strategy wants beliefs about; empty if it fails to say."""
         self.why = ""
         try:
-            with _told(task.budget_s):
+            with _redirected_and_timed(task.budget_s):
                 types: object = self.strategy.relevant_types(task)
-        except _TooLate:
+        except _TimeLimitReached:
             self.why = f"it did not say within {task.budget_s:g} s which item types matter"
             return ()
         except (Exception, SystemExit) as error:
             LOG.debug("a strategy raised", exc_info=error)
-            self.why = raised(error)
+            self.why = exception_text(error)
             return ()
-        if not _are(types, str):
-            self.why = f"its relevant_types are {_kind(types)}, not a tuple of item types"
+        if not _all_isinstance(types, str):
+            self.why = f"its relevant_types are {_type_text(types)}, not a tuple of item types"
             return ()
         return tuple(sorted(cast("set[ItemType]", set(cast("tuple[Any, ...]", types)))))
 
@@ -70,51 +70,51 @@ class Guarded:
         if self.why:
             return _without_plan(PlanStatus.SOLVER_FAILED, self.why, self.name)
         try:
-            with _told(view.budget_s):
+            with _redirected_and_timed(view.budget_s):
                 made: object = self.strategy.decide(view)
-        except _TooLate:
+        except _TimeLimitReached:
             why = f"{self.name} made no decision within the planning budget"
             return _without_plan(PlanStatus.TIMED_OUT, why, self.name)
         except (Exception, SystemExit) as error:
             LOG.debug("a strategy raised", exc_info=error)
-            return _without_plan(PlanStatus.SOLVER_FAILED, raised(error), self.name)
-        wrong = what_is_wrong(made)
+            return _without_plan(PlanStatus.SOLVER_FAILED, exception_text(error), self.name)
+        wrong = decision_error(made)
         if wrong:
             return _without_plan(PlanStatus.SOLVER_FAILED, wrong, self.name)
         return made
 
 
-def what_is_wrong(made: object) -> str:
+def decision_error(made: object) -> str:
     """Why an answer is not a decision that can be executed and recorded; empty if it is valid."""
     if not isinstance(made, Decision):
         return f"it returned {'nothing' if made is None else type(made).__name__} instead of a Decision"
     plan = made.plan
-    if not _is(plan, Plan):
-        return f"its plan is {_kind(plan)}, not a Plan"
+    if not _isinstance(plan, Plan):
+        return f"its plan is {_type_text(plan)}, not a Plan"
     checks: tuple[tuple[str, bool], ...] = (
-        ("plan's status is no PlanStatus", _is(plan.status, PlanStatus)),
-        ("plan's steps are no tuple of PlanStep", _are(plan.steps, PlanStep)),
-        ("plan's steps are not made of names and a cost", all(map(_well_made, _each(plan.steps)))),
+        ("plan's status is no PlanStatus", _isinstance(plan.status, PlanStatus)),
+        ("plan's steps are no tuple of PlanStep", _all_isinstance(plan.steps, PlanStep)),
+        ("plan's steps are not made of names and a cost", all(map(_is_valid_step, _each(plan.steps)))),
         ("plan's cost is no finite number", _finite(plan.cost)),
         ("plan's lower_bound is no finite number", plan.lower_bound is None or _finite(plan.lower_bound)),
-        ("plan's optimal is neither True nor False", _is(plan.optimal, bool)),
-        ("plan's solver and note are no text", _is(plan.solver, str) and _is(plan.note, str)),
-        ("find_costs are no FindCosts", made.find_costs is None or _is(made.find_costs, FindCosts)),
-        ("search_order is no tuple of SearchStop", _are(made.search_order, SearchStop)),
-        ("alternatives are no tuple of Alternative", _are(made.alternatives, Alternative)),
-        ("look_on_the_way is no tuple of containers", _are(made.look_on_the_way, str)),
+        ("plan's optimal is neither True nor False", _isinstance(plan.optimal, bool)),
+        ("plan's solver and note are no text", _isinstance(plan.solver, str) and _isinstance(plan.note, str)),
+        ("find_costs are no FindCosts", made.find_costs is None or _isinstance(made.find_costs, FindCosts)),
+        ("search_order is no tuple of SearchStop", _all_isinstance(made.search_order, SearchStop)),
+        ("alternatives are no tuple of Alternative", _all_isinstance(made.alternatives, Alternative)),
+        ("look_on_the_way is no tuple of containers", _all_isinstance(made.look_on_the_way, str)),
     )
     return next((f"its {wrong}" for wrong, fine in checks if not fine), "")
 
 
-def _well_made(step: object) -> bool:
+def _is_valid_step(step: object) -> bool:
     if not isinstance(step, PlanStep):
         return False
-    words = all(_is(word, str) for word in (step.action, step.origin, step.target))
-    return words and _are(step.item_types, str) and _are(step.items, str) and _finite(step.cost)
+    words = all(_isinstance(word, str) for word in (step.action, step.origin, step.target))
+    return words and _all_isinstance(step.item_types, str) and _all_isinstance(step.items, str) and _finite(step.cost)
 
 
-def _is(thing: object, kind: type) -> bool:
+def _isinstance(thing: object, kind: type) -> bool:
     """isinstance for values of third-party code, whose declared types cannot be trusted."""
     return isinstance(thing, kind)
 
@@ -123,7 +123,7 @@ def _each(things: object) -> tuple[object, ...]:
     return cast("tuple[object, ...]", things) if isinstance(things, tuple) else ()
 
 
-def _are(things: object, kind: type) -> bool:
+def _all_isinstance(things: object, kind: type) -> bool:
     return isinstance(things, tuple) and all(isinstance(thing, kind) for thing in _each(things))
 
 
@@ -131,11 +131,11 @@ def _finite(number: object) -> bool:
     return isinstance(number, int | float) and math.isfinite(number)
 
 
-def _kind(thing: object) -> str:
+def _type_text(thing: object) -> str:
     return "nothing" if thing is None else f"of type {type(thing).__name__}"
 
 
-def raised(error: BaseException) -> str:
+def exception_text(error: BaseException) -> str:
     """An exception of third-party code as one line of text."""
     return f"it raised {type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
 
@@ -144,29 +144,29 @@ def _without_plan(status: PlanStatus, why: str, solver: str) -> Decision:
     return Decision(plan=Plan(status=status, note=why, solver=solver))
 
 
-class _TooLate(BaseException):
+class _TimeLimitReached(BaseException):
     """Raised in third-party code when its time is up; a BaseException, so that `except Exception` does not catch
     it."""
 
 
 @contextmanager
-def _told(budget_s: float) -> Generator[None]:
+def _redirected_and_timed(budget_s: float) -> Generator[None]:
     """Redirect prints to standard error and raise _TooLate when the time is up."""
-    with redirect_stdout(sys.stderr), _at_most(budget_s):
+    with redirect_stdout(sys.stderr), _time_limit(budget_s):
         yield
 
 
 @contextmanager
-def _at_most(seconds: float) -> Generator[None]:
+def _time_limit(seconds: float) -> Generator[None]:
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
         yield
         return
 
     def stop(_number: int, _frame: FrameType | None) -> None:
-        raise _TooLate
+        raise _TimeLimitReached
 
     before: Callable[[int, FrameType | None], Any] | int | None = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, min(max(seconds, 0.001), LONGEST_S))
+    signal.setitimer(signal.ITIMER_REAL, min(max(seconds, 0.001), MAX_TIME_LIMIT_S))
     try:
         yield
     finally:

@@ -11,21 +11,21 @@ from typing import TypeVar
 T = TypeVar("T", bound=Hashable)
 
 
-def each_has_its_own(choices: Sequence[Sequence[T]]) -> bool:
+def has_perfect_matching(choices: Sequence[Sequence[T]]) -> bool:
     """Whether one item can be chosen from each set of choices, all different."""
     if not all(choices):
         return False
     taken: dict[T, int] = {}
-    return all(_finds(want, choices, taken, set()) for want in range(len(choices)))
+    return all(_augment(want, choices, taken, set()) for want in range(len(choices)))
 
 
-def _finds(want: int, choices: Sequence[Sequence[T]], taken: dict[T, int], asked: set[T]) -> bool:
+def _augment(want: int, choices: Sequence[Sequence[T]], taken: dict[T, int], asked: set[T]) -> bool:
     """Assign an item to a want, reassigning other wants along an augmenting path if needed."""
     for thing in choices[want]:
         if thing in asked:
             continue
         asked.add(thing)
-        if thing not in taken or _finds(taken[thing], choices, taken, asked):
+        if thing not in taken or _augment(taken[thing], choices, taken, asked):
             taken[thing] = want
             return True
     return False

@@ -12,7 +12,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from workbench.planning.actions import BY_NAME, relevant_types
-from workbench.planning.matching import each_has_its_own
+from workbench.planning.matching import has_perfect_matching
 from workbench.planning.plans import PlanStep
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding, goal_locations
 from workbench.search.costs import ActionCosts
@@ -108,15 +108,15 @@ def apply(step: PlanStep, state: State) -> State:
         raise IllegalStep(step, "it names no item")
     item = step.items[0]
     if step.action in ("pick", "find"):
-        return _taken(step, state, item)
+        return _apply_pick(step, state, item)
     if step.action == "place":
         if state.holding != item:
             raise IllegalStep(step, f"{item} is not in hand")
         return replace(state, holding=None, places={**state.places, item: state.robot_at})
-    return _prepared(step, state)
+    return _apply_preparation(step, state)
 
 
-def _taken(step: PlanStep, state: State, item: ItemId) -> State:
+def _apply_pick(step: PlanStep, state: State, item: ItemId) -> State:
     if state.holding is not None:
         raise IllegalStep(step, f"the hand holds {state.holding}")
     if step.action == "pick" and state.places.get(item) != state.robot_at:
@@ -127,7 +127,7 @@ def _taken(step: PlanStep, state: State, item: ItemId) -> State:
     return replace(state, robot_at=step.target, holding=item, places=left)
 
 
-def _prepared(step: PlanStep, state: State) -> State:
+def _apply_preparation(step: PlanStep, state: State) -> State:
     preparation = BY_NAME.get(step.action)
     if preparation is None or len(step.items) != len(preparation.parts):
         raise IllegalStep(step, "there is no such action on so many items")
@@ -149,17 +149,17 @@ def _prepared(step: PlanStep, state: State) -> State:
 def holds(goal: Goal, state: State, problem: Problem) -> bool:
     """Whether some assignment of different items to the goal's parts meets the goal."""
     return any(
-        each_has_its_own(
+        has_perfect_matching(
             [
-                [t.id for t in problem.things if t.type == want.item_type and want_holds(want, t.id, state)]
+                [t.id for t in problem.things if t.type == want.item_type and satisfies_want(want, t.id, state)]
                 for want in way
             ]
         )
-        for way in ways_of(goal)
+        for way in goal_alternatives(goal)
     )
 
 
-def want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
+def satisfies_want(want: Delivered | Holding, item: ItemId, state: State) -> bool:
     """Whether an item satisfies a want."""
     if isinstance(want, Holding):
         return state.holding == item and state.robot_at == want.at
@@ -168,14 +168,14 @@ def want_holds(want: Delivered | Holding, item: ItemId, state: State) -> bool:
 
 
 @lru_cache(maxsize=256)
-def ways_of(goal: Goal) -> tuple[tuple[Delivered | Holding, ...], ...]:
+def goal_alternatives(goal: Goal) -> tuple[tuple[Delivered | Holding, ...], ...]:
     """The goal as alternatives of wants that must all hold: its disjunctive normal form, without repetitions."""
     if isinstance(goal, AnyOf):
-        return tuple(dict.fromkeys(way for part in goal.parts for way in ways_of(part)))
+        return tuple(dict.fromkeys(way for part in goal.parts for way in goal_alternatives(part)))
     if isinstance(goal, AllOf):
         ways: tuple[tuple[Delivered | Holding, ...], ...] = ((),)
         for part in goal.parts:
-            ways = tuple((*way, *more) for way in ways for more in ways_of(part))
+            ways = tuple((*way, *more) for way in ways for more in goal_alternatives(part))
         return tuple(dict.fromkeys(ways))
     return ((goal,),)
 
@@ -194,15 +194,15 @@ def missing_types(
         return ()
     return tuple(
         t
-        for t, most in most_needed(goal).items()
+        for t, most in max_wants_by_type(goal).items()
         if (not available or t in available) and (find_known or _known(knowledge, t) < max(most, 1))
     )
 
 
 @lru_cache(maxsize=256)
-def most_needed(goal: Goal) -> Mapping[ItemType, int]:
+def max_wants_by_type(goal: Goal) -> Mapping[ItemType, int]:
     """For each relevant type, sorted: the largest number of wants that name it in one way of meeting the goal."""
-    ways = ways_of(goal)
+    ways = goal_alternatives(goal)
     most = {t: max(sum(want.item_type == t for want in way) for way in ways) for t in relevant_types(goal)}
     return MappingProxyType(most)
 
@@ -213,9 +213,7 @@ def _known(knowledge: Knowledge, item_type: ItemType) -> int:
     return sum(knowledge.travel.reaches(location) for location, _ in knowledge.where(item_type)) + held
 
 
-def locations_that_matter(
-    goal: Goal, knowledge: Knowledge, hubs: tuple[LocationId, ...] = ()
-) -> tuple[LocationId, ...]:
+def relevant_locations(goal: Goal, knowledge: Knowledge, hubs: tuple[LocationId, ...] = ()) -> tuple[LocationId, ...]:
     """The reachable ones among the robot's location, the goal's locations, the known locations of relevant items,
     and hubs.
 
@@ -240,7 +238,7 @@ def problem_of(
     """The planning problem by the robot's knowledge; finds are offered for the types in find_costs."""
     things: list[Thing] = []
     found = find_costs.item_types if find_costs is not None else ()
-    for item_type, most in most_needed(goal).items():
+    for item_type, most in max_wants_by_type(goal).items():
         for location, item in knowledge.where(item_type):
             if knowledge.travel.reaches(location):
                 things.append(Thing(id=item.id, type=item_type, at=location))
@@ -263,9 +261,9 @@ def problem_of(
     )
 
 
-def goal_is_out_of_reach(problem: Problem) -> str:
+def unreachable_goal(problem: Problem) -> str:
     """Which goal locations cannot be reached, if that rules out every way of meeting the goal; otherwise ""."""
-    for way in ways_of(problem.goal):
+    for way in goal_alternatives(problem.goal):
         if all(problem.travel.reaches(want.at) for want in way):
             return ""
     places = sorted({place for place in goal_locations(problem.goal) if not problem.travel.reaches(place)})

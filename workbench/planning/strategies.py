@@ -17,7 +17,7 @@ from typing import TypeVar, cast
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.composed import Composed
 from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch
-from workbench.planning.guarded import Guarded
+from workbench.planning.guarded import GuardedStrategy
 from workbench.planning.oracle import Oracle
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.strategy import Strategy, StrategyFactory
@@ -139,7 +139,7 @@ def strategy(name: str, *, origin: NameOrigin = NameOrigin.LOG, house: House | N
         made = STRATEGIES.get(known) or VARIANTS[known]
         with import_path(origin):
             return made(house if known in NEEDS_TRUTH else None)
-    return _from_outside(strategy_plugin(name, origin=origin))
+    return _plugin_strategy(strategy_plugin(name, origin=origin))
 
 
 def strategy_plugin(name: str, *, origin: NameOrigin) -> Plugin:
@@ -160,16 +160,16 @@ def _with_solver(made: Strategy, solver_name: str, origin: NameOrigin) -> Strate
     """
     name = f"{made.name}@{solver_name}"
     if isinstance(made, Composed):
-        return replace(_planning(made, solver_name, origin), name=name)
+        return replace(_with_planner(made, solver_name, origin), name=name)
     if isinstance(made, Oracle):
-        return replace(_planning(made, solver_name, origin), name=name)
+        return replace(_with_planner(made, solver_name, origin), name=name)
     if isinstance(made, Scout):
-        base, cooking = (_planning(part, solver_name, origin) for part in (made.base, made.cooking))
+        base, cooking = (_with_planner(part, solver_name, origin) for part in (made.base, made.cooking))
         return replace(made, name=name, base=base, cooking=cooking)
     raise BadValue("strategy with a solver", name, "a built-in strategy")
 
 
-def _planning(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
+def _with_planner(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
     """The planning component with that solver, or over all locations."""
     from workbench.planning.solvers.registry import installed_solver
 
@@ -208,7 +208,7 @@ def strategy_names(*, with_truth: bool) -> tuple[str, ...]:
     return (*ours, *(name for name in installed_names(STRATEGY) if name not in STRATEGIES))
 
 
-def _from_outside(found: Plugin) -> Strategy:
+def _plugin_strategy(found: Plugin) -> Strategy:
     """The strategy made from a plug-in: a class without arguments, a factory of a house, or a ready instance. A
     plug-in never receives the true house."""
     try:
@@ -224,7 +224,9 @@ def _from_outside(found: Plugin) -> Strategy:
         raise StrategyNotLoaded(
             found.name, f"it is {type(made).__name__}; a strategy has name, relevant_types(task) and decide(view)"
         )
-    return cast(Strategy, made if isinstance(made, Composed | Scout | Oracle) else Guarded(cast(Strategy, made)))
+    return cast(
+        Strategy, made if isinstance(made, Composed | Scout | Oracle) else GuardedStrategy(cast(Strategy, made))
+    )
 
 
 def is_strategy(thing: object) -> bool:

@@ -8,7 +8,7 @@ from math import prod
 from workbench.errors import BadValue
 from workbench.worlds.house import ItemType, LocationId
 
-MOST_WAYS = 5_000
+MAX_ALTERNATIVES = 5_000
 """Most ways of meeting a goal; each is planned for, and more would exceed any planning budget."""
 
 
@@ -80,9 +80,9 @@ class Task:
     def __post_init__(self) -> None:
         if self.budget_s < 0 or self.failure_cost < 0:
             raise BadValue(f"task {self.scenario}", (self.budget_s, self.failure_cost), "at least 0")
-        if count_ways(self.goal) > MOST_WAYS:
+        if count_ways(self.goal) > MAX_ALTERNATIVES:
             where = f"number of ways to meet the goal of {self.scenario}"
-            raise BadValue(where, count_ways(self.goal), f"at most {MOST_WAYS}: write fewer alternatives")
+            raise BadValue(where, count_ways(self.goal), f"at most {MAX_ALTERNATIVES}: write fewer alternatives")
 
 
 def count_ways(goal: Goal) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.planning.strategy import View
 from workbench.planning.tasks import Delivered, Task
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -23,14 +23,14 @@ def warm_up(knowledge: Knowledge, estimator: Estimator, item_types: tuple[ItemTy
 
     Runs once per estimator and process; further calls do nothing.
     """
-    if estimator.name not in _warm() and knowledge.unsearched:
+    if estimator.name not in _warmed_estimators() and knowledge.unsearched:
         estimator.believe(knowledge, item_types)
-        _warm().add(estimator.name)
+        _warmed_estimators().add(estimator.name)
         _plan_once(knowledge)
 
 
 @cache
-def _warm() -> set[str]:
+def _warmed_estimators() -> set[str]:
     """The estimators that have been warmed up in this process."""
     return set()
 
@@ -50,6 +50,6 @@ def _plan_once(knowledge: Knowledge) -> None:
     )
     goal = Delivered(item_type=kind, at=knowledge.robot_at)
     task = Task(scenario="none", goal=goal, failure_cost=0.0, budget_s=1.0)
-    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION, budget_s=1.0)
+    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=1.0)
     for name in ("scout-lios", "model-lios-per-find"):
         strategy(name, origin=NameOrigin.USER).decide(view)

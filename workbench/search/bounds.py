@@ -13,7 +13,7 @@ import numpy as np
 from workbench.beliefs.belief import Belief
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import FindCosts
-from workbench.search.places import places
+from workbench.search.places import search_space
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -33,7 +33,7 @@ def optimistic_find_costs(
     Raises:
         LocationOutOfReach: an origin or target that is not among the travel costs.
     """
-    here = places(belief, travel, origins=origins, targets=targets)
+    here = search_space(belief, travel, origins=origins, targets=targets)
     least = np.zeros((len(origins), len(targets)))
     if here.containers:
         ways = here.from_m[:, :, None] + here.to_m[None, :, :]

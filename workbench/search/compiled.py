@@ -24,10 +24,10 @@ Indices = npt.NDArray[np.int64]
 TILE = 64
 """Targets that are processed together."""
 
-MOST_ENTRIES = 8_000_000
+MAX_ENTRIES = 8_000_000
 """Most entries of the two layers in memory; tiles are narrowed to stay below it."""
 
-THREADS_FROM, MOST_THREADS = 11, 8
+MIN_CANDIDATES_FOR_THREADS, MAX_THREADS = 11, 8
 """From so many candidates on, item types are spread over threads; the compiled code releases the GIL."""
 
 MATH = {"nnan", "ninf", "nsz"}
@@ -56,7 +56,7 @@ def cost_table(
         )
 
     items = len(answer)
-    threads = min(os.cpu_count() or 1, MOST_THREADS) if between_m.shape[1] >= THREADS_FROM else 1
+    threads = min(os.cpu_count() or 1, MAX_THREADS) if between_m.shape[1] >= MIN_CANDIDATES_FOR_THREADS else 1
     if threads == 1:
         part(slice(None))
         return answer
@@ -124,7 +124,7 @@ def _cost_table(
     largest = 0
     for size in range(k + 1):
         largest = max(largest, start[size + 1] - start[size])
-    width = min(targets, TILE, max(4, MOST_ENTRIES // (2 * largest * k)))
+    width = min(targets, TILE, max(4, MAX_ENTRIES // (2 * largest * k)))
     layer = np.zeros((2, largest, k, width))
     onward = np.empty((k, width))
     best = np.empty(width)

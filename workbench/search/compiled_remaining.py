@@ -22,7 +22,7 @@ Indices = npt.NDArray[np.intp]
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 """The formula of R, as in remaining.still_missing; marginal uses that of exists."""
 
-STEPS, CLOSE = 60, 1e-14
+MAX_NEWTON_STEPS, NEWTON_TOLERANCE = 60, 1e-14
 """Most Newton steps, and the step size at which iteration stops."""
 
 
@@ -32,7 +32,7 @@ def chance_of_any(p: Array) -> Array:
     answer = np.empty((len(p), 1))
     for row in range(len(p)):
         z = 1.0
-        for _ in range(STEPS):
+        for _ in range(MAX_NEWTON_STEPS):
             log_miss, slope = 0.0, 0.0
             for a in p[row]:
                 log_miss += log1p(-a * z)
@@ -42,7 +42,7 @@ def chance_of_any(p: Array) -> Array:
             if not np.isfinite(step):
                 break
             z = max(z - step, 0.0)
-            if abs(step) < CLOSE:
+            if abs(step) < NEWTON_TOLERANCE:
                 break
         answer[row, 0] = z
     return answer
@@ -77,7 +77,7 @@ def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+def non_candidate_order(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
     """corrected.others given the mean distance from the candidates, shape (item types, containers)."""
     items, n = p.shape
     left = n - searched.shape[1]

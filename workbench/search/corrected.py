@@ -22,7 +22,7 @@ from workbench.search.candidates import PAPER_LIMIT, Ranking
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
-from workbench.search.places import Places, places
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import compiled_loops, still_missing_along, unconditioned
 from workbench.search.ties import RELATIVE
 from workbench.worlds.house import LocationId
@@ -59,7 +59,7 @@ def corrected_find_costs(
     factor = scale_of(belief.estimator) if scale is None else scale
     if not isfinite(factor) or factor <= 0:
         raise BadValue("scale of find costs", factor, "positive and finite")
-    here = places(belief, travel, origins=origins, targets=targets)
+    here = search_space(belief, travel, origins=origins, targets=targets)
     metres = cost_table(
         here,
         costs=costs,
@@ -84,7 +84,7 @@ def scale_of(estimator: str) -> float:
 
 
 def tail_costs(
-    here: Places, probability: Array, candidates: Indices, *, costs: ActionCosts, model: BeliefModel
+    here: SearchSpace, probability: Array, candidates: Indices, *, costs: ActionCosts, model: BeliefModel
 ) -> Array:
     """The cost of searching on after every candidate, weighted by the probability that the object is in none of
     them.
@@ -102,7 +102,7 @@ def tail_costs(
     items, k = candidates.shape
     if k == len(here.containers):
         return np.zeros((items, k, here.to_m.shape[1]))
-    order = _others(unconditioned(probability, model), candidates, here.between_m)
+    order = _numpy_non_candidate_order(unconditioned(probability, model), candidates, here.between_m)
     missing = still_missing_along(probability, np.concatenate([candidates, order], axis=1), model)[:, k:]
     legs = here.between_m[order[:, :-1], order[:, 1:]]
     ends = missing[:, :-1] - missing[:, 1:]
@@ -112,16 +112,18 @@ def tail_costs(
     return there[:, :, None] + (walks[:, None] + finds)[:, None, :]
 
 
-def _others(p: Array, searched: Indices, between_m: Array) -> Indices:
+def _numpy_non_candidate_order(p: Array, searched: Indices, between_m: Array) -> Indices:
     """The containers beyond the candidates in search order, shape (item types, others)."""
     from_m = between_m[searched].mean(axis=1)
     program = compiled_loops()
     return (
-        others(p, searched, from_m, between_m) if program is None else program.others(p, searched, from_m, between_m)
+        non_candidate_order(p, searched, from_m, between_m)
+        if program is None
+        else program.others(p, searched, from_m, between_m)
     )
 
 
-def others(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+def non_candidate_order(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
     """The same from the mean way from what was searched to each container, shape (item types, containers).
 
     Worths are equal that differ by less than a share of the greatest probability (ties.py).

@@ -30,5 +30,5 @@ class ActionCosts:
                 raise BadValue(f"cost of {field.name}", value, "finite and at least 0")
 
 
-SIMULATION = ActionCosts(search=0.0)
-ROBOT = ActionCosts(search=1.0)
+SIMULATION_COSTS = ActionCosts(search=0.0)
+ROBOT_COSTS = ActionCosts(search=1.0)

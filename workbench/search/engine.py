@@ -20,8 +20,8 @@ from workbench.search import reference
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit, choose, ranking_of
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import BeliefModel, FindCosts
-from workbench.search.orders import ExpectedSearch, along
-from workbench.search.places import Places, places
+from workbench.search.orders import ExpectedSearch, order_cost
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import still_missing_by_subset
 from workbench.worlds.house import LocationId
@@ -30,7 +30,7 @@ from workbench.worlds.travel import TravelCosts
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
-MOST_SUBSETS = 1 << 22
+MAX_SUBSETS = 1 << 22
 """Most subsets held in memory at once, over all item types."""
 
 
@@ -59,7 +59,7 @@ def expected_find_costs(
         BadValue: a limit below 1, or an unknown belief model.
         TooManyCandidates: a limit above MAX_LIMIT.
     """
-    here = places(belief, travel, origins=origins, targets=targets)
+    here = search_space(belief, travel, origins=origins, targets=targets)
     metres = cost_table(here, costs=costs, belief_model=belief_model, limit=limit, ranking=ranking)
     return FindCosts(
         item_types=belief.item_types,
@@ -84,16 +84,16 @@ def expected_search(
         ValueError: the item type is not in the belief, or what expected_find_costs raises.
     """
     check_limit(limit)
-    here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+    here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
     item = query.belief.item_types.index(query.item_type)
     if not here.containers:
         return ExpectedSearch(stops=(), partial_costs=(), cost=0.0, missing=1.0)
     order = best_order(here, item, costs=query.costs, belief_model=belief_model, limit=limit, ranking=ranking)
-    return along(order, here, item=item, model=belief_model, costs=query.costs)
+    return order_cost(order, here, item=item, model=belief_model, costs=query.costs)
 
 
 def cost_table(
-    here: Places,
+    here: SearchSpace,
     *,
     costs: ActionCosts,
     belief_model: BeliefModel,
@@ -111,7 +111,7 @@ def cost_table(
     metres = np.zeros((len(here.probability), len(here.from_m), here.to_m.shape[1]))
     if not here.containers or not metres.size:
         return metres
-    at_once = max(1, MOST_SUBSETS >> min(limit, len(here.containers)))
+    at_once = max(1, MAX_SUBSETS >> min(limit, len(here.containers)))
     for first in range(0, len(metres), at_once):
         items = np.arange(first, min(first + at_once, len(metres)))
         setup = _setup(here, items, costs, belief_model, limit, ranking)
@@ -122,7 +122,7 @@ def cost_table(
 
 
 def best_order(
-    here: Places,
+    here: SearchSpace,
     item: int,
     *,
     costs: ActionCosts,
@@ -155,7 +155,7 @@ class _Setup:
 
 
 def _setup(
-    here: Places,
+    here: SearchSpace,
     items: Indices,
     costs: ActionCosts,
     model: BeliefModel,

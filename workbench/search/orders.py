@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import BeliefModel, SearchStop
-from workbench.search.places import Places
+from workbench.search.places import SearchSpace
 from workbench.search.remaining import still_missing_along
 
 
@@ -33,9 +33,9 @@ class ExpectedSearch:
     missing: float
 
 
-def along(
+def order_cost(
     order: Sequence[int] | npt.NDArray[np.intp],
-    here: Places,
+    here: SearchSpace,
     *,
     item: int = 0,
     model: BeliefModel,

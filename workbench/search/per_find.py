@@ -17,9 +17,9 @@ import numpy.typing as npt
 from workbench.beliefs.belief import Belief
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit, choose_per_find, ranking_of
 from workbench.search.costs import ActionCosts
-from workbench.search.engine import MOST_SUBSETS, cost_table, program
+from workbench.search.engine import MAX_SUBSETS, cost_table, program
 from workbench.search.find_costs import BeliefModel, FindCosts
-from workbench.search.places import Places, places
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import still_missing_by_subset
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
@@ -44,7 +44,7 @@ def per_find_costs(
     Args, Returns, Raises:
         As engine.expected_find_costs; each entry is engine.expected_search's cost for the same query.
     """
-    here = places(belief, travel, origins=origins, targets=targets)
+    here = search_space(belief, travel, origins=origins, targets=targets)
     return FindCosts(
         item_types=belief.item_types,
         origins=tuple(origins),
@@ -56,7 +56,7 @@ def per_find_costs(
 
 
 def per_find_table(
-    here: Places, *, costs: ActionCosts, belief_model: BeliefModel, limit: int, ranking: Ranking | None = None
+    here: SearchSpace, *, costs: ActionCosts, belief_model: BeliefModel, limit: int, ranking: Ranking | None = None
 ) -> Array:
     """The costs for all of `here`, shape (item types, origins, targets)."""
     check_limit(limit)
@@ -69,7 +69,7 @@ def per_find_table(
     found = costs.manipulation + here.to_m
     for item, of_pairs in enumerate(chosen):
         sets, start, pairs = _grouped(of_pairs)
-        at_once = max(1, MOST_SUBSETS >> limit)
+        at_once = max(1, MAX_SUBSETS >> limit)
         for first in range(0, len(sets), at_once):
             some = sets[first : first + at_once]
             offsets = start[first : first + len(some) + 1]

@@ -30,7 +30,7 @@ class LocationOutOfReach(NotFound):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Places:
+class SearchSpace:
     """The searchable containers and the distances between them, in metres.
 
     Attributes:
@@ -48,9 +48,9 @@ class Places:
     between_m: Array
 
 
-def places(
+def search_space(
     belief: Belief, travel: TravelCosts, *, origins: Sequence[LocationId], targets: Sequence[LocationId]
-) -> Places:
+) -> SearchSpace:
     """The reachable containers of a belief, with their distances.
 
     Raises:
@@ -63,7 +63,7 @@ def places(
         probability = np.ascontiguousarray(probability[:, reachable])
     at = travel.rows(containers)
     starts, ends = _indices(travel, origins), _indices(travel, targets)
-    return Places(
+    return SearchSpace(
         containers=containers,
         probability=probability,
         from_m=travel.metres[starts[:, None], at],

@@ -47,7 +47,7 @@ def cost_table(
     for item in range(len(answer)):
         ends = np.zeros_like(found[item]) if tail is None else tail[item]
         table = subset_costs(missing[item], between_m[item], found[item], search, ends)
-        answer[item] = _least(missing[item], from_m[item], found[item], search, table, 0)
+        answer[item] = _min_over_next(missing[item], from_m[item], found[item], search, table, 0)
     return answer
 
 
@@ -97,7 +97,7 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
     subset, row, whole = 0, from_m, 0.0
     while len(order) < len(between_m):
         left = [a for a in range(len(between_m)) if not subset >> a & 1]
-        steps = _steps(missing, row[None], found[:, None], search, table, subset)[0, :, 0]
+        steps = _next_step_terms(missing, row[None], found[:, None], search, table, subset)[0, :, 0]
         whole = whole if order else float(steps.min())
         chosen = left[first_least(steps, scale=whole)]
         order.append(chosen)
@@ -121,16 +121,16 @@ def subset_costs(missing: Array, between_m: Array, found: Array, search: float, 
     table = np.zeros((1 << k, k, found.shape[1]))
     table[-1] = ends
     for subset in range((1 << k) - 2, 0, -1):
-        table[subset] = _least(missing, between_m, found, search, table, subset)
+        table[subset] = _min_over_next(missing, between_m, found, search, table, subset)
     return table
 
 
-def _least(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
+def _min_over_next(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
     """The right-hand side of the recursion for each row of from_m, shape (rows, targets)."""
-    return _steps(missing, from_m, found, search, table, subset).min(axis=1)
+    return _next_step_terms(missing, from_m, found, search, table, subset).min(axis=1)
 
 
-def _steps(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
+def _next_step_terms(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
     """The terms that are minimised, for each next container a, shape (rows, candidates left, targets)."""
     left = np.array([a for a in range(from_m.shape[1]) if not subset >> a & 1], dtype=np.intp)
     after = subset | (1 << left)

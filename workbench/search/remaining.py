@@ -36,10 +36,10 @@ from workbench.search.find_costs import BeliefModel
 
 Array = npt.NDArray[np.float64]
 
-ALIKE = 1e-12
+UNIFORM_PROBABILITY = 1e-12
 """Value of p used if every p is 0 and an instance is known to exist."""
 
-LEAST_CHANCE = 1e-9
+MIN_EXISTENCE_PROBABILITY = 1e-9
 """Value of z used in place of 0; the model is then practically exclusive."""
 
 KINDS: dict[BeliefModel, int] = {"independent": 0, "exists": 1, "exclusive": 2, "marginal": 1}
@@ -77,16 +77,16 @@ def unconditioned(probability: Array, model: BeliefModel) -> Array:
     if model == "independent":
         return probability
     nowhere = ~(probability > 0).any(axis=-1, keepdims=True)
-    p = np.where(nowhere, ALIKE, probability)
+    p = np.where(nowhere, UNIFORM_PROBABILITY, probability)
     if model != "marginal" or not p.size:
         return p
     program = compiled_loops()
     rows = p.reshape(-1, p.shape[-1])
-    z = chance_of_any(rows) if program is None else program.chance_of_any(rows)
-    return p * np.maximum(z, LEAST_CHANCE).reshape(*p.shape[:-1], 1)
+    z = existence_probability(rows) if program is None else program.chance_of_any(rows)
+    return p * np.maximum(z, MIN_EXISTENCE_PROBABILITY).reshape(*p.shape[:-1], 1)
 
 
-def chance_of_any(p: Array) -> Array:
+def existence_probability(p: Array) -> Array:
     """z, the positive root of 1 - product of (1 - z p) = z, or 0 where there is none: shape (..., 1).
 
     The left side minus the right side is concave in z, so Newton's method from 1 approaches the root from above.

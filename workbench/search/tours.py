@@ -30,15 +30,15 @@ Indices = npt.NDArray[np.int64]
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCLUSIVE, "marginal": EXISTS}
 
-LONGEST_RUN = 3
-LEAST_GAIN = RELATIVE
+MAX_RUN_LENGTH = 3
+MIN_GAIN = RELATIVE
 """A move must save this share of the cost, so that rounding cannot cause cycles."""
 
 NEGLIGIBLE = 1e-3
 """Moves that start where less than this share of the cost remains are not tried."""
 
 
-class Search(NamedTuple):
+class TourQuery(NamedTuple):
     """One query as arrays.
 
     Attributes:
@@ -58,7 +58,7 @@ class Search(NamedTuple):
     look: float
 
 
-class _Along(NamedTuple):
+class _PrefixSums(NamedTuple):
     """Prefix quantities of the current order, before each stop and after the last, shape (containers + 1,).
 
     miss: m. left: probability that the object is still missing, not yet divided by left[0]. upto: cost of the stops
@@ -71,7 +71,7 @@ class _Along(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def improve(start: Indices, query: Search, passes: int) -> tuple[Indices, float]:
+def improve(start: Indices, query: TourQuery, passes: int) -> tuple[Indices, float]:
     """Improve an order by at most `passes` passes over all moves, accepting every move that helps.
 
     Args:
@@ -82,12 +82,12 @@ def improve(start: Indices, query: Search, passes: int) -> tuple[Indices, float]
     """
     n = len(start)
     order, new = start.copy(), start.copy()
-    now = _Along(np.ones(n + 1), np.ones(n + 1), np.zeros(n + 1))
-    now.left[0] = _beginning(query)
-    _measure(order, query, now)
+    now = _PrefixSums(np.ones(n + 1), np.ones(n + 1), np.zeros(n + 1))
+    now.left[0] = _initial_missing(query)
+    _fill_prefix_sums(order, query, now)
     for _ in range(passes):
         before = now.upto[n]
-        for length in range(LONGEST_RUN + 1):
+        for length in range(MAX_RUN_LENGTH + 1):
             for first in range(n - length + 1):
                 if now.upto[n] - now.upto[first] <= NEGLIGIBLE * now.upto[n]:
                     break
@@ -96,19 +96,19 @@ def improve(start: Indices, query: Search, passes: int) -> tuple[Indices, float]
                         continue
                     low = min(first, to)
                     high = to if length == 0 else max(first, to) + length - 1
-                    if _helps(order, first, length, to, low, high, query, now):
+                    if _move_improves(order, first, length, to, low, high, query, now):
                         for j in range(low, high + 1):
-                            new[j] = _stop(order, j, first, length, to)
+                            new[j] = _stop_after_move(order, j, first, length, to)
                         for j in range(low, high + 1):
                             order[j] = new[j]
-                        _measure(order, query, now)
+                        _fill_prefix_sums(order, query, now)
         if now.upto[n] >= before:
             break
     return order, now.upto[n] / now.left[0]
 
 
 @njit(cache=True, nogil=True)
-def _beginning(query: Search) -> float:
+def _initial_missing(query: TourQuery) -> float:
     """The probability that the object is missing before the first stop, not normalised."""
     if query.model == INDEPENDENT:
         return 1.0
@@ -119,7 +119,7 @@ def _beginning(query: Search) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _measure(order: Indices, query: Search, now: _Along) -> None:
+def _fill_prefix_sums(order: Indices, query: TourQuery, now: _PrefixSums) -> None:
     """Fills `now` for an order."""
     for j in range(len(order)):
         a = order[j]
@@ -131,7 +131,7 @@ def _measure(order: Indices, query: Search, now: _Along) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _stop(order: Indices, place: int, first: int, length: int, to: int) -> int:
+def _stop_after_move(order: Indices, place: int, first: int, length: int, to: int) -> int:
     """The container at a position of the segment that a move touches.
 
     length 0: the stops first..to are reversed. Otherwise the run of `length` stops at `first` goes to `to`.
@@ -144,18 +144,20 @@ def _stop(order: Indices, place: int, first: int, length: int, to: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _helps(order: Indices, first: int, length: int, to: int, low: int, high: int, query: Search, now: _Along) -> bool:
+def _move_improves(
+    order: Indices, first: int, length: int, to: int, low: int, high: int, query: TourQuery, now: _PrefixSums
+) -> bool:
     """Whether the stops low..high, including the leg that follows, cost less after the move."""
     n = len(order)
     after = now.left[high + 1]
-    most = now.upto[high + 1] - now.upto[low] - LEAST_GAIN * now.upto[n]
+    most = now.upto[high + 1] - now.upto[low] - MIN_GAIN * now.upto[n]
     if high + 1 < n:
-        last = _stop(order, high, first, length, to)
+        last = _stop_after_move(order, high, first, length, to)
         most += after * (query.between_m[order[high], order[high + 1]] - query.between_m[last, order[high + 1]])
     cost, miss, left = 0.0, now.miss[low], now.left[low]
     at = order[low - 1] if low else 0
     for j in range(low, high + 1):
-        a = _stop(order, j, first, length, to)
+        a = _stop_after_move(order, j, first, length, to)
         leg = query.from_m[a] if j == 0 else query.between_m[at, a]
         end = miss * query.p[a]
         cost += left * (leg + query.look) + end * query.found[a]

@@ -23,7 +23,7 @@ Fact = tuple[str, tuple[ItemId, ...]]
 
 
 @dataclass(slots=True, eq=False)
-class _Asked:
+class _QueryCache:
     """Cache of queries about the same contents; moving the robot, for example, does not invalidate it.
 
     Attributes:
@@ -67,7 +67,7 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
-    _asked: _Asked = field(default_factory=_Asked, repr=False, compare=False)
+    _asked: _QueryCache = field(default_factory=_QueryCache, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         asked, plan, travel = self._asked, self.plan, self.travel
@@ -75,7 +75,7 @@ class Knowledge:
         same_left = same_place and asked.first_seen is self.first_seen and asked.closed is self.closed
         if not same_left or asked.items_at is not self.items_at:
             left = asked.unsearched if same_left else None
-            anew = _Asked(self.items_at, self.first_seen, self.closed, plan, travel, left)
+            anew = _QueryCache(self.items_at, self.first_seen, self.closed, plan, travel, left)
             object.__setattr__(self, "_asked", anew)
 
     @property
@@ -97,7 +97,7 @@ class Knowledge:
             asked[item_type] = tuple(found)
         return asked[item_type]
 
-    def knows(self, item_type: ItemType) -> bool:
+    def has_known_instance(self, item_type: ItemType) -> bool:
         """Whether the location of some instance is known, including one in the hand."""
         return (self.holding is not None and self.holding.type == item_type) or bool(self.where(item_type))
 
@@ -135,7 +135,7 @@ class Knowledge:
         there = MappingProxyType({**self.items_at, self.robot_at: here})
         return self._with(self.robot_at, None, there)._others_stand_as_in(self, {self.holding.type})
 
-    def lost(self, item: ItemId) -> Knowledge:
+    def without_item(self, item: ItemId) -> Knowledge:
         """The knowledge after an item turned out not to be at its known location."""
         there = {loc: tuple(i for i in items if i.id != item) for loc, items in self.items_at.items()}
         return replace(self, items_at=MappingProxyType(there))

@@ -21,7 +21,7 @@ UNKNOWN_SIZE_M = (0.5, 0.5, 0.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Word:
+class TypeEntry:
     """A row of the vocabulary.
 
     Attributes:
@@ -44,7 +44,7 @@ class Word:
 
 
 @cache
-def vocabulary() -> Mapping[str, Word]:
+def vocabulary() -> Mapping[str, TypeEntry]:
     """The table, by type."""
     text = files("workbench").joinpath("data/vocabulary.csv").read_text(encoding="utf-8")
     return {row["type"]: _word(row) for row in csv.DictReader(text.splitlines())}
@@ -52,7 +52,7 @@ def vocabulary() -> Mapping[str, Word]:
 
 def readable_name(type_name: str) -> str:
     """The generic name of a type: "ShelvingUnit" -> "shelving unit", "ObjaWallClock" -> "wall clock"."""
-    word = _nearest_word(type_name)
+    word = _vocabulary_row(type_name)
     return word.name if word else _split(type_name.removeprefix("Obja"))
 
 
@@ -69,19 +69,19 @@ def container_types() -> tuple[str, ...]:
 
 def can_carry(type_name: str) -> bool:
     """Whether a robot's arm can carry an item of this type; True for types that are not in the table."""
-    word = _nearest_word(type_name)
+    word = _vocabulary_row(type_name)
     return word is None or word.carry
 
 
 def usual_size_m(type_name: str) -> tuple[float, float, float]:
     """Usual (depth, width, height) of a type: x, y, z of its own frame; half a metre each for an unknown type."""
-    word = _nearest_word(type_name)
+    word = _vocabulary_row(type_name)
     return word.size_m if word else UNKNOWN_SIZE_M
 
 
 def generic_type(type_name: str) -> str:
     """The type without its asset source: "ObjaEgg" is an "Egg", "ObjaCellphone" a "CellPhone"."""
-    word = _nearest_word(type_name)
+    word = _vocabulary_row(type_name)
     return word.type if word else type_name.removeprefix("Obja")
 
 
@@ -94,9 +94,9 @@ def type_named(name: str, known: Iterable[str], *, kind: str = "item type", wher
     types = sorted(known, key=lambda t: (t.startswith("Obja"), t))
     if name in types:
         return name
-    wanted = _squeezed(name)
+    wanted = _without_separators(name)
     for type_name in types:
-        if wanted in (_squeezed(type_name), _squeezed(readable_name(type_name))):
+        if wanted in (_without_separators(type_name), _without_separators(readable_name(type_name))):
             return type_name
     raise UnknownName(kind, name, {readable_name(t) for t in types}, where)
 
@@ -136,13 +136,16 @@ def _asset_prefixes() -> tuple[tuple[str, str], ...]:
 
 
 @cache
-def _nearest_word(type_name: str) -> Word | None:
+def _vocabulary_row(type_name: str) -> TypeEntry | None:
     """The row of a type, or of the type of the same name: "ObjaCellphone" is a "CellPhone"."""
     exact = vocabulary().get(type_name)
     if exact or not type_name.startswith("Obja"):
         return exact
-    wanted = _squeezed(type_name.removeprefix("Obja"))
-    return next((w for w in vocabulary().values() if wanted in (_squeezed(w.type), _squeezed(w.name))), None)
+    wanted = _without_separators(type_name.removeprefix("Obja"))
+    return next(
+        (w for w in vocabulary().values() if wanted in (_without_separators(w.type), _without_separators(w.name))),
+        None,
+    )
 
 
 def _split(camel: str) -> str:
@@ -150,12 +153,12 @@ def _split(camel: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|[_\-\s]+", " ", camel).strip().lower()
 
 
-def _squeezed(name: str) -> str:
+def _without_separators(name: str) -> str:
     return re.sub(r"[\s_\-]+", "", name).lower()
 
 
-def _word(row: Mapping[str, str]) -> Word:
-    return Word(
+def _word(row: Mapping[str, str]) -> TypeEntry:
+    return TypeEntry(
         type=row["type"],
         name=row["name"],
         container=row["container"] == "yes",

@@ -21,7 +21,7 @@ from workbench.worlds.house import (
     LocationId,
 )
 from workbench.worlds.travel import Paths, TravelCosts
-from workbench.worlds.world import Done, Looked, Refused
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult
 
 EPOCH_NS = 1_767_225_600_000_000_000
 """2026-01-01T00:00:00Z."""
@@ -81,7 +81,7 @@ class SimulatedWorld:
         """The contents of the known containers, in the given order."""
         return {container: self._house.contents[container] for container in self._known}
 
-    def go_to(self, location: LocationId) -> Done | Refused:
+    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         """Go to a location along the shortest path; refused if there is none."""
         metres = self.travel.between(self._at, location)
         path = self.paths.path(self._at, location)
@@ -90,7 +90,7 @@ class SimulatedWorld:
         self._at = location
         return self._done(metres * METRE_S, travel_m=metres, path=path)
 
-    def look_into(self, container: ContainerId) -> Looked | Refused:
+    def look_into(self, container: ContainerId) -> LookResult | ActionRefused:
         """The current contents of the container; the robot must stand at it."""
         if container not in self._house.contents:
             return self._refuse(f"no container {container}")
@@ -98,9 +98,9 @@ class SimulatedWorld:
             return self._refuse(f"the robot stands at {self._at}, not at {container}")
         done = self._done(LOOK_S)
         items = tuple(self._there[LocationId(container)])
-        return Looked(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
+        return LookResult(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
 
-    def pick(self, item: ItemId) -> Done | Refused:
+    def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         """Pick an item at the robot's location; the hand must be free."""
         if self._hand is not None:
             return self._refuse(f"the hand holds {self._hand.id}")
@@ -111,7 +111,7 @@ class SimulatedWorld:
                 return self._done(HANDLE_S)
         return self._refuse(f"no {item} at {self._at}")
 
-    def place(self, item: ItemId) -> Done | Refused:
+    def place(self, item: ItemId) -> ActionDone | ActionRefused:
         """Place the held item at the robot's location."""
         if self._hand is None or self._hand.id != item:
             return self._refuse(f"the hand does not hold {item}")
@@ -119,7 +119,7 @@ class SimulatedWorld:
         self._hand = None
         return self._done(HANDLE_S)
 
-    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
         """Prepare items that are in the hand or at the robot's location."""
         at_hand = {item.id for item in self._there.get(self._at, ())}
         if self._hand is not None:
@@ -129,10 +129,12 @@ class SimulatedWorld:
             return self._refuse(f"{action} needs {', '.join(missing)} at {self._at}")
         return self._done(HANDLE_S)
 
-    def _done(self, seconds: float, *, travel_m: float = 0.0, path: tuple[tuple[float, float], ...] = ()) -> Done:
+    def _done(
+        self, seconds: float, *, travel_m: float = 0.0, path: tuple[tuple[float, float], ...] = ()
+    ) -> ActionDone:
         start = self._now_ns
         self._now_ns = start + round(seconds * NS_PER_S)
-        return Done(start_ns=start, end_ns=self._now_ns, travel_m=travel_m, path=path)
+        return ActionDone(start_ns=start, end_ns=self._now_ns, travel_m=travel_m, path=path)
 
-    def _refuse(self, reason: str) -> Refused:
-        return Refused(start_ns=self._now_ns, end_ns=self._now_ns, reason=reason)
+    def _refuse(self, reason: str) -> ActionRefused:
+        return ActionRefused(start_ns=self._now_ns, end_ns=self._now_ns, reason=reason)

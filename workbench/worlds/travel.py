@@ -17,7 +17,7 @@ from workbench.errors import BadValue
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, LocationId
 
-MOST_ROWS = 10_000
+ROW_CACHE_SIZE = 10_000
 """Number of groups of locations whose indices are cached; beyond it, the cache is emptied."""
 
 
@@ -80,7 +80,7 @@ class TravelCosts:
         """
         found = self._rows.get(locations)
         if found is None:
-            if len(self._rows) >= MOST_ROWS:
+            if len(self._rows) >= ROW_CACHE_SIZE:
                 self._rows.clear()
             found = np.array([self._index[LocationId(location)] for location in locations], dtype=np.intp)
             found.flags.writeable = False

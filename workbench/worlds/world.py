@@ -15,7 +15,7 @@ from workbench.worlds.travel import Paths, TravelCosts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Done:
+class ActionDone:
     """The action succeeded; gives its times and, for a move, the distance in metres and the path.
 
     Stamps are nanoseconds since the Unix epoch. travel_m is 0 for actions other than moves. support is the evidence
@@ -30,7 +30,7 @@ class Done:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Looked:
+class LookResult:
     """A successful look: the contents of the container."""
 
     start_ns: int
@@ -41,7 +41,7 @@ class Looked:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Unseen:
+class NotInLog:
     """A log cannot answer: the container was not searched while it was recorded."""
 
     start_ns: int
@@ -49,7 +49,7 @@ class Unseen:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Refused:
+class ActionRefused:
     """The action failed, and why. The robot may have moved by travel_m metres and is now at `at`."""
 
     start_ns: int
@@ -80,23 +80,23 @@ class World(Protocol):
         """The contents of the containers that the robot knows before it starts."""
         ...
 
-    def go_to(self, location: LocationId) -> Done | Refused:
+    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         """Go to a location."""
         ...
 
-    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+    def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         """Search the container at the robot's location, which reveals all its contents."""
         ...
 
-    def pick(self, item: ItemId) -> Done | Refused:
+    def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         """Pick an item at the robot's location."""
         ...
 
-    def place(self, item: ItemId) -> Done | Refused:
+    def place(self, item: ItemId) -> ActionDone | ActionRefused:
         """Place the held item at the robot's location."""
         ...
 
-    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
         """Boil, peel, toast, pour-water, make-coffee or pour-coffee with items in the hand or at the robot's
         location."""
         ...

@@ -51,7 +51,7 @@ _IN_WORDS = {
 }
 
 
-def why_not_ready(error: Exception) -> str:
+def not_ready_reason(error: Exception) -> str:
     """Why a robot cannot power on or stand up, and how to fix it."""
     return _IN_WORDS.get(type(error).__name__, reason_of(error))
 
@@ -80,7 +80,7 @@ class Control:
         self._keep_alive: LeaseKeepAlive | None = None
         self._estop: EstopKeepAlive | None = None
         self._lease: Lease | None = None
-        self.lost = threading.Event()
+        self.without_item = threading.Event()
         self.returned = False
 
     def __enter__(self) -> Self:
@@ -94,7 +94,7 @@ class Control:
             self.give_back()
             if isinstance(error, RpcError):
                 raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
-            raise NotReady(str(self._connection.address), why_not_ready(error)) from error
+            raise NotReady(str(self._connection.address), not_ready_reason(error)) from error
         except BaseException:
             self.give_back()
             raise
@@ -112,13 +112,13 @@ class Control:
 
     def stop(self) -> None:
         """Stop the robot where it is, if it is reachable."""
-        self._tell(RobotCommandBuilder.stop_command())
+        self._try_command(RobotCommandBuilder.stop_command())
 
     def give_back(self) -> None:
         """Stop, sit down, power off and return the lease. Safe to call twice; never raises because of the robot."""
-        if self._lease is not None and not self.lost.is_set() and self._stand:
+        if self._lease is not None and not self.without_item.is_set() and self._stand:
             self.stop()
-            self._tell(RobotCommandBuilder.safe_power_off_command())
+            self._try_command(RobotCommandBuilder.safe_power_off_command())
             self._await_motors_off()
         if self._keep_alive is not None:
             self._keep_alive.shutdown()
@@ -146,7 +146,7 @@ class Control:
     def _on_failure(self, error: Exception) -> None:
         """Keep-alive callback: a lease taken by another client is lost, but a failed call does not lose it."""
         if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
-            self.lost.set()
+            self.without_item.set()
 
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")
@@ -199,7 +199,7 @@ class Control:
                 raise NotReady(str(self._connection.address), otherwise)
             clock.sleep(POLL_S)
 
-    def _tell(self, command: robot_command_pb2.RobotCommand) -> None:
+    def _try_command(self, command: robot_command_pb2.RobotCommand) -> None:
         """Send a command, tolerating failure: the robot may be unreachable, or the lease lost."""
         try:
             self._connection.client("robot-command").robot_command(command, timeout=2.0)

@@ -8,19 +8,19 @@ from recorders.spot.client.connection import ROBOT_ERRORS, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import RunStopped
 from workbench.errors import LiosError
-from workbench.execution.events import Acted, Ended, Event, Planned, RunStatus
+from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.planning.tasks import Task
 from workbench.worlds.world import World
 
 
-def guarded(events: Iterable[Event], world: World, control: Control, task: Task) -> Iterator[Event]:
+def stopping_on_error(events: Iterable[Event], world: World, control: Control, task: Task) -> Iterator[Event]:
     """Yield the events; if the run cannot continue, stop the robot and end with an ABORTED status."""
     decision, searches, own_cost, travel_m = 0, 0, 0.0, 0.0
     try:
         for event in events:
-            if isinstance(event, Planned):
+            if isinstance(event, PlanMade):
                 decision = event.decision
-            if isinstance(event, Acted):
+            if isinstance(event, ActionEnded):
                 own_cost, travel_m = own_cost + event.cost, travel_m + event.travel_m
                 searches += event.step.action == "search"
             yield event
@@ -30,7 +30,7 @@ def guarded(events: Iterable[Event], world: World, control: Control, task: Task)
     except (*ROBOT_ERRORS, LiosError) as error:
         reason = str(error) if isinstance(error, LiosError) else f"the robot failed ({reason_of(error)})"
     control.stop()
-    yield Ended(
+    yield RunEnded(
         stamp_ns=world.now_ns(),
         decision=decision,
         status=RunStatus.ABORTED,

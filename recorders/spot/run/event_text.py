@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from workbench.execution.events import Acted, Believed, Costed, Ended, Event, Observed, Planned
+from workbench.execution.events import (
+    ActionEnded,
+    BeliefUpdated,
+    ContainerObserved,
+    Event,
+    FindCostsUpdated,
+    PlanMade,
+    RunEnded,
+)
 from workbench.planning.plans import PlanStatus
 
 
-def in_words(event: Event) -> str:
+def event_line(event: Event) -> str:
     """An event in one line."""
     match event:
-        case Observed():
+        case ContainerObserved():
             held = ", ".join(item.type for item in event.items) or "nothing"
             return f"{event.container} holds {held}"
-        case Planned():
+        case PlanMade():
             plan = event.made.plan
             if plan.status is not PlanStatus.SOLVED:
                 return f"Plan {event.decision} ({event.reason}), {plan.status}: {plan.note or 'none was found'}"
@@ -21,12 +29,12 @@ def in_words(event: Event) -> str:
             order = f" looking into {looks}" if looks else ""
             more = "; ..." if len(plan.steps) > 4 else ""
             return f"Plan {event.decision} ({event.reason}), cost {plan.cost:.1f}: {steps}{more}{order}"
-        case Acted():
+        case ActionEnded():
             result = "" if event.success else f" refused: {event.reason}"
             return f"{event.step}{result} ({(event.stamp_ns - event.start_ns) / 1e9:.0f} s)"
-        case Believed():
+        case BeliefUpdated():
             return f"Believes by {event.belief.estimator}"
-        case Costed():
+        case FindCostsUpdated():
             return f"Priced {len(event.find_costs.item_types)} item types"
-        case Ended():
+        case RunEnded():
             return f"Ended: {event.status}: {event.reason}"

@@ -44,7 +44,7 @@ BODY_M = 0.52
 """Default height in metres of a standing body."""
 
 
-class Hands(Protocol):
+class Manipulator(Protocol):
     """Pick and place; each returns the reason of a failure, or ""."""
 
     def pick(self, item: ItemId) -> str: ...
@@ -53,7 +53,7 @@ class Hands(Protocol):
 
 
 @final
-class HelperHands:
+class HelperManipulator:
     """For robots without an arm: a person loads and unloads items and confirms by key."""
 
     def __init__(self, world: SpotWorld) -> None:
@@ -69,7 +69,7 @@ class HelperHands:
 
 
 @final
-class ArmHands:
+class ArmManipulator:
     """Spot's arm: grasps at the position of a tag, and places in front of the body."""
 
     def __init__(self, world: SpotWorld) -> None:
@@ -182,7 +182,7 @@ class ArmHands:
             answer: robot_command_pb2.RobotCommandFeedbackResponse = world.call(
                 lambda: client.robot_command_feedback(number, timeout=world.connection.timeout_s)
             )
-            ended = how_it_ended(answer.feedback.synchronized_feedback)
+            ended = command_result(answer.feedback.synchronized_feedback)
             if ended is not None:
                 return ended
         return f"the arm did not get there in {ARM_LIMIT_S:g} s"
@@ -212,7 +212,7 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
 
 
-def how_it_ended(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
+def command_result(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
     """The result of an arm or gripper command: None while running, "" on success, else the reason of the failure."""
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
     going = basic_command_pb2.RobotCommandFeedbackStatus

@@ -28,7 +28,7 @@ _Goal = Callable[[int | None], int]
 
 TURN_LIMIT = 1.0
 """Angular speed limit in radians per second, if speed is limited."""
-LEAST_S = 20.0
+MIN_TIME_LIMIT_S = 20.0
 """Time allowance in seconds of every walk, added to walk_factor times its expected time."""
 UNKNOWN_M = 20.0
 """Assumed walking distance in metres of a robot that is not localised."""
@@ -50,8 +50,8 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
     if pose is None:
         return f"no way leads to {location}"
     _note_place(world, walked)
-    limit_ns = world.now_ns() + round((LEAST_S + settings.walk_factor * _expected_s(world, pose)) * 1e9)
-    goal, number, sent_ns = way_to(world, location, pose), None, 0
+    limit_ns = world.now_ns() + round((MIN_TIME_LIMIT_S + settings.walk_factor * _expected_s(world, pose)) * 1e9)
+    goal, number, sent_ns = navigation_goal(world, location, pose), None, 0
     status = answer.STATUS_FOLLOWING_ROUTE
     while status in _GOING:
         if world.now_ns() > limit_ns:
@@ -61,7 +61,7 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
             if status == answer.STATUS_COMMAND_TIMED_OUT:
                 number = None
             if number is None or world.now_ns() - sent_ns > settings.dead_man_s / 3 * 1e9:
-                number, sent_ns = keep_going(world, goal, number), world.now_ns()
+                number, sent_ns = renew_navigation(world, goal, number), world.now_ns()
             world.wait(settings.poll_s)
             status = _status(world, number)
         except RobotImpairedError as error:
@@ -91,7 +91,7 @@ def _status(world: SpotWorld, number: int) -> _Status:
     return answer.status
 
 
-def keep_going(world: SpotWorld, goal: _Goal, number: int | None) -> int:
+def renew_navigation(world: SpotWorld, goal: _Goal, number: int | None) -> int:
     """Extend the command to walk to a goal by dead_man_s; returns the command id, a new one if the robot has lost
     the old.
 
@@ -111,7 +111,7 @@ def _note_place(world: SpotWorld, walked: WalkLog) -> None:
         walked.add((body.position.x, body.position.y))
 
 
-def way_to(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
+def navigation_goal(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
     """The goal for GraphNav: a waypoint, else a pose in the seed frame at body height."""
     client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, world.settings.dead_man_s
     travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(world.settings.speed_mps))

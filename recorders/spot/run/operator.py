@@ -42,7 +42,7 @@ class Operator(Protocol):
 
 
 @final
-class Nobody:
+class NoOperator:
     """No operator: every question is answered no."""
 
     present = False
@@ -52,7 +52,7 @@ class Nobody:
 
 
 @final
-class Agreeing:
+class AgreeingOperator:
     """Answers yes to everything and keeps the questions; for simulations and tests."""
 
     present = True
@@ -91,7 +91,7 @@ class _Line:
     text: str = ""
 
 
-class KeyBoard:
+class KeyboardOperator:
     """Reads keys in a thread during a run or a recording; a context manager and an Operator.
 
     Args:
@@ -220,7 +220,7 @@ class KeyBoard:
 
 
 @contextmanager
-def signals_press(stop: StopSwitch) -> Generator[None]:
+def stop_on_signals(stop: StopSwitch) -> Generator[None]:
     """Let Ctrl-C, SIGTERM and a closed terminal press the stop switch, so that the run ends in an orderly way."""
     if threading.current_thread() is not threading.main_thread():
         yield

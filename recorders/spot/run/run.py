@@ -15,14 +15,14 @@ from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NotLocalized
 from recorders.spot.client.identity import robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
-from recorders.spot.run.abort_guard import guarded
-from recorders.spot.run.operator import KeyBoard, Nobody, Operator, StopSwitch
+from recorders.spot.run.abort_guard import stopping_on_error
+from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.world import RunSettings, SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.execution.events import Ended, Event, Planned
+from workbench.execution.events import Event, PlanMade, RunEnded
 from workbench.execution.loop import outcome_of, run_task
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
@@ -30,7 +30,7 @@ from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import ROBOT, ActionCosts
+from workbench.search.costs import ROBOT_COSTS, ActionCosts
 from workbench.worlds.house import Contents, House
 from workbench.worlds.sites.site import Site
 
@@ -50,7 +50,7 @@ class RobotRun:
     strategy: str
     estimator: str = "best"
     seed: int = 0
-    costs: ActionCosts = ROBOT
+    costs: ActionCosts = ROBOT_COSTS
     settings: RunSettings = field(default_factory=RunSettings)
     rates: Rates = field(default_factory=Rates)
     truth: Contents | None = None
@@ -69,7 +69,7 @@ class RunReport:
         lease_returned: whether we no longer hold the lease.
     """
 
-    ended: Ended
+    ended: RunEnded
     seconds: float
     lease_returned: bool
     gaps: tuple[float, ...]
@@ -94,7 +94,7 @@ def run_and_record(
     Raises:
         as for Connection and Control before the run; a started run always ends with a status.
     """
-    strategy, estimator = who_decides(run)
+    strategy, estimator = strategy_and_estimator(run)
     stepped = isinstance(connection.clock, Stepped)
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
@@ -102,7 +102,7 @@ def run_and_record(
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
-        _find_itself(world, run, held)
+        _localize_and_set_start(world, run, held)
         run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
@@ -119,12 +119,12 @@ def run_and_record(
             settings={"spot": _settings(run)},
         ) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
-            if isinstance(operator, KeyBoard):
+            if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
                 events = run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed)
-                seen = _follow(guarded(events, world, control, run.task), recorder, session, hear)
+                seen = _record_events(stopping_on_error(events, world, control, run.task), recorder, session, hear)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
@@ -137,7 +137,7 @@ def run_and_record(
     )
 
 
-def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
+def first_decision(connection: Connection, run: RobotRun) -> PlanMade | None:
     """The first decision, without moving the robot, taking the lease or recording.
 
     Raises:
@@ -148,9 +148,9 @@ def first_decision(connection: Connection, run: RobotRun) -> Planned | None:
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
-    strategy, estimator = who_decides(run)
+    strategy, estimator = strategy_and_estimator(run)
     for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
-        if isinstance(event, Planned):
+        if isinstance(event, PlanMade):
             return event
     return None
 
@@ -168,12 +168,12 @@ def _world(
         control=control,
         site=run.site,
         settings=run.settings,
-        operator=operator or Nobody(),
+        operator=operator or NoOperator(),
         stop=stop or StopSwitch(),
     )
 
 
-def _find_itself(world: SpotWorld, run: RobotRun, held: ExitStack) -> None:
+def _localize_and_set_start(world: SpotWorld, run: RobotRun, held: ExitStack) -> None:
     """Localise the robot and set the site's start to its pose. A lying robot sees few fiducials, so it may stand up
     for this, under control that ends with `held`."""
     if run.map_folder is not None:
@@ -197,7 +197,7 @@ def _marked(session: Session, key: str) -> None:
         session.note("mark")
 
 
-def _follow(
+def _record_events(
     events: Iterable[Event], recorder: RunRecorder, session: Session, hear: Callable[[Event], None] | None
 ) -> list[Event]:
     """Record the events one by one while the session runs."""
@@ -223,7 +223,7 @@ def _follow(
     return seen
 
 
-def who_decides(run: RobotRun) -> tuple[Strategy, Estimator]:
+def strategy_and_estimator(run: RobotRun) -> tuple[Strategy, Estimator]:
     """The strategy and the estimator of a run by name; needs no robot.
 
     Raises:

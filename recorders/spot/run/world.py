@@ -27,14 +27,14 @@ from recorders.spot.client.localized import is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.client.tags import TagSighting, read_tags, within
-from recorders.spot.run.manipulation import ArmHands, Hands, HelperHands
+from recorders.spot.run.manipulation import ArmManipulator, HelperManipulator, Manipulator
 from recorders.spot.run.navigate import LEASE_LOST, walk
-from recorders.spot.run.operator import Nobody, Operator, StopSwitch
+from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
 from workbench.worlds.sites.site import Site, starting_at
 from workbench.worlds.travel import Paths, TravelCosts
-from workbench.worlds.world import Done, Looked, Refused, Unseen
+from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Answer = TypeVar("Answer")
 
@@ -77,14 +77,14 @@ class SpotWorld:
     control: Control
     site: Site
     settings: RunSettings = field(default_factory=RunSettings)
-    operator: Operator = field(default_factory=Nobody)
+    operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
-    _hands: Hands = field(init=False)
+    _hands: Manipulator = field(init=False)
 
     def __post_init__(self) -> None:
         arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
-        self._hands = ArmHands(self) if arm else HelperHands(self)
+        self._hands = ArmManipulator(self) if arm else HelperManipulator(self)
 
     @property
     def plan(self) -> FloorPlan:
@@ -104,7 +104,7 @@ class SpotWorld:
     def known_at_start(self) -> Contents:
         return MappingProxyType({})
 
-    def go_to(self, location: LocationId) -> Done | Refused:
+    def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
         reason = ""
         for attempt in range(self.settings.attempts):
@@ -114,16 +114,16 @@ class SpotWorld:
             reason = walk(self, location, walked)
             if not reason:
                 self.at, end_ns = location, self.now_ns()
-                return Done(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
-        return Refused(
+                return ActionDone(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+        return ActionRefused(
             start_ns=start_ns, end_ns=self.now_ns(), reason=reason, travel_m=walked.metres, path=walked.corners()
         )
 
-    def look_into(self, container: ContainerId) -> Looked | Unseen | Refused:
+    def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start_ns = self.now_ns()
         closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
         if closed and self.operator.present and not self.operator.confirm(f"Open {container}, then press y."):
-            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
+            return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
         found: dict[ItemId, TagSighting] = {}
         box, placed = self.site.plan.container(container), self._localize()
         while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
@@ -137,22 +137,22 @@ class SpotWorld:
                     found[item.id] = sighting
         if not placed:
             reason = "the robot does not know where it is, so what it sees cannot be placed"
-            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+            return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
         items = tuple(by_id[name] for name in sorted(found))
-        return Looked(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
+        return LookResult(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
 
-    def pick(self, item: ItemId) -> Done | Refused:
+    def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
         reason = self._hands.pick(item)
         return self._handled(start_ns, reason)
 
-    def place(self, item: ItemId) -> Done | Refused:
+    def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
         reason = self._hands.place(item)
         return self._handled(start_ns, reason)
 
-    def prepare(self, action: str, items: tuple[ItemId, ...]) -> Done | Refused:
+    def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
         done = self.operator.confirm(f"Please {action} {', '.join(items)}, then press y.")
         return self._handled(start_ns, "" if done else f"nobody was there to {action}")
@@ -227,7 +227,7 @@ class SpotWorld:
         self.connection.clock.sleep(seconds)
         if self.stop.is_pressed:
             raise RunStopped(self.stop.reason)
-        if self.control.lost.is_set():
+        if self.control.without_item.is_set():
             raise RunStopped(LEASE_LOST)
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
@@ -256,10 +256,10 @@ class SpotWorld:
         """The SDK's client of GraphNav; its methods have no types."""
         return self.connection.client("graph-nav-service")
 
-    def _handled(self, start_ns: int, reason: str) -> Done | Refused:
+    def _handled(self, start_ns: int, reason: str) -> ActionDone | ActionRefused:
         if reason:
-            return Refused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
-        return Done(start_ns=start_ns, end_ns=self.now_ns())
+            return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+        return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
 
     def _localize(self) -> bool:
         def find() -> None:

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import final
 
 from recorders.spot.client.odometer import WalkLog
-from workbench.execution.events import Acted, Ended, Event, Observed, RunStatus
+from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.goal_check import is_met
 from workbench.log_schema.events import NANO
 from workbench.planning.plans import PlanStep
@@ -30,7 +30,7 @@ Position = tuple[float, float, float]
 
 STILL_M = 0.15
 """A robot that stays within this many metres of a point stands still."""
-NEAR_M = 0.8
+ARRIVAL_RADIUS_M = 0.8
 """A robot within this many metres of a standing pose is at that location."""
 DWELL_S, LOOK_S = 2.0, 4.0
 """Standing for DWELL_S is an arrival; for LOOK_S at a container, a look into it."""
@@ -39,7 +39,7 @@ MARGIN_M = 0.35
 
 @final
 @dataclass(slots=True, kw_only=True)
-class Derivation:
+class ActionDeriver:
     """Derives events from sensor data; thread-safe.
 
     Args:
@@ -146,7 +146,7 @@ class Derivation:
             self._act(step, start_ns, end_ns, cost=self.costs.manipulation)
             self.knowledge = self.knowledge.placed()
 
-    def end(self, *, status: RunStatus | None = None, reason: str = "") -> Ended:
+    def end(self, *, status: RunStatus | None = None, reason: str = "") -> RunEnded:
         """End the session, with the given status or by whether the goal is met."""
         with self._lock:
             self._look_is_over(self._last_ns)
@@ -157,7 +157,7 @@ class Derivation:
                 ("the goal is met" if has_goal else "recorded") if met else "it ended before the goal"
             )
             done = status is RunStatus.DONE
-            ended = Ended(
+            ended = RunEnded(
                 stamp_ns=self._last_ns,
                 decision=0,
                 status=status,
@@ -204,7 +204,7 @@ class Derivation:
         if put_here:
             there = {**self.knowledge.items_at, at: (*items, *put_here)}
             self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
-        self.tell(Observed(stamp_ns=end_ns, decision=0, container=container.id, items=items, robot_at=at))
+        self.tell(ContainerObserved(stamp_ns=end_ns, decision=0, container=container.id, items=items, robot_at=at))
 
     def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
         from shapely import Point as ShapelyPoint
@@ -224,7 +224,7 @@ class Derivation:
             if (pose := self.site.paths.standing_pose(name)) is not None
         ]
         best = min(away, default=None)
-        return best[1] if best is not None and best[0] <= NEAR_M else None
+        return best[1] if best is not None and best[0] <= ARRIVAL_RADIUS_M else None
 
     def _nearest_known(self) -> Item | None:
         """The known item at the current location whose tag is nearest to the robot."""
@@ -259,7 +259,7 @@ class Derivation:
         self.travel_m += travel
         self._left_ns = end_ns
         self.tell(
-            Acted(
+            ActionEnded(
                 stamp_ns=end_ns,
                 decision=0,
                 index=self.steps,

@@ -44,7 +44,7 @@ STATUS_EVERY_NS = NANO - NANO // 20
 
 
 @dataclass(frozen=True, slots=True)
-class Sense:
+class SensorStream:
     """A data stream that is polled every period_s seconds, from the robot or locally."""
 
     name: str
@@ -53,7 +53,7 @@ class Sense:
     asks_robot: bool = True
 
 
-class _Known:
+class _SharedState:
     """State shared between streams: the body's pose on the map, and the last status message."""
 
     def __init__(self) -> None:
@@ -64,9 +64,9 @@ class _Known:
         self.calibrated: set[str] = set()
 
 
-def senses_of(session: Session) -> tuple[Sense, ...]:
+def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
     """The streams enabled by the session's rates."""
-    known, rates = _Known(), session.rates
+    known, rates = _SharedState(), session.rates
     wanted = (
         ("localization", rates.localization_hz, lambda: _localization(session, known)),
         ("state", rates.state_hz, lambda: _state(session, known)),
@@ -75,7 +75,7 @@ def senses_of(session: Session) -> tuple[Sense, ...]:
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
     )
-    return tuple(Sense(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
+    return tuple(SensorStream(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
 
 
 def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
@@ -106,7 +106,7 @@ def _ask(session: Session, service: str) -> Any:
     return session.connection.client(service)
 
 
-def _localization(session: Session, known: _Known) -> None:
+def _localization(session: Session, known: _SharedState) -> None:
     answer: graph_nav_pb2.GetLocalizationStateResponse = _ask(session, "graph-nav-service").get_localization_state(
         timeout=session.connection.timeout_s
     )
@@ -125,7 +125,7 @@ def _localization(session: Session, known: _Known) -> None:
         session.watch.pose(at, (body.position.x, body.position.y))
 
 
-def _state(session: Session, known: _Known) -> None:
+def _state(session: Session, known: _SharedState) -> None:
     state: robot_state_pb2.RobotState = _ask(session, "robot-state").get_robot_state(
         timeout=session.connection.timeout_s
     )
@@ -164,7 +164,7 @@ def _status(state: robot_state_pb2.RobotState, at: int, faults: tuple[str, ...],
     )
 
 
-def _fiducials(session: Session, known: _Known) -> None:
+def _fiducials(session: Session, known: _SharedState) -> None:
     answer: world_object_pb2.ListWorldObjectResponse = _ask(session, "world-objects").list_world_objects(
         object_type=[world_object_pb2.WORLD_OBJECT_APRILTAG], timeout=session.connection.timeout_s
     )
@@ -182,7 +182,7 @@ def _fiducials(session: Session, known: _Known) -> None:
             session.put(FIDUCIALS, foxglove.tag_scene(fresh, dict(session.site.tags), at), source_ns=at)
 
 
-def _images(session: Session, known: _Known) -> None:
+def _images(session: Session, known: _SharedState) -> None:
     rates = session.rates
     ratio = rates.image_ratio if rates.image_ratio < 1.0 else None
     requests = [

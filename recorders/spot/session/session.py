@@ -25,7 +25,7 @@ from recorders.mcap_io.channels import protobuf_channel
 from recorders.sinks.files import Sink
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.session import foxglove
-from recorders.spot.session.sensor_pollers import Sense, senses_of
+from recorders.spot.session.sensor_pollers import SensorStream, sensor_streams
 from recorders.spot.session.topics import NOTE_EVENTS, Gap, Note, SessionFact, fact_channel
 from workbench.errors import LiosError
 from workbench.log_schema.events import Stamp
@@ -57,7 +57,7 @@ class Rates:
 
 
 @dataclass(slots=True)
-class _Away:
+class _ConnectionState:
     """Connection state shared by all streams.
 
     Attributes:
@@ -107,10 +107,10 @@ class Session:
         self._failing_ns: dict[str, int] = {}
         self.gaps: list[float] = []
         self.watch: Watch | None = None
-        self._away = _Away()
+        self._away = _ConnectionState()
         self._closing = threading.Event()
         self._threads: list[threading.Thread] = []
-        self._senses = senses_of(self)
+        self._senses = sensor_streams(self)
         self._due: dict[str, int] = {}
 
     def __enter__(self) -> Self:
@@ -162,7 +162,7 @@ class Session:
         now = self.now_ns()
         self.put("/log", viewer.words(text, now, level=level, name="spot"), source_ns=now)
 
-    def _work(self, sense: Sense) -> None:
+    def _work(self, sense: SensorStream) -> None:
         """Poll a stream at its rate until the session ends."""
         began, turn = time.monotonic(), 0
         while not self._closing.is_set():
@@ -177,7 +177,7 @@ class Session:
                 due = began + turn * sense.period_s
             self._closing.wait(max(0.0, due - now))
 
-    def _ask(self, sense: Sense) -> None:
+    def _ask(self, sense: SensorStream) -> None:
         try:
             sense.take()
         except UnauthenticatedError as error:
@@ -201,7 +201,7 @@ class Session:
         if self._away.since_ns is not None:
             self._found()
 
-    def _refused(self, sense: Sense, error: Exception) -> None:
+    def _refused(self, sense: SensorStream, error: Exception) -> None:
         """Count a failed stream, and report each new reason once."""
         self.failed[sense.name] = self.failed.get(sense.name, 0) + 1
         reason = reason_of(error)
@@ -209,7 +209,7 @@ class Session:
             self.troubles[sense.name] = reason
             self.words(f"The robot gives no {sense.name} ({reason})", level=Log.WARNING)
 
-    def _lost(self, sense: Sense, error: Exception) -> None:
+    def _lost(self, sense: SensorStream, error: Exception) -> None:
         """Handle a missing answer: the robot is unreachable or, if other streams work, only this stream fails."""
         now, away = self.now_ns(), self._away
         if away.answered_ns > self._failing_ns.setdefault(sense.name, now):

@@ -46,14 +46,14 @@ OPEN_SERVICES = ("bosdyn.api.AuthService", "bosdyn.api.RobotIdService")
 AUTHORITIES = tuple(sorted({authority for _, authority in SERVICES.values()} | {"payload-registration.spot.robot"}))
 
 
-class Asked(Protocol):
+class Request(Protocol):
     """Any request with a header."""
 
     @property
     def header(self) -> header_pb2.RequestHeader: ...
 
 
-def header_of(state: RobotState, request: Asked, received_ns: int | None = None) -> header_pb2.ResponseHeader:
+def header_of(state: RobotState, request: Request, received_ns: int | None = None) -> header_pb2.ResponseHeader:
     """The response header for a request: the request's header with times of receipt and response."""
     now = state.clock.robot_ns()
     return header_pb2.ResponseHeader(

@@ -58,7 +58,7 @@ class Walk:
 
 
 @dataclass(slots=True)
-class Reckoning:
+class DeadReckoning:
     """Odometry: the pose by dead reckoning."""
 
     length_error: float
@@ -90,11 +90,11 @@ class Body:
     walk: Walk | None = None
     speed_now: float = 0.0
     battery: float = 0.93
-    odom: Reckoning = field(default_factory=lambda: Reckoning(0.004, 0.003))
-    vision: Reckoning = field(default_factory=lambda: Reckoning(0.001, 0.0005))
+    odom: DeadReckoning = field(default_factory=lambda: DeadReckoning(0.004, 0.003))
+    vision: DeadReckoning = field(default_factory=lambda: DeadReckoning(0.001, 0.0005))
     walked_m: float = 0.0
 
-    def live_until(self, body_s: float) -> None:
+    def advance_to(self, body_s: float) -> None:
         """Simulate until this body time in seconds."""
         while self.lived_s < body_s - 1e-9:
             step = min(STEP_S, body_s - self.lived_s)

@@ -11,7 +11,7 @@ from math import atan2, cos, sin
 from bosdyn.api import geometry_pb2, robot_state_pb2
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from recorders.spot.simulated.body import Body, Reckoning, wrapped
+from recorders.spot.simulated.body import Body, DeadReckoning, wrapped
 from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Pose
 
@@ -70,7 +70,7 @@ def from_body(body: Body, position: Position) -> Position:
     )
 
 
-def inverse(frame: Reckoning | Pose, height_m: float) -> geometry_pb2.SE3Pose:
+def inverse(frame: DeadReckoning | Pose, height_m: float) -> geometry_pb2.SE3Pose:
     """body_tform_frame: the pose of odom, vision or the map in the body frame."""
     c, s = cos(frame.yaw_rad), sin(frame.yaw_rad)
     x, y = -c * frame.x_m - s * frame.y_m, s * frame.x_m - c * frame.y_m

@@ -25,7 +25,7 @@ from recorders.spot.simulated.sight import TaggedThing, in_hand, sees, thing_in
 from workbench.errors import Malformed
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, House, LocationId
-from workbench.worlds.sites.paths import SiteWays
+from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.site import Site
 
 PICK_S, PLACE_S = 20.0, 4.0
@@ -123,9 +123,9 @@ class RobotState:
         now = self.clock.body_s()
         while self.faults and self.faults[0].at_s <= now:
             fault = self.faults.pop(0)
-            self.body.live_until(max(fault.at_s, self.body.lived_s))
+            self.body.advance_to(max(fault.at_s, self.body.lived_s))
             self.suffer(fault)
-        self.body.live_until(now)
+        self.body.advance_to(now)
         for end in [e for e in self.ends if e[0] <= now]:
             self.ends.remove(end)
             self.recover(end[1])
@@ -194,7 +194,7 @@ class RobotState:
 
     def way(self, a: Point, b: Point) -> tuple[Point, ...] | None:
         ways = self.site.ways
-        return ways.path_between(a, b) if isinstance(ways, SiteWays) else (a, b)
+        return ways.path_between(a, b) if isinstance(ways, SiteNavigation) else (a, b)
 
     def begin_grasp(self, at: tuple[float, float, float]) -> int:
         """Start to grasp the item nearest to a point on the map."""

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf
 
-from replayers.counterfactual.run_tree import Leaf, Told
+from replayers.counterfactual.run_tree import Leaf, WorldGroup
 from workbench.execution.events import RunStatus
 
 NEAR = 1e-6
 """Costs closer than this are equal: the log rounds to six decimals."""
 
-MOST_TOLD = 2000
+MAX_WORLD_GROUPS = 2000
 """Groups of worlds, for comparisons world by world; beyond this, the bounds alone are kept."""
 
 
@@ -61,7 +61,7 @@ class Bounds:
     can_fail: bool
     cheapest: Leaf | None = None
     dearest: Leaf | None = None
-    told: tuple[Told, ...] = ()
+    told: tuple[WorldGroup, ...] = ()
 
     @property
     def exact(self) -> bool:

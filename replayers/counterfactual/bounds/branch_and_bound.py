@@ -18,18 +18,18 @@ from itertools import islice
 from math import inf
 from typing import Literal, final
 
-from replayers.counterfactual.bounds.bounds import MOST_TOLD, NEAR, Bounds, Budget, Proof
-from replayers.counterfactual.bounds.search_cache import Memory
-from replayers.counterfactual.bounds.state_bounds import FromOutside
+from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, NEAR, Bounds, Budget, Proof
+from replayers.counterfactual.bounds.search_cache import SearchCache
+from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.relevance import Answer
-from replayers.counterfactual.run_tree import Filled, Leaf, Node, Question, Told, Unfolding
+from replayers.counterfactual.run_tree import Assignment, Leaf, Node, RunTree, UnobservedLook, WorldGroup
 
 Side = Literal["low", "high"]
 
 
 def bounds_of(
-    tree: Unfolding, *, budget: Budget, whatever_is_believed: bool = True, memory: Memory | None = None
+    tree: RunTree, *, budget: Budget, whatever_is_believed: bool = True, memory: SearchCache | None = None
 ) -> Bounds:
     """The bounds of a strategy's cost over one log.
 
@@ -38,20 +38,20 @@ def bounds_of(
             otherwise assume that they hold nothing but the task's types.
         memory: cache of the searches over one log; strategies may share it.
     """
-    outside = (memory if memory is not None else Memory()).outside(
+    outside = (memory if memory is not None else SearchCache()).outside(
         tree.evidence,
         tree.relevance,
         nearest_first=tree.nearest_first,
         empty_handed=tree.empty_handed,
     )
-    return Settling(tree, budget, outside, only_certain=whatever_is_believed).bounds()
+    return BoundSearch(tree, budget, outside, only_certain=whatever_is_believed).bounds()
 
 
 @final
-class Settling:
+class BoundSearch:
     """One branch-and-bound search for both ends of the interval."""
 
-    def __init__(self, tree: Unfolding, budget: Budget, outside: FromOutside, *, only_certain: bool) -> None:
+    def __init__(self, tree: RunTree, budget: Budget, outside: StateBounds, *, only_certain: bool) -> None:
         self._tree = tree
         self._only_certain = only_certain
         self._is_straight = True
@@ -70,15 +70,15 @@ class Settling:
         began = self._tree.stretches
         while not self._intervals[root].spent:
             spent = self._tree.stretches - began
-            side = self._open_side()
+            side = self._unsettled_side()
             if spent >= self._budget.stretches or (side is None and spent >= self._budget.finish):
                 break
-            if side == "high" and self._could_be_dearest() > self._budget.stretches - spent:
+            if side == "high" and self._open_maxima() > self._budget.stretches - spent:
                 break  # the maximum is certain only when each of these was followed: not worth trying
-            self._deepen(side)
+            self._descend(side)
         return self._result()
 
-    def _open_side(self) -> Side | None:
+    def _unsettled_side(self) -> Side | None:
         """The end of the root's interval that is not settled; of two, the one with the larger gap."""
         whole = self._intervals[self._tree.root]
         below = whole.least_found(0, self._failure) - whole.lower(0, self._failure)
@@ -89,27 +89,27 @@ class Settling:
             return "low"
         return "high" if above > NEAR else "low"
 
-    def _could_be_dearest(self) -> int:
+    def _open_maxima(self) -> int:
         """How many unexplored branches could cost more than the largest cost found (by the first path to each)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
         return sum([most > largest + NEAR for most in self._waiting.values()])
 
-    def _deepen(self, side: Side | None) -> None:
+    def _descend(self, side: Side | None) -> None:
         """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
         up."""
         node, cost, way = self._tree.root, 0.0, list[Node]()
         while node in self._followed:
             way.append(node)
             stretch = self._tree.advance(node)
-            if stretch.question is None or not self._opened(node):
+            if stretch.question is None or not self._may_expand(node):
                 break
             cost += stretch.cost
             node = self._tree.child(node, self._choice(node, stretch.question, side, cost))
         self._expand(node)
         for passed in reversed(way):
-            self._gather(passed)
+            self._update_from_children(passed)
 
-    def _choice(self, node: Node, question: Question, side: Side | None, cost: float) -> Answer:
+    def _choice(self, node: Node, question: UnobservedLook, side: Side | None, cost: float) -> Answer:
         """The answer whose branch decides an end of the root's interval."""
         below = {a: self._intervals[node.children[a]] for a in question.options}
         left = [a for a in question.options if not below[a].spent]
@@ -127,7 +127,7 @@ class Settling:
         self._followed.add(node)
         self._waiting.pop(node, None)
         before = self._intervals.get(node)
-        if not self._opened(node):
+        if not self._may_expand(node):
             if before is None:  # the start: beliefs that were rounded decide from there on
                 before = self._intervals[node] = self._outside.interval(node.knowledge)
             before.spent = True
@@ -146,26 +146,26 @@ class Settling:
             if question.others:
                 self._others[node] = self._outside.interval(question.knowledge)
                 self._others[node].spent = True
-            self._gather(node)
+            self._update_from_children(node)
         after = self._intervals[node]
         if before is not None and (after.found_high > before.high + NEAR or (after.fails and not before.may_fail)):
             self._is_straight = False
 
-    def _gather(self, node: Node) -> None:
+    def _update_from_children(self, node: Node) -> None:
         """A node's interval from those of its children."""
         stretch = self._tree.advance(node)
         question = stretch.question
-        if question is None or not self._opened(node):
+        if question is None or not self._may_expand(node):
             return
         cost = stretch.cost
         below = [self._intervals[node.children[a]] for a in question.options]
         below += [self._others[node]] if question.others else []
         self._intervals[node] = Interval.over(below, cost)
 
-    def _reaching(self, side: Side) -> Leaf | None:
+    def _attaining_leaf(self, side: Side) -> Leaf | None:
         """A run end with the least, or the greatest, cost found."""
 
-        def choose(question: Question) -> Answer:
+        def choose(question: UnobservedLook) -> Answer:
             nonlocal node, cost
             cost += self._tree.advance(node).cost
             below = {a: self._intervals[node.children[a]] for a in question.options}
@@ -183,12 +183,12 @@ class Settling:
             return None
         return self._tree.follow(choose)
 
-    def _told(self) -> Iterator[Told]:
+    def _world_groups(self) -> Iterator[WorldGroup]:
         """The bounds of the cost for each group of worlds."""
-        waiting: list[tuple[Node, float, tuple[Filled, ...]]] = [(self._tree.root, 0.0, ())]
+        waiting: list[tuple[Node, float, tuple[Assignment, ...]]] = [(self._tree.root, 0.0, ())]
         while waiting:
             node, cost, filled = waiting.pop()
-            open_node = node in self._followed and self._opened(node)
+            open_node = node in self._followed and self._may_expand(node)
             question = self._tree.advance(node).question if open_node else None
             if question is None:
                 yield self._group(self._intervals[node], cost, filled)
@@ -197,19 +197,19 @@ class Settling:
             if question.others:
                 yield self._group(self._others[node], cost, filled)
             for answer in reversed(question.options):
-                told = Filled(container=question.container, live=question.live, answer=answer)
+                told = Assignment(container=question.container, live=question.live, answer=answer)
                 waiting.append((node.children[answer], cost, (*filled, told)))
 
-    def _opened(self, node: Node) -> bool:
+    def _may_expand(self, node: Node) -> bool:
         """Whether the search may continue below a node."""
         return not (self._only_certain and not self._tree.certain(node))
 
-    def _group(self, interval: Interval, cost: float, filled: tuple[Filled, ...]) -> Told:
+    def _group(self, interval: Interval, cost: float, filled: tuple[Assignment, ...]) -> WorldGroup:
         lower, upper = interval.lower(cost, self._failure), interval.upper(cost, self._failure)
         if not interval.whole and not self._straight:
             lower = min(lower, self._failure)
             upper = inf
-        return Told(filled=filled, least=lower, most=upper)
+        return WorldGroup(filled=filled, least=lower, most=upper)
 
     @property
     def _straight(self) -> bool:
@@ -224,7 +224,7 @@ class Settling:
         if not whole.whole and not straight:
             upper = inf
             lower = min(lower, failure)
-        told = tuple(islice(self._told(), MOST_TOLD + 1))
+        told = tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
         above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(
             lower=least if least - lower <= NEAR else lower,
@@ -236,7 +236,7 @@ class Settling:
             complete=whole.whole,
             stretches=self._tree.stretches,
             can_fail=whole.fails,
-            cheapest=self._reaching("low"),
-            dearest=self._reaching("high"),
-            told=told if len(told) <= MOST_TOLD else (),
+            cheapest=self._attaining_leaf("low"),
+            dearest=self._attaining_leaf("high"),
+            told=told if len(told) <= MAX_WORLD_GROUPS else (),
         )

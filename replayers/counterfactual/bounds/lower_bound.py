@@ -26,7 +26,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Containers = tuple[ContainerId, ...]
 
-MOST_PARTS = 50_000
+MAX_CACHED_PARTS = 50_000
 """Bounds of single parts in the cache; beyond this, it is cleared."""
 
 ROUNDING = 1e-12
@@ -34,7 +34,7 @@ ROUNDING = 1e-12
 
 
 @final
-class StillToWalk:
+class LowerBound:
     """The lower bound for one log and one task, in metres and their equivalents."""
 
     def __init__(self, evidence: Evidence, relevance: Relevance) -> None:
@@ -42,7 +42,7 @@ class StillToWalk:
         self._evidence = evidence
         self._relevance = relevance
         self._index = {name: i for i, name in enumerate(travel.locations)}
-        self._metres = shortest_metres(np.asarray(travel.metres))
+        self._metres = shortest_path_metres(np.asarray(travel.metres))
         self._handle = evidence.costs.manipulation
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
@@ -53,7 +53,7 @@ class StillToWalk:
             for item in items:
                 self._logged.setdefault(item.type, []).append((LocationId(container), container, item.id))
 
-    def from_here(self, knowledge: Knowledge) -> float:
+    def remaining_cost(self, knowledge: Knowledge) -> float:
         """The least that is still to pay from a state on; infinite when the goal cannot be met any more."""
         left = tuple([c for c in self._unknown if c not in knowledge.first_seen])
         return self._least(self._evidence.task.goal, knowledge, left)
@@ -68,21 +68,21 @@ class StillToWalk:
             return min((self._least(part, knowledge, left) for part in goal.parts), default=0.0)
         if isinstance(goal, AllOf):
             parts = [self._least(part, knowledge, left) for part in goal.parts]
-            return max([*parts, sum(self._carried(part, knowledge, left) for part in goal.parts)], default=0.0)
-        return self._alone(goal, knowledge, left)[0]
+            return max([*parts, sum(self._loaded_cost(part, knowledge, left) for part in goal.parts)], default=0.0)
+        return self._part_cost(goal, knowledge, left)[0]
 
-    def _carried(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
+    def _loaded_cost(self, goal: Goal, knowledge: Knowledge, left: Containers) -> float:
         """Loaded metres and manipulations of one part alone; those of different parts add up, since there is one
         hand."""
-        return self._alone(goal, knowledge, left)[1] if isinstance(goal, Delivered) else 0.0
+        return self._part_cost(goal, knowledge, left)[1] if isinstance(goal, Delivered) else 0.0
 
-    def _alone(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
+    def _part_cost(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
         """The least that one part alone costs from here, and the loaded share of it. Siblings differ in few parts."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left
         found = self._parts.get(key)
         if found is None:
-            if len(self._parts) >= MOST_PARTS:
+            if len(self._parts) >= MAX_CACHED_PARTS:
                 self._parts.clear()
             found = self._parts[key] = self._bound(part, knowledge, held=held)
         return found
@@ -107,12 +107,12 @@ class StillToWalk:
     def _sources(self, item_type: ItemType, knowledge: Knowledge) -> Indices:
         """Where an instance may stand: known, shown by the log, or in a container that is still open."""
         places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
-        places.update(dict.fromkeys(at for at, _ in self._told(item_type, knowledge)))
+        places.update(dict.fromkeys(at for at, _ in self._logged_sources(item_type, knowledge)))
         if item_type in self._may:
             places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
         return np.array([self._index[p] for p in places if p in self._index], dtype=np.intp)
 
-    def _told(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
+    def _logged_sources(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
         """Instances that the log shows in containers that this run has not searched yet."""
         return tuple(
             (at, item)
@@ -132,9 +132,12 @@ class StillToWalk:
         return taken[goal.item_type] <= self._certain_instances(goal.item_type, knowledge)
 
     def _certain_instances(self, item_type: ItemType, knowledge: Knowledge) -> int:
-        stuck, barred = self._evidence.stuck, self._evidence.barred
+        stuck, barred = self._evidence.stuck, self._evidence.refused_moves
         held = knowledge.holding is not None and knowledge.holding.type == item_type
-        places = (*((at, item.id) for at, item in knowledge.where(item_type)), *self._told(item_type, knowledge))
+        places = (
+            *((at, item.id) for at, item in knowledge.where(item_type)),
+            *self._logged_sources(item_type, knowledge),
+        )
         within_reach = [i for at, i in places if at in self._index and at not in barred and i not in stuck]
         count = len(within_reach) + held
         if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
@@ -142,7 +145,7 @@ class StillToWalk:
         return count
 
 
-def shortest_metres(metres: Floats) -> Floats:
+def shortest_path_metres(metres: Floats) -> Floats:
     """All-pairs shortest path lengths in metres: at most the logged costs, and a metric (Floyd-Warshall)."""
     found = np.array(metres, dtype=np.float64)
     for via in range(len(found)):

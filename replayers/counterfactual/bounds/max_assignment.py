@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 
-def dearest_pairs(worth: Floats) -> tuple[Indices, Indices]:
+def max_assignment(worth: Floats) -> tuple[Indices, Indices]:
     """Row and column indices of the pairs, ordered by row; as many pairs as the shorter side has.
 
     Args:

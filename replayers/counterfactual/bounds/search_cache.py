@@ -11,16 +11,16 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import final
 
-from replayers.counterfactual.bounds.state_bounds import FromOutside
+from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.beliefs.belief import Belief
-from workbench.planning.find_pricing import FindPricing, FindQuestion
+from workbench.planning.find_pricing import FindCostRequest, FindPricing
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import ContainerId, LocationId
 
-MOST_REMEMBERED = 20_000
+MAX_CACHED_SEARCHES = 20_000
 """Searches in the cache; beyond this, it is cleared."""
 
 Order = tuple[SearchStop, ...]
@@ -28,13 +28,13 @@ Order = tuple[SearchStop, ...]
 
 @final
 @dataclass(slots=True)
-class Memory:
+class SearchCache:
     """The cache of searches over one log: its travel costs are the same for every query."""
 
     orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
     firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
     prices: dict[Hashable, FindCosts] = field(default_factory=dict[Hashable, FindCosts])
-    outsides: dict[Hashable, FromOutside] = field(default_factory=dict[Hashable, FromOutside])
+    outsides: dict[Hashable, StateBounds] = field(default_factory=dict[Hashable, StateBounds])
 
     def outside(
         self,
@@ -43,17 +43,17 @@ class Memory:
         *,
         nearest_first: bool,
         empty_handed: bool,
-    ) -> FromOutside:
+    ) -> StateBounds:
         """The outer bounds over the log, cached for every kind of strategy."""
         key = (relevance.types, nearest_first, empty_handed)
         if key not in self.outsides:
-            self.outsides[key] = FromOutside(
+            self.outsides[key] = StateBounds(
                 evidence, relevance, nearest_first=nearest_first, empty_handed=empty_handed
             )
         return self.outsides[key]
 
     def forget_if_full(self) -> None:
-        if len(self.orders) + len(self.firsts) + len(self.prices) >= MOST_REMEMBERED:
+        if len(self.orders) + len(self.firsts) + len(self.prices) >= MAX_CACHED_SEARCHES:
             self.orders.clear()
             self.firsts.clear()
             self.prices.clear()
@@ -65,7 +65,7 @@ class Remembered:
     """A policy that computes each search once."""
 
     policy: SearchPolicy
-    memory: Memory
+    memory: SearchCache
 
     @property
     def name(self) -> str:
@@ -99,9 +99,9 @@ class RememberedPricing:
     """A find cost that computes each table once."""
 
     pricing: FindPricing
-    memory: Memory
+    memory: SearchCache
 
-    def price(self, question: FindQuestion) -> FindCosts:
+    def price(self, question: FindCostRequest) -> FindCosts:
         belief = question.belief
         about = (belief.item_types, belief.containers, belief.probability.tobytes(), belief.estimator)
         key = (self.pricing, about, tuple(question.origins), tuple(question.targets), question.costs)

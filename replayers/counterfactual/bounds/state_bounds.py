@@ -11,21 +11,21 @@ from collections.abc import Hashable
 from math import inf
 from typing import final
 
-from replayers.counterfactual.bounds.lower_bound import StillToWalk
-from replayers.counterfactual.bounds.upper_bound import MostToWalk
+from replayers.counterfactual.bounds.lower_bound import LowerBound
+from replayers.counterfactual.bounds.upper_bound import UpperBound
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.planning.tasks import goal_types
 from workbench.worlds.knowledge import Knowledge
 
-MOST_STATES = 20_000
+MAX_CACHED_STATES = 20_000
 """Entries in the cache; beyond this, it is cleared."""
 
 
 @final
-class FromOutside:
-    """The bounds for one log, one task and one kind of strategy; arguments as for MostToWalk and StillToWalk.
+class StateBounds:
+    """The bounds for one log, one task and one kind of strategy; arguments as for UpperBound and LowerBound.
 
     Attributes:
         least, most: the lower and the upper bound.
@@ -39,8 +39,8 @@ class FromOutside:
         nearest_first: bool = False,
         empty_handed: bool = False,
     ) -> None:
-        self.least = StillToWalk(evidence, relevance)
-        self.most = MostToWalk(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
+        self.least = LowerBound(evidence, relevance)
+        self.most = UpperBound(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
         self._types = goal_types(evidence.task.goal)
         self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
         self._bounded: dict[Hashable, tuple[float, float, bool]] = {}
@@ -50,7 +50,7 @@ class FromOutside:
         key = self._key(knowledge)
         found = self._bounded.get(key)
         if found is None:
-            if len(self._bounded) >= MOST_STATES:
+            if len(self._bounded) >= MAX_CACHED_STATES:
                 self._bounded.clear()
             found = self._bounded[key] = self._bound(knowledge)
         low, high, certain = found
@@ -58,7 +58,7 @@ class FromOutside:
 
     def _bound(self, knowledge: Knowledge) -> tuple[float, float, bool]:
         """From below, from above (infinite if nothing bounds it), and whether every world can meet the goal."""
-        low = self.least.from_here(knowledge)
+        low = self.least.remaining_cost(knowledge)
         if not self.most.fits_straight:
             return low, inf, False
         return low, self.most.going_straight(knowledge), self.least.certainly_possible(knowledge)

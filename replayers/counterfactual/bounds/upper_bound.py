@@ -17,10 +17,10 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from replayers.counterfactual.bounds.max_assignment import dearest_pairs
+from replayers.counterfactual.bounds.max_assignment import max_assignment
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 from replayers.counterfactual.evidence import Evidence
-from replayers.counterfactual.relevance import most_instances
+from replayers.counterfactual.relevance import max_instances
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import ItemType, LocationId
@@ -30,7 +30,7 @@ Floats = npt.NDArray[np.float64]
 
 
 @final
-class MostToWalk:
+class UpperBound:
     """The upper bounds for one log and one task, in metres and their equivalents.
 
     Args:
@@ -46,18 +46,18 @@ class MostToWalk:
         self._goal = evidence.task.goal
         self._nearest_first = nearest_first
         self._empty_handed = empty_handed
-        self._stuck, self._barred = evidence.stuck, evidence.barred
-        self._one_way = not _has_ways(self._goal)
+        self._stuck, self._barred = evidence.stuck, evidence.refused_moves
+        self._one_way = not _has_alternatives(self._goal)
         self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
-        self.fits_straight = _plain(self._goal)
-        self.most_picks = most_instances(self._goal)
+        self.fits_straight = _is_plain_delivery(self._goal)
+        self.most_picks = max_instances(self._goal)
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:
         """Whether a distinct reachable instance is known for every part that is left: no look is needed."""
-        return self._all_known(self._left(knowledge), knowledge)
+        return self._all_known(self._unmet_parts(knowledge), knowledge)
 
     def going_straight(self, knowledge: Knowledge) -> float:
         """For strategies that go straight, from a state on: every look that is left, and every fetch.
@@ -68,12 +68,12 @@ class MostToWalk:
         expensive assignment of distinct starts to these legs bounds their sum from above (an assignment problem); the
         most expensive delivery of each part is added.
         """
-        left = self._left(knowledge)
+        left = self._unmet_parts(knowledge)
         looks = [self._index[c] for c in self._searchable if c not in knowledge.first_seen and c in self._index]
         if self._all_known(left, knowledge):
             looks = []
         parts = [part for part in left if part.at in self._index]
-        stand = [self._stand(part, knowledge) for part in parts]
+        stand = [self._known_sites(part, knowledge) for part in parts]
         here = [self._index[knowledge.robot_at]] if knowledge.robot_at in self._index else []
         ends = [self._index[part.at] for part in parts]
         starts = [*here, *looks, *ends]
@@ -93,15 +93,15 @@ class MostToWalk:
             for far, end, places in zip(from_looks, ends, stand, strict=True)
         ]
         carried = sum(sorted(brought, reverse=True)[:fetches]) + 2 * fetches * self._costs.manipulation
-        to_fetch = np.reshape(_dearest(to_items, fetches), (-1, len(among)))
-        legs = _dearest_legs(np.concatenate([into_looks.T, to_fetch]))
+        to_fetch = np.reshape(_max_fetches(to_items, fetches), (-1, len(among)))
+        legs = _max_leg_assignment(np.concatenate([into_looks.T, to_fetch]))
         if self._nearest_first and looks:
             into = self._nearest_legs(tuple(looks), (*here, *ends))
             fetched = sum(sorted((float(ways.max()) for ways in to_items), reverse=True)[:fetches])
             legs = min(legs, into + fetched)
         return legs + self._costs.search * len(looks) + carried
 
-    def _left(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
+    def _unmet_parts(self, knowledge: Knowledge) -> tuple[Delivered | Holding, ...]:
         """The parts of the goal that are not met."""
         return tuple([part for part in self._parts if not is_met(part, knowledge)])
 
@@ -113,7 +113,7 @@ class MostToWalk:
         """nearest_legs, cached for states that differ only in what was found where."""
         key = looks, starts
         if key not in self._into:
-            self._into[key] = nearest_legs(self._metres, list(looks), list(starts))
+            self._into[key] = nearest_first_leg_bound(self._metres, list(looks), list(starts))
         return self._into[key]
 
     def _known(self, item_type: ItemType, knowledge: Knowledge) -> int:
@@ -123,7 +123,7 @@ class MostToWalk:
             at in self._index and at not in self._barred and item.id not in self._stuck for at, item in places
         )
 
-    def _stand(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:
+    def _known_sites(self, part: Delivered | Holding, knowledge: Knowledge) -> list[int]:
         """Where an instance for a part is known to stand or is in hand; others may be in any container that is
         left."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
@@ -132,7 +132,7 @@ class MostToWalk:
         return list(dict.fromkeys(self._index[at] for at in places if at in self._index))
 
 
-def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
+def nearest_first_leg_bound(metres: Floats, looks: list[int], starts: list[int]) -> float:
     """The most metres that looks can take if each goes to the nearest place left, in any number of runs of looks.
 
     Of two looks, the leg that leaves the earlier is no longer than the distance between them, since the later place
@@ -156,30 +156,30 @@ def nearest_legs(metres: Floats, looks: list[int], starts: list[int]) -> float:
     return from_elsewhere + float(widths[1:].sum() + widths[-1])  # no leg leaves the last look: not widths[0]
 
 
-def _dearest_legs(legs: Floats) -> float:
+def _max_leg_assignment(legs: Floats) -> float:
     """The most expensive assignment of distinct starts (columns) to legs (rows)."""
     if not legs.size:
         return 0.0
-    rows, columns = dearest_pairs(legs)
+    rows, columns = max_assignment(legs)
     return float(legs[rows, columns].sum())
 
 
-def _dearest(to_items: list[Floats], count: int) -> list[Floats]:
+def _max_fetches(to_items: list[Floats], count: int) -> list[Floats]:
     """For `count` fetches of any of the parts: the most expensive way to an item from each start, so many times."""
     if len(to_items) <= count:
         return to_items
     return [np.max(to_items, axis=0)] * count
 
 
-def _plain(goal: Goal) -> bool:
+def _is_plain_delivery(goal: Goal) -> bool:
     """Whether there are only deliveries and finds: without preparation, each part needs one fetch."""
     return all(isinstance(leaf, Holding) or not leaf.properties for leaf in _leaves(goal))
 
 
-def _has_ways(goal: Goal) -> bool:
+def _has_alternatives(goal: Goal) -> bool:
     """Whether the goal has alternatives: then a strategy may seek one item though another is known."""
     if isinstance(goal, AllOf):
-        return any(_has_ways(part) for part in goal.parts)
+        return any(_has_alternatives(part) for part in goal.parts)
     return isinstance(goal, AnyOf)
 
 

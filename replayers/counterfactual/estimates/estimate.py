@@ -13,13 +13,13 @@ from math import ceil, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from replayers.counterfactual.estimates.sampled_worlds import DrawnWorlds
-from replayers.counterfactual.run_tree import Unfolding
+from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from replayers.counterfactual.run_tree import RunTree
 from workbench.execution.events import RunStatus
 
 Floats = npt.NDArray[np.float64]
 
-FEWEST_WORLDS = 50
+MIN_WORLDS = 50
 Z95 = 1.959964
 MASS = 0.9
 """The nominal share of sampled worlds in the predictive interval."""
@@ -50,19 +50,19 @@ class Estimate:
 
 
 def costs_in(
-    worlds: DrawnWorlds, tree: Unfolding, *, most_stretches: int | None = None
+    worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """A strategy's cost in each world, shape (worlds,), and whether it did the task there, bool, shape (worlds,).
 
     Args:
         most_stretches: after so many new segments of the loop the remaining worlds are left out, but never below
-            FEWEST_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
+            MIN_WORLDS. The first worlds are the same for every strategy, so comparisons stay paired.
     """
     costs, done = np.zeros(len(worlds)), np.zeros(len(worlds), dtype=bool)
     began = tree.stretches
     for world in range(len(worlds)):
         spent = tree.stretches - began
-        if most_stretches is not None and world >= FEWEST_WORLDS and spent >= most_stretches:
+        if most_stretches is not None and world >= MIN_WORLDS and spent >= most_stretches:
             return costs[:world], done[:world]
 
         leaf = tree.follow(worlds.chooser(world))

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Answer, Relevance
-from replayers.counterfactual.run_tree import Choose, Question
+from replayers.counterfactual.run_tree import Choose, UnobservedLook
 from workbench.beliefs.belief import Belief
 from workbench.worlds.house import ContainerId, ItemType
 
@@ -25,7 +25,7 @@ Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DrawnWorlds:
+class SampledWorlds:
     """Worlds that are consistent with a log, sampled from the belief.
 
     Attributes:
@@ -49,14 +49,14 @@ class DrawnWorlds:
     def chooser(self, world: int) -> Choose:
         """A function that gives the contents of each open container of a run as they are in one world."""
 
-        def choose(question: Question) -> Answer:
+        def choose(question: UnobservedLook) -> Answer:
             answer = self.answer(world, question.container, question.live)
             return answer if question.allows(answer) else question.options[0]
 
         return choose
 
 
-def draw_worlds(
+def sample_worlds(
     evidence: Evidence,
     relevance: Relevance,
     belief: Belief,
@@ -64,7 +64,7 @@ def draw_worlds(
     count: int,
     rng: np.random.Generator,
     exists: frozenset[ItemType],
-) -> DrawnWorlds:
+) -> SampledWorlds:
     """Samples worlds.
 
     Args:
@@ -77,9 +77,9 @@ def draw_worlds(
     for i, item_type in enumerate(relevance.types):
         probability = _row(belief, item_type, containers)
         somewhere = item_type in exists and item_type not in evidence.seen_types()
-        inside[:, i, :] = _draw(probability, count, rng, at_least_one=somewhere)
+        inside[:, i, :] = _sample_presence(probability, count, rng, at_least_one=somewhere)
     inside.flags.writeable = False
-    return DrawnWorlds(containers=containers, item_types=relevance.types, inside=inside)
+    return SampledWorlds(containers=containers, item_types=relevance.types, inside=inside)
 
 
 def _row(belief: Belief, item_type: ItemType, containers: tuple[ContainerId, ...]) -> Floats:
@@ -89,7 +89,7 @@ def _row(belief: Belief, item_type: ItemType, containers: tuple[ContainerId, ...
     return np.array([known.get(c, 0.0) for c in containers])
 
 
-def _draw(probability: Floats, count: int, rng: np.random.Generator, *, at_least_one: bool) -> Bools:
+def _sample_presence(probability: Floats, count: int, rng: np.random.Generator, *, at_least_one: bool) -> Bools:
     """Presence in each container, bool, shape (count, containers). With at least one, each draw is conditioned on
     those to come."""
     chance = rng.random((count, len(probability)))

@@ -19,7 +19,7 @@ from recorders.spot.simulated.faults import read_faults
 from recorders.spot.simulated.services.server import SimulatedSpot
 from recorders.spot.simulated.session import simulated_robot
 from workbench.worlds.house import House
-from workbench.worlds.sites.configurations import arranged, pick_configuration
+from workbench.worlds.sites.configurations import pick_configuration, site_and_house
 from workbench.worlds.sites.site import Site, load_site
 
 FEW = Rates(state_hz=1.0, localization_hz=1.0, fiducials_hz=1.0, images_hz=0.05, grid_hz=0.05, image_ratio=0.25)
@@ -28,7 +28,7 @@ FEW = Rates(state_hz=1.0, localization_hz=1.0, fiducials_hz=1.0, images_hz=0.05,
 
 def placed(configuration: str = "A") -> tuple[Site, House]:
     home = load_site("paper_home")
-    return arranged(home, pick_configuration(home, configuration))
+    return site_and_house(home, pick_configuration(home, configuration))
 
 
 @contextmanager

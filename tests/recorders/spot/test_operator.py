@@ -5,10 +5,10 @@ from __future__ import annotations
 from spot_help import placed, robot
 
 from recorders.spot.client.control import Control
-from recorders.spot.run.operator import Agreeing, KeyBoard, Nobody, StopSwitch
+from recorders.spot.run.operator import AgreeingOperator, KeyboardOperator, NoOperator, StopSwitch
 from recorders.spot.run.world import RunSettings, SpotWorld
 from workbench.worlds.house import ContainerId
-from workbench.worlds.world import Looked, Refused
+from workbench.worlds.world import ActionRefused, LookResult
 
 
 class Refusing:
@@ -36,13 +36,17 @@ def test_what_the_helper_does_not_open_is_refused_and_not_empty() -> None:
             return world.look_into(container)
 
         refused = look(Refusing(), closed)
-        assert isinstance(refused, Refused)
+        assert isinstance(refused, ActionRefused)
         assert refused.reason == "nobody opened it"
-        assert isinstance(look(Refusing(), opened), Looked), "nobody is asked for what stands open"
-        assert isinstance(look(Nobody(), closed), Looked), "nobody to ask: what a person would do counts as done"
-        assert isinstance(look(KeyBoard(StopSwitch()), closed), Looked), "a keyboard without a terminal is nobody"
-        helper = Agreeing()
-        assert isinstance(look(helper, closed), Looked)
+        assert isinstance(look(Refusing(), opened), LookResult), "nobody is asked for what stands open"
+        assert isinstance(look(NoOperator(), closed), LookResult), (
+            "nobody to ask: what a person would do counts as done"
+        )
+        assert isinstance(look(KeyboardOperator(StopSwitch()), closed), LookResult), (
+            "a keyboard without a terminal is nobody"
+        )
+        helper = AgreeingOperator()
+        assert isinstance(look(helper, closed), LookResult)
         assert helper.asked == [f"Open {closed}, then press y."]
 
 

@@ -19,7 +19,7 @@ import pytest
 from spot_help import messages, placed
 
 from recorders.spot.client.time_source import RunningClock
-from recorders.spot.run.operator import KeyBoard, StopSwitch
+from recorders.spot.run.operator import KeyboardOperator, StopSwitch
 from recorders.spot.session.topics import Note
 from recorders.spot.simulated.services.server import SimulatedSpot
 from replayers.log_tools.notes import notes_of
@@ -182,14 +182,14 @@ def test_the_stop_key_stops_a_run_at_the_terminal(key: str, tmp_path: Path) -> N
 
 def test_keys_without_a_terminal_do_nothing() -> None:
     stop = StopSwitch()
-    with KeyBoard(stop) as keys:
+    with KeyboardOperator(stop) as keys:
         assert not keys.confirm("Is anybody there?")
     assert not stop.is_pressed
 
 
 def test_a_line_is_bounded_and_can_be_corrected() -> None:
     taken: list[str] = []
-    keys = KeyBoard(StopSwitch())
+    keys = KeyboardOperator(StopSwitch())
     keys.take_line("", taken.append)
     for key in "x" * 5000 + "\x15" + "ok\x7f!\x00" + "\n":
         keys.press(key)

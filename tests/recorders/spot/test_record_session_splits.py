@@ -13,7 +13,7 @@ from recorders.sinks.files import Split
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
 from recorders.spot.session.session import Rates
-from replayers.doctor import examine
+from replayers.doctor.examine import examine
 from replayers.runs.run import read
 from workbench.cli import run
 from workbench.errors import OutputExists

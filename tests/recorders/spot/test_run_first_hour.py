@@ -29,9 +29,9 @@ from recorders.spot.client.localized import is_localized
 from recorders.spot.client.map_upload import upload_map
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
-from recorders.spot.run.manipulation import how_it_ended, place_on
-from recorders.spot.run.navigate import keep_going, speed_limit, way_to
-from recorders.spot.run.operator import StopSwitch, signals_press
+from recorders.spot.run.manipulation import command_result, place_on
+from recorders.spot.run.navigate import navigation_goal, renew_navigation, speed_limit
+from recorders.spot.run.operator import StopSwitch, stop_on_signals
 from recorders.spot.run.run import first_decision, run_and_record
 from recorders.spot.run.world import RunSettings, SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
@@ -44,7 +44,7 @@ from workbench.errors import FileMissing, MalformedFile, UnknownName
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, LocationId
 from workbench.worlds.sites.site import load_site
-from workbench.worlds.world import Done, Refused
+from workbench.worlds.world import ActionDone, ActionRefused
 
 QUICK = Rates(state_hz=20.0, localization_hz=5.0, fiducials_hz=0.0, images_hz=5.0, grid_hz=5.0, image_ratio=0.25)
 
@@ -164,7 +164,7 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
         bed = LocationId("bed")
         standing = world.site.paths.standing_pose(bed)
         assert standing is not None
-        number = keep_going(world, way_to(world, bed, standing), None)
+        number = renew_navigation(world, navigation_goal(world, bed, standing), None)
         connection.clock.sleep(2.0)
         with spot.state.alive() as state:
             assert state.body.walk is not None
@@ -172,9 +172,9 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
         connection.clock.sleep(2.0)
         with spot.state.alive() as state:
             assert state.body.walk.state == "expired", "three seconds of silence and it stands"
-        again = keep_going(world, way_to(world, bed, standing), number)
+        again = renew_navigation(world, navigation_goal(world, bed, standing), number)
         assert again != number, "a new command, the old is forgotten"
-        assert isinstance(world.go_to(bed), Done)
+        assert isinstance(world.go_to(bed), ActionDone)
 
 
 def test_a_speed_limit_holds_backwards_too() -> None:
@@ -194,7 +194,7 @@ def test_poses_of_the_map_are_sent_at_the_height_of_the_body() -> None:
         site = replace(placed()[0], waypoints={})
         world = SpotWorld(connection=connection, control=Control(connection), site=site)
         client.navigate_to_anchor = lambda goal, *_, **__: sent.append(goal) or 1
-        way_to(world, LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
+        navigation_goal(world, LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
     assert sent[0].position.z == pytest.approx(0.22), "it lies"
 
 
@@ -212,7 +212,7 @@ def test_a_lost_robot_is_not_localized_though_it_keeps_its_waypoint(tmp_path: Pa
         spot.inject(FaultKind.LOST_LOCALIZATION)
         connection.client("graph-nav-service").set_localization = _fails
         looked = world.look_into(ContainerId("bed"))
-        assert isinstance(looked, Refused), "a look that cannot be placed says nothing of what is there"
+        assert isinstance(looked, ActionRefused), "a look that cannot be placed says nothing of what is there"
         assert "does not know where it is" in looked.reason
 
 
@@ -265,14 +265,14 @@ def test_an_arm_that_stalls_keeps_what_it_holds(tmp_path: Path) -> None:
 
 def test_how_an_arm_ended_is_read_from_its_feedback() -> None:
     feedback = synchronized_command_pb2.SynchronizedCommand.Feedback()
-    assert how_it_ended(feedback) is None
+    assert command_result(feedback) is None
     feedback.gripper_command_feedback.claw_gripper_feedback.status = 2
-    assert how_it_ended(feedback) in (None, "")
+    assert command_result(feedback) in (None, "")
     feedback.arm_command_feedback.status = 2
-    assert "overridden" in str(how_it_ended(feedback))
+    assert "overridden" in str(command_result(feedback))
     feedback.arm_command_feedback.status = 1
     feedback.arm_command_feedback.named_arm_position_feedback.status = 3
-    assert "holds something" in str(how_it_ended(feedback))
+    assert "holds something" in str(command_result(feedback))
 
 
 def test_a_camera_that_the_robot_does_not_have_is_said_before_recording(tmp_path: Path) -> None:
@@ -328,7 +328,7 @@ def test_a_frame_tree_that_is_none_is_no_answer() -> None:
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
 def test_signals_stop_and_do_not_break_off(number: signal.Signals) -> None:
     before, stop = signal.getsignal(number), StopSwitch()
-    with signals_press(stop):
+    with stop_on_signals(stop):
         os.kill(os.getpid(), number)
         time.sleep(0.01)
     assert stop.is_pressed

@@ -14,7 +14,7 @@ import pytest
 from spot_help import FEW, is_free, messages, placed, robot, run_of
 
 from recorders.spot.client.time_source import RunningClock
-from recorders.spot.run.operator import Agreeing, StopSwitch
+from recorders.spot.run.operator import AgreeingOperator, StopSwitch
 from recorders.spot.run.run import RobotRun, RunReport, first_decision, run_and_record
 from recorders.spot.run.world import RunSettings
 from replayers.runs.run import Run, read
@@ -165,7 +165,7 @@ def test_a_planner_that_raises_does_not_keep_the_lease(tmp_path: Path, monkeypat
 def test_without_an_arm_a_helper_hands_things_over(tmp_path: Path) -> None:
     site, _ = placed()
     armless = replace(site, robot=replace(site.robot, arm=False))
-    helper = Agreeing()
+    helper = AgreeingOperator()
     with robot(site=armless) as (spot, connection):
         report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap", operator=helper)
     assert report.ended.status == "done", report.ended.reason
@@ -240,13 +240,15 @@ def test_the_speed_limit_is_kept(tmp_path: Path) -> None:
 def test_preparing_asks_a_helper() -> None:
     from recorders.spot.client.control import Control
     from recorders.spot.run.world import SpotWorld
-    from workbench.worlds.world import Done, Refused
+    from workbench.worlds.world import ActionDone, ActionRefused
 
     with robot() as (_spot, connection):
         world = SpotWorld(connection=connection, control=Control(connection), site=placed()[0])
-        assert isinstance(world.prepare("boil", ()), Refused)
-        world = SpotWorld(connection=connection, control=Control(connection), site=placed()[0], operator=Agreeing())
-        assert isinstance(world.prepare("boil", ()), Done)
+        assert isinstance(world.prepare("boil", ()), ActionRefused)
+        world = SpotWorld(
+            connection=connection, control=Control(connection), site=placed()[0], operator=AgreeingOperator()
+        )
+        assert isinstance(world.prepare("boil", ()), ActionDone)
 
 
 def test_a_run_in_real_time_is_recorded_from_several_threads(tmp_path: Path) -> None:

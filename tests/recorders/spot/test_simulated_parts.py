@@ -17,10 +17,10 @@ from recorders.spot.client.connection import Credentials, RobotAddress, find_cre
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.tags import within
 from recorders.spot.client.time_source import SteppedClock
-from recorders.spot.run.operator import KeyBoard, StopSwitch
+from recorders.spot.run.operator import KeyboardOperator, StopSwitch
 from recorders.spot.run.site_tasks import delivery_of, site_task
 from recorders.spot.session import foxglove
-from recorders.spot.session.inferred_actions import Derivation
+from recorders.spot.session.inferred_actions import ActionDeriver
 from recorders.spot.simulated.body import Body, Motors, Walk, WalkState, wrapped
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import FaultKind, read_faults
@@ -30,8 +30,8 @@ from recorders.spot.simulated.robot import UntaggedItem, new_state
 from recorders.spot.simulated.services.certificate import Identity, new_identity
 from recorders.spot.simulated.sight import sees, thing_in
 from workbench.errors import BadValue
-from workbench.execution.events import Acted, Ended, Event, Observed
-from workbench.search.costs import ROBOT
+from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded
+from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType, LocationId
 from workbench.worlds.sites.site import Site, load_site
@@ -50,10 +50,10 @@ def walking(corners: list[tuple[float, float]], *, yaw: float | None = None, spe
 
 def test_a_straight_walk_takes_its_length_over_the_speed() -> None:
     body = walking([(2.0, 0.0)])
-    body.live_until(3.9)
+    body.advance_to(3.9)
     assert body.walk is not None
     assert body.walk.state is WalkState.WALKING
-    body.live_until(4.1)
+    body.advance_to(4.1)
     assert body.walk.state is WalkState.ARRIVED
     assert (body.pose.x_m, body.pose.y_m) == pytest.approx((2.0, 0.0))
     assert body.walked_m == pytest.approx(2.0)
@@ -61,24 +61,24 @@ def test_a_straight_walk_takes_its_length_over_the_speed() -> None:
 
 def test_a_sharp_corner_is_turned_on_the_spot_and_the_end_faced() -> None:
     body = walking([(1.0, 0.0), (1.0, 1.0)], yaw=pi)
-    body.live_until(4.0)
+    body.advance_to(4.0)
     assert body.walk is not None
     assert body.walk.state is WalkState.WALKING
-    body.live_until(12.0)
+    body.advance_to(12.0)
     assert body.walk.state is WalkState.ARRIVED
     assert body.pose.yaw_rad == pytest.approx(pi, abs=1e-3) or body.pose.yaw_rad == pytest.approx(-pi, abs=1e-3)
 
 
 def test_odometry_drifts_from_the_map_a_little() -> None:
     body = walking([(10.0, 0.0)])
-    body.live_until(30.0)
+    body.advance_to(30.0)
     assert 0.01 < body.odom.x_m - 10.0 < 0.1
     assert abs(body.vision.x_m - 10.0) < abs(body.odom.x_m - 10.0)
 
 
 def test_the_tree_of_frames_takes_poses_there_and_back() -> None:
     body = walking([(3.0, 0.0), (3.0, 2.0)], yaw=0.3)
-    body.live_until(30.0)
+    body.advance_to(30.0)
     tree = frame_tree(body)
     for frame in ("odom", "vision"):
         at = get_a_tform_b(tree, frame, "body")
@@ -91,7 +91,7 @@ def test_the_tree_of_frames_takes_poses_there_and_back() -> None:
 
 def test_viewers_get_the_robot_where_localisation_puts_it() -> None:
     body = walking([(3.0, 0.0), (3.0, 2.0)], yaw=0.3)
-    body.live_until(30.0)
+    body.advance_to(30.0)
     on_map = se3(body.pose.x_m, body.pose.y_m, 0.52, body.pose.yaw_rad)
     link = foxglove.map_from_odom(on_map, frame_tree(body))
     tree = foxglove.transforms(frame_tree(body), link, 5)
@@ -271,7 +271,7 @@ def test_addresses_and_credentials(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_keys_stop_confirm_and_note() -> None:
     stop, heard = StopSwitch(), []
-    keys = KeyBoard(stop, heard.append)
+    keys = KeyboardOperator(stop, heard.append)
     assert not keys.confirm("Anybody there?"), "without a terminal nobody answers"
     keys.press("n")
     assert heard == ["n"]
@@ -285,8 +285,8 @@ class Trip:
 
     def __init__(self, home: Site) -> None:
         self.home, self.events, self.now_s, self.at = home, [], 0.0, (10.0, 2.4)
-        self.derived = Derivation(
-            site=home, task=site_task(delivery_of(home), home), costs=ROBOT, tell=self.events.append
+        self.derived = ActionDeriver(
+            site=home, task=site_task(delivery_of(home), home), costs=ROBOT_COSTS, tell=self.events.append
         )
 
     @property
@@ -325,7 +325,7 @@ def test_what_a_driven_robot_did_is_told_from_its_pose_tags_and_gripper(home: Si
     trip.derived.holding(trip.ns, False)
     trip.stand(1, (102, (14.4, 0.95, 0.6)))
     ended = trip.derived.end()
-    did = [(e.step.action, e.step.target) for e in trip.events if isinstance(e, Acted)]
+    did = [(e.step.action, e.step.target) for e in trip.events if isinstance(e, ActionEnded)]
     assert did == [
         ("move", "desk"),
         ("search", "desk"),
@@ -336,14 +336,14 @@ def test_what_a_driven_robot_did_is_told_from_its_pose_tags_and_gripper(home: Si
         ("search", "bed"),
         ("place", "bed"),
     ]
-    seen = {e.container: [i.type for i in e.items] for e in trip.events if isinstance(e, Observed)}
+    seen = {e.container: [i.type for i in e.items] for e in trip.events if isinstance(e, ContainerObserved)}
     assert seen == {"desk": [], "couch": ["CellPhone"], "bed": []}, "what was carried here was not found here"
     assert ended.status == "aborted", "the bottle was not delivered"
     assert ended.searches == 3
     assert trip.derived.knowledge.items_at[LocationId("bed")][0].type == "CellPhone"
     stamps = [event.stamp_ns for event in trip.events if isinstance(event, Event)]
     assert stamps == sorted(stamps)
-    assert isinstance(trip.events[-1], Ended)
+    assert isinstance(trip.events[-1], RunEnded)
 
 
 def test_passing_by_is_no_look(home: Site) -> None:
@@ -351,4 +351,4 @@ def test_passing_by_is_no_look(home: Site) -> None:
     trip.walk("couch")
     trip.walk("desk")
     trip.derived.end()
-    assert not [e for e in trip.events if isinstance(e, Observed)]
+    assert not [e for e in trip.events if isinstance(e, ContainerObserved)]

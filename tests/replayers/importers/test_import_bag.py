@@ -13,7 +13,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from recorders.spot.run.site_tasks import delivery_of, site_task
 from replayers.importers.bags import EmptyBag, NotABag, UnknownMessageType, open_bag
-from replayers.importers.import_bag import ImportPlan, ImportReport, NowhereInTheBag, import_bag
+from replayers.importers.import_bag import ImportPlan, ImportReport, RobotNotLocated, import_bag
 from replayers.importers.mapping import load_mapping, presets
 from replayers.runs.run import Run, read
 from workbench.errors import FileMissing, MalformedFile, UnknownName
@@ -114,7 +114,7 @@ def test_beliefs_and_plans_are_computed_after_the_fact_and_marked(site: Site, tm
 def test_a_bag_without_tf_and_pose_says_so_and_leaves_no_log(site: Site, tmp_path: Path) -> None:
     bag = tmp_path / "nowhere.bag"
     Ros1Bag(bag).write(site, tf=False)
-    with pytest.raises(NowhereInTheBag, match="no tf from map to base_link"):
+    with pytest.raises(RobotNotLocated, match="no tf from map to base_link"):
         imported(bag, site, tmp_path / "nowhere.mcap")
     assert not (tmp_path / "nowhere.mcap").exists()
 
@@ -145,7 +145,7 @@ def test_a_cut_off_bag_is_one_line(site: Site, tmp_path: Path) -> None:
     for share in (0.2, 0.6, 0.95):
         cut = tmp_path / f"cut{share}.bag"
         cut.write_bytes(data[: int(len(data) * share)])
-        with pytest.raises((NotABag, NowhereInTheBag)) as caught:
+        with pytest.raises((NotABag, RobotNotLocated)) as caught:
             imported(cut, site, tmp_path / f"cut{share}.mcap")
         assert "\n" not in str(caught.value)
 

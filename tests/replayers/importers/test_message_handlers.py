@@ -5,11 +5,11 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from replayers.importers.message_handlers import ReadingAlong
+from replayers.importers.message_handlers import BagDerivation
 
 
 def told_before(keys: list[str]) -> list[bool]:
-    reading: Any = object.__new__(ReadingAlong)
+    reading: Any = object.__new__(BagDerivation)
     reading._done = set()
     return [reading._told_before(SimpleNamespace(key=key)) for key in keys]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from workbench.beliefs.best import Names
+from workbench.beliefs.best import NameModel
 from workbench.beliefs.context import features
 from workbench.beliefs.encoder import TextEncoder
 from workbench.beliefs.observed_scene import scene_from
@@ -53,25 +53,27 @@ def train_best(
     """
     rng = np.random.default_rng(seed)
     folds = _folds(houses)
-    parts: list[_Part] = []
+    parts: list[_Sample] = []
     others = houses if usual_sizes is None else usual_sizes
     for fold in range(FOLDS):
         learnt = [h for h, f in zip(houses, folds, strict=True) if f != fold]
         if not any(h.item_types() for h in learnt):
             continue
-        names = Names(placements=placements_from(learnt, encoder, seed=seed))
+        names = NameModel(placements=placements_from(learnt, encoder, seed=seed))
         for k, house in enumerate(houses):
             if folds[k] == fold:
-                parts += _looks(house, others[k], names, rng)
+                parts += _samples(house, others[k], names, rng)
     placements = placements_from(houses, encoder, seed=seed)
-    names = Names(placements=placements)
-    judged = [part for house in held_out for part in _looks(house, house, names, rng)]
-    trees = boost(_rows(parts), _rows(judged), rng=rng, how=how or Boosting(), watch=_tell(watch, "trees"))
+    names = NameModel(placements=placements)
+    judged = [part for house in held_out for part in _samples(house, house, names, rng)]
+    trees = boost(
+        _rows(parts), _rows(judged), rng=rng, how=how or Boosting(), watch=_progress_callback(watch, "trees")
+    )
     return placements, placements_tensors(placements) | trees_tensors(trees)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Part:
+class _Sample:
     """One sample of one house: features (features, items, unsearched containers), labels, and the weight of a row."""
 
     features: Floats
@@ -91,20 +93,22 @@ def _folds(houses: Sequence[House]) -> list[int]:
     return folds
 
 
-def _looks(house: House, usual: House, names: Names, rng: np.random.Generator) -> list[_Part]:
+def _samples(house: House, usual: House, names: NameModel, rng: np.random.Generator) -> list[_Sample]:
     """Samples of a house: unsearched, with either kind of sizes, and partly searched."""
     single = len(house.plan.rooms) == 1
     shares = [0.0, rng.uniform(0.05, 0.7)] if single else [0.0, 0.0, rng.uniform(0.05, 0.3), rng.uniform(0.2, 0.8)]
-    parts: list[_Part] = []
+    parts: list[_Sample] = []
     for k, share in enumerate(shares):
         seen_in = usual if (k == 1 and not single) or (k > 1 and rng.random() < 0.5) else house
-        part = _look(seen_in, share, names, rng, weight=SINGLE_ROOM if single else 1.0)
+        part = _sample(seen_in, share, names, rng, weight=SINGLE_ROOM if single else 1.0)
         if part is not None:
             parts.append(part)
     return parts
 
 
-def _look(house: House, share: float, names: Names, rng: np.random.Generator, *, weight: float) -> _Part | None:
+def _sample(
+    house: House, share: float, names: NameModel, rng: np.random.Generator, *, weight: float
+) -> _Sample | None:
     containers = house.plan.containers
     items = house.item_types()
     if not containers or not items:
@@ -118,10 +122,10 @@ def _look(house: House, share: float, names: Names, rng: np.random.Generator, *,
         seen=tuple(held if o else None for held, o in zip(held_in, opened, strict=True)),
     )
     held = np.array([[item in inside for inside in held_in] for item in items], dtype=bool)[:, ~opened]
-    return _Part(features=features(scene, items, names.opinions(scene, items)), held=held, weight=weight)
+    return _Sample(features=features(scene, items, names.opinions(scene, items)), held=held, weight=weight)
 
 
-def _rows(parts: Sequence[_Part]) -> Rows:
+def _rows(parts: Sequence[_Sample]) -> Rows:
     flat = [part.features.reshape(len(part.features), -1) for part in parts]
     queries: list[npt.NDArray[np.int64]] = []
     first = 0
@@ -139,7 +143,7 @@ def _rows(parts: Sequence[_Part]) -> Rows:
     )
 
 
-def _tell(watch: Watch | None, what: str) -> Callable[[int, float], None] | None:
+def _progress_callback(watch: Watch | None, what: str) -> Callable[[int, float], None] | None:
     if watch is None:
         return None
     return lambda number, loss: watch(what, number, loss)

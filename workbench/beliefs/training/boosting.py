@@ -21,7 +21,7 @@ Ints = npt.NDArray[np.int32]
 Bins = npt.NDArray[np.uint8]
 
 
-ENDLESS = float(np.finfo(np.float32).max)
+NO_SPLIT_THRESHOLD = float(np.finfo(np.float32).max)
 """The threshold of an unused level: no feature exceeds it."""
 
 
@@ -139,7 +139,7 @@ def _edges(column: Floats, bins: int) -> Floats:
 
 def _tree(binned: Bins, slope: Floats, curve: Floats, columns: Ints, edges: list[Floats], how: Boosting) -> Trees:
     feature, cut, value = grow(binned, slope, curve, columns, how.depth, how.ridge, how.bins)
-    threshold = [edges[f][c] if c < len(edges[f]) else ENDLESS for f, c in zip(feature, cut, strict=True)]
+    threshold = [edges[f][c] if c < len(edges[f]) else NO_SPLIT_THRESHOLD for f, c in zip(feature, cut, strict=True)]
     return Trees(
         feature=feature[None],
         threshold=np.array([threshold], dtype=np.float64),

@@ -22,7 +22,7 @@ from workbench.beliefs.weights import Tensor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recipe:
+class TrainingSettings:
     """Hyperparameters of training; the defaults were chosen by the loss on held-out houses.
 
     Attributes:
@@ -45,7 +45,7 @@ class Recipe:
     memory: float = 0.0
 
 
-PAPER = Recipe(memory=0.995)
+PAPER = TrainingSettings(memory=0.995)
 
 Watch = Callable[[int, float], None]
 """Called after each epoch with its number and the held-out loss."""
@@ -59,7 +59,7 @@ class Fcnn(nn.Module):
     cost.
     """
 
-    def __init__(self, blocks: Sequence[torch.Tensor], recipe: Recipe) -> None:
+    def __init__(self, blocks: Sequence[torch.Tensor], recipe: TrainingSettings) -> None:
         """blocks: inputs of rooms, containers, items, shape (names, dimensions + 3) each."""
         super().__init__()
         widths = (sum(block.shape[1] for block in blocks), *recipe.hidden, 1)
@@ -87,7 +87,7 @@ def train_fcnn(
     encoder: TextEncoder,
     *,
     seed: int,
-    recipe: Recipe = PAPER,
+    recipe: TrainingSettings = PAPER,
     watch: Watch | None = None,
 ) -> dict[str, Tensor]:
     """Train and return the tensors of the epoch with the least held-out loss, as float16.
@@ -119,7 +119,7 @@ def train_fcnn(
             loss.backward()
             optimizer.step()
             schedule.step()
-            _follow(mean, net, recipe.memory)
+            _update_running_mean(mean, net, recipe.memory)
         with torch.no_grad():
             held = float(_loss(mean, *tested))
         if watch:
@@ -137,7 +137,7 @@ def chosen_device() -> str:
     return "cuda" if torch.cuda.is_available() else "cpu"
 
 
-def _follow(mean: Fcnn, net: Fcnn, memory: float) -> None:
+def _update_running_mean(mean: Fcnn, net: Fcnn, memory: float) -> None:
     """One step of the running mean towards the weights."""
     with torch.no_grad():
         for old, new in zip(mean.parameters(), net.parameters(), strict=True):

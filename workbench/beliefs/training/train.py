@@ -27,7 +27,7 @@ Watch = Callable[[str, int, float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lesson:
+class TrainingSet:
     """The training set and settings of an estimator.
 
     Attributes:
@@ -59,13 +59,13 @@ class Lesson:
         return [house_weight(h, single_room=self.single_room) for h in houses]
 
 
-Learnt = tuple[dict[str, Any], dict[str, Tensor]]
+TrainingResult = tuple[dict[str, Any], dict[str, Tensor]]
 """Settings for the header, and tensors."""
 
-Trainer = Callable[[Lesson, Watch | None], Learnt]
+Trainer = Callable[[TrainingSet, Watch | None], TrainingResult]
 
 
-def train(name: str, lesson: Lesson, path: Path, *, watch: Watch | None = None) -> Weights:
+def train(name: str, lesson: TrainingSet, path: Path, *, watch: Watch | None = None) -> Weights:
     """Train an estimator and write its weights.
 
     Raises:
@@ -119,13 +119,13 @@ def hold_out(houses: Sequence[House], *, share: float, rng: np.random.Generator)
     return [h for k, h in enumerate(houses) if k not in out], [h for k, h in enumerate(houses) if k in out]
 
 
-def _train_counts(lesson: Lesson, watch: Watch | None) -> Learnt:
+def _train_counts(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
     del watch
     examples = collect(lesson.houses, weights=lesson.weights(lesson.houses))
     return counts_settings(examples), counts_tensors(examples)
 
 
-def _train_fcnn(lesson: Lesson, watch: Watch | None) -> Learnt:
+def _train_fcnn(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
     _require_torch()
     from workbench.beliefs.training.fcnn import train_fcnn
 
@@ -140,7 +140,7 @@ def _train_fcnn(lesson: Lesson, watch: Watch | None) -> Learnt:
     return {"names": len(examples.items)}, tensors
 
 
-def _train_best(lesson: Lesson, watch: Watch | None) -> Learnt:
+def _train_best(lesson: TrainingSet, watch: Watch | None) -> TrainingResult:
     from workbench.beliefs.training.best import train_best
 
     placements, tensors = train_best(

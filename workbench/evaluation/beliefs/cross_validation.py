@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.training.train import TRAINERS
-from workbench.evaluation.beliefs.fold_weights import Folds, Watched, deal, require_trainable, trained
-from workbench.evaluation.beliefs.metrics import Judged, judge
+from workbench.evaluation.beliefs.fold_weights import Folds, Watched, make_folds, require_trainable, trained_per_fold
+from workbench.evaluation.beliefs.metrics import QueryResult, evaluate_estimator
 from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest, belief_seconds, report_of
 from workbench.plugins import NameOrigin
 from workbench.worlds.shipped import shipped_houses
@@ -24,14 +24,16 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     """
     names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
     require_trainable(names)
-    dealt = deal(request.houses or shipped_houses(), folds, assets=request.assets, seed=request.seed)
-    judged: dict[str, list[Judged]] = {name: [] for name in names}
+    dealt = make_folds(request.houses or shipped_houses(), folds, assets=request.assets, seed=request.seed)
+    judged: dict[str, list[QueryResult]] = {name: [] for name in names}
     seconds: dict[str, float] = {}
-    with trained(names, dealt, None, watched=watched) as believers:
+    with trained_per_fold(names, dealt, None, watched=watched) as believers:
         for name in names:
             for fold, weights in enumerate(believers.weights[name]):
                 chosen, tested = estimator(weights, origin=NameOrigin.USER), dealt.fold(fold)
-                judged[name] += judge(chosen, tested, seen_share=request.seen_share, seed=request.seed + fold)
+                judged[name] += evaluate_estimator(
+                    chosen, tested, seen_share=request.seen_share, seed=request.seed + fold
+                )
                 seconds[name] = belief_seconds(chosen, tested)
     identities = {name: f"{name}, {folds.count} folds" for name in names}
     report = report_of(request, judged, identities, seconds, houses=len(dealt.own.houses))

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from workbench.beliefs.training.train import TRAINERS, Lesson, houses_sha256, train
+from workbench.beliefs.training.train import TRAINERS, TrainingSet, houses_sha256, train
 from workbench.beliefs.weights import read_weights
 from workbench.errors import BadValue, InputError, UnknownName
-from workbench.evaluation.beliefs.training_sets import lesson_of
+from workbench.evaluation.beliefs.training_sets import training_set_of
 from workbench.worlds.house import House
 
 HELD_OUT = 0.1
@@ -56,7 +56,7 @@ class Folds:
         return f"train, {self.count} folds"
 
 
-def folds_asked(count: int | None, also: Sequence[Path] | None) -> Folds | None:
+def folds_from_options(count: int | None, also: Sequence[Path] | None) -> Folds | None:
     """The settings given by --folds and --also; None without folds.
 
     Raises:
@@ -70,7 +70,7 @@ def folds_asked(count: int | None, also: Sequence[Path] | None) -> Folds | None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Dealt:
+class FoldSplit:
     """Houses split into folds round-robin.
 
     Attributes:
@@ -78,8 +78,8 @@ class Dealt:
         also: houses used for training only.
     """
 
-    own: Lesson
-    also: Lesson | None
+    own: TrainingSet
+    also: TrainingSet | None
     count: int
 
     def fold(self, number: int) -> Sequence[House]:
@@ -90,14 +90,14 @@ class Dealt:
         """The fold of every evaluated house, by name."""
         return {house.plan.name: k % self.count for k, house in enumerate(self.own.houses)}
 
-    def lesson(self, number: int) -> Lesson:
+    def training_set(self, number: int) -> TrainingSet:
         """The training set of a fold: everything but its houses."""
         kept = [k for k in range(len(self.own.houses)) if k % self.count != number]
         parts = [self.own] if self.also is None else [self.own, self.also]
         usual = [part.usual_sizes or part.houses for part in parts]
         exact = any(part.usual_sizes is not None for part in parts)
         others, others_usual = (self.also.houses, usual[1]) if self.also is not None else ((), ())
-        return Lesson(
+        return TrainingSet(
             houses=[*(self.own.houses[k] for k in kept), *others],
             held_out=[house for part in parts for house in part.held_out],
             encoder=self.own.encoder,
@@ -123,7 +123,7 @@ class Believers:
         return self.weights[estimator][self.fold_of[house]] if self.weights else estimator
 
 
-def deal(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> Dealt:
+def make_folds(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> FoldSplit:
     """Split the houses of a file into folds; of a shared file the training houses, with its validation houses held
     out.
 
@@ -135,8 +135,8 @@ def deal(path: Path, folds: Folds, *, assets: Path | None, seed: int) -> Dealt:
     also = _lesson(folds.also, assets=assets, seed=seed) if folds.also else None
     if len(own.houses) < folds.count:
         raise BadValue("--folds", folds.count, f"at most {len(own.houses)}, the number of houses to learn from")
-    _require_others(own, also)
-    return Dealt(own=own, also=also, count=folds.count)
+    _require_disjoint(own, also)
+    return FoldSplit(own=own, also=also, count=folds.count)
 
 
 def require_trainable(names: Iterable[str]) -> None:
@@ -151,8 +151,8 @@ def require_trainable(names: Iterable[str]) -> None:
 
 
 @contextmanager
-def trained(
-    names: Iterable[str], dealt: Dealt | None, output: Path | None, *, watched: Watched = iter
+def trained_per_fold(
+    names: Iterable[str], dealt: FoldSplit | None, output: Path | None, *, watched: Watched = iter
 ) -> Generator[Believers]:
     """A context with estimators retrained for each fold; without folds, with the estimators as they are.
 
@@ -172,15 +172,15 @@ def trained(
             yield _believers(names, dealt, Path(temporary), watched)
 
 
-def _believers(names: Iterable[str], dealt: Dealt, folder: Path, watched: Watched) -> Believers:
+def _believers(names: Iterable[str], dealt: FoldSplit, folder: Path, watched: Watched) -> Believers:
     """Weights NAME-FOLD-of-COUNT.safetensors; files of the same training are reused."""
     chosen = tuple(dict.fromkeys(names))
     require_trainable(chosen)
     weights: dict[str, list[str]] = {name: [] for name in chosen}
     for name, fold in watched([(name, fold) for name in chosen for fold in range(dealt.count)]):
         path = (folder / f"{name}-{fold}-of-{dealt.count}.safetensors").absolute()
-        lesson = dealt.lesson(fold)
-        if not _is_of(path, name, lesson):
+        lesson = dealt.training_set(fold)
+        if not _is_weights_of(path, name, lesson):
             half = path.with_name(f".{path.name}.{os.getpid()}")
             train(name, lesson, half)
             half.replace(path)
@@ -188,7 +188,7 @@ def _believers(names: Iterable[str], dealt: Dealt, folder: Path, watched: Watche
     return Believers(weights={k: tuple(v) for k, v in weights.items()}, fold_of=dealt.fold_of())
 
 
-def _is_of(path: Path, name: str, lesson: Lesson) -> bool:
+def _is_weights_of(path: Path, name: str, lesson: TrainingSet) -> bool:
     """Whether a file holds the weights of this estimator and this training set."""
     try:
         header = read_weights(path, estimator=name).header
@@ -197,11 +197,11 @@ def _is_of(path: Path, name: str, lesson: Lesson) -> bool:
     return header.seed == lesson.seed and header.houses_sha256 == houses_sha256(lesson.houses)
 
 
-def _lesson(files: Sequence[Path], *, assets: Path | None, seed: int) -> Lesson:
-    return lesson_of(files, assets=assets, encoder=ENCODER, seed=seed, share=HELD_OUT)
+def _lesson(files: Sequence[Path], *, assets: Path | None, seed: int) -> TrainingSet:
+    return training_set_of(files, assets=assets, encoder=ENCODER, seed=seed, share=HELD_OUT)
 
 
-def _require_others(own: Lesson, also: Lesson | None) -> None:
+def _require_disjoint(own: TrainingSet, also: TrainingSet | None) -> None:
     """Check that no evaluated house is among the training-only houses under another name.
 
     Raises:
@@ -209,13 +209,13 @@ def _require_others(own: Lesson, also: Lesson | None) -> None:
     """
     if also is None:
         return
-    judged = {_what_it_is(house) for house in own.houses}
-    twice = [h.plan.name for h in (*also.houses, *also.held_out) if _what_it_is(h) in judged]
+    judged = {_house_content(house) for house in own.houses}
+    twice = [h.plan.name for h in (*also.houses, *also.held_out) if _house_content(h) in judged]
     if twice:
         shown = ", ".join(twice[:3]) + (f" and {len(twice) - 3} more" if len(twice) > 3 else "")
         raise BadValue("--also", shown, "without houses that are judged")
 
 
-def _what_it_is(house: House) -> tuple[object, ...]:
+def _house_content(house: House) -> tuple[object, ...]:
     """A house without its name: layout and contents."""
     return tuple((c.type, c.pose, tuple(i.type for i in house.contents[c.id])) for c in house.plan.containers)

@@ -27,14 +27,14 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 BINS = 15
-SURE = 1e-4
+PROBABILITY_CLIP = 1e-4
 """Probabilities are clipped to [SURE, 1 - SURE] for the log loss."""
 
 KINDS = ("ai2-thor", "objaverse")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
+class QueryResult:
     """One query with its results.
 
     Attributes:
@@ -57,7 +57,9 @@ class Judged:
         return "objaverse" if self.item_type.startswith("Obja") else "ai2-thor"
 
 
-def judge(estimator: Estimator, houses: Iterable[House], *, seen_share: float = 0.0, seed: int = 0) -> list[Judged]:
+def evaluate_estimator(
+    estimator: Estimator, houses: Iterable[House], *, seen_share: float = 0.0, seed: int = 0
+) -> list[QueryResult]:
     """Evaluate an estimator on every item type of every house.
 
     Args:
@@ -66,9 +68,9 @@ def judge(estimator: Estimator, houses: Iterable[House], *, seen_share: float = 
         seen_share: share of containers searched before the query; 0 is the start of a run.
         seed: of the choice of those containers; the same for every estimator.
     """
-    judged: list[Judged] = []
+    judged: list[QueryResult] = []
     for k, house in enumerate(houses):
-        knowledge = glimpse(house, seen_share=seen_share, rng=np.random.default_rng((seed, k)))
+        knowledge = partial_knowledge(house, seen_share=seen_share, rng=np.random.default_rng((seed, k)))
         items = missing_types(house, knowledge)
         if not items or not knowledge.unsearched:
             continue
@@ -80,15 +82,15 @@ def judge(estimator: Estimator, houses: Iterable[House], *, seen_share: float = 
     return judged
 
 
-def glimpse(house: House, *, seen_share: float, rng: np.random.Generator) -> Knowledge:
+def partial_knowledge(house: House, *, seen_share: float, rng: np.random.Generator) -> Knowledge:
     """The knowledge after searching a random share of the containers; at least one stays unsearched."""
     ids = [c.id for c in house.plan.containers]
     count = min(round(seen_share * len(ids)), max(len(ids) - 1, 0))
     known = {ids[k]: house.contents[ids[k]] for k in sorted(rng.permutation(len(ids))[:count].tolist())}
-    return knowledge_at_start(house.plan, nearby(house.plan), known)
+    return knowledge_at_start(house.plan, dummy_travel_costs(house.plan), known)
 
 
-def nearby(plan: FloorPlan) -> TravelCosts:
+def dummy_travel_costs(plan: FloorPlan) -> TravelCosts:
     """Dummy travel costs for beliefs, which do not depend on distances."""
     locations = (START, *(LocationId(c.id) for c in plan.containers))
     return TravelCosts(locations=locations, metres=np.zeros((len(locations), len(locations))))
@@ -96,10 +98,10 @@ def nearby(plan: FloorPlan) -> TravelCosts:
 
 def missing_types(house: House, knowledge: Knowledge) -> tuple[ItemType, ...]:
     """The item types of a house without an observed instance, sorted."""
-    return tuple(t for t in house.item_types() if not knowledge.knows(t))
+    return tuple(t for t in house.item_types() if not knowledge.has_known_instance(t))
 
 
-def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
+def metrics_of(judged: Sequence[QueryResult], *, rng: np.random.Generator) -> dict[str, Any]:
     """The metrics over queries, each with a bootstrap interval over houses.
 
     `top1_said` is the mean probability of the estimator's first choice, the best top-1 that a calibrated estimator
@@ -128,7 +130,9 @@ def quality(judged: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, 
     return answer
 
 
-def against(judged: Sequence[Judged], base: Sequence[Judged], *, rng: np.random.Generator) -> dict[str, Any]:
+def compare_with_baseline(
+    judged: Sequence[QueryResult], base: Sequence[QueryResult], *, rng: np.random.Generator
+) -> dict[str, Any]:
     """Comparison with a baseline over the same queries: top-1 gain and ratio of log losses, with intervals."""
     houses = [j.house for j in judged]
     gain = paired_difference([j.top1 for j in judged], [j.top1 for j in base], houses, rng=rng)
@@ -153,7 +157,7 @@ class Reliability:
     was: Floats
 
 
-def reliability(judged: Sequence[Judged]) -> Reliability:
+def reliability(judged: Sequence[QueryResult]) -> Reliability:
     """The bins of a reliability diagram; an empty bin has 0 for both means."""
     p, y = np.concatenate([j.probability for j in judged]), np.concatenate([j.held for j in judged])
     at = np.minimum((p * BINS).astype(np.int64), BINS - 1)
@@ -166,13 +170,13 @@ def reliability(judged: Sequence[Judged]) -> Reliability:
     )
 
 
-def calibration_error(judged: Sequence[Judged]) -> float:
+def calibration_error(judged: Sequence[QueryResult]) -> float:
     """The expected calibration error."""
     bins = reliability(judged)
     return float((bins.count * np.abs(bins.said - bins.was)).sum() / bins.count.sum())
 
 
-def _calibration_interval(judged: Sequence[Judged], rng: np.random.Generator, draws: int = 400) -> list[float]:
+def _calibration_interval(judged: Sequence[QueryResult], rng: np.random.Generator, draws: int = 400) -> list[float]:
     """Percentile interval over houses: the bins' sums are drawn, house by house; in one house, query by query."""
     houses = {house: k for k, house in enumerate(dict.fromkeys(j.house for j in judged))}
     of = [houses[j.house] for j in judged] if len(houses) > 1 else list(range(len(judged)))
@@ -188,11 +192,11 @@ def _calibration_interval(judged: Sequence[Judged], rng: np.random.Generator, dr
     return [round(max(end, 0.0), 5) if isfinite(end) else end for end in ends]
 
 
-def _judged(house: str, item: str, p: Floats, held: Bools) -> Judged:
+def _judged(house: str, item: str, p: Floats, held: Bools) -> QueryResult:
     better, ties, good = _first_holder(p, held)
     ranks = _rank_chances(ties, good)
     at = better + np.arange(len(ranks))
-    return Judged(
+    return QueryResult(
         house=house,
         item_type=item,
         probability=p,
@@ -221,6 +225,6 @@ def _rank_chances(ties: int, good: int) -> Floats:
     return np.array([comb(ties - 1 - k, good - 1) / comb(ties, good) for k in places])
 
 
-def _log_loss(judged: Judged) -> Floats:
-    p = np.clip(judged.probability, SURE, 1 - SURE)
+def _log_loss(judged: QueryResult) -> Floats:
+    p = np.clip(judged.probability, PROBABILITY_CLIP, 1 - PROBABILITY_CLIP)
     return -np.where(judged.held, np.log(p), np.log1p(-p))

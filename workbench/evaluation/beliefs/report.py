@@ -14,8 +14,16 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import ESTIMATORS, estimator
 from workbench.beliefs.weights import read_weights
 from workbench.errors import BadValue, Unsupported
-from workbench.evaluation.beliefs.metrics import KINDS, Judged, against, glimpse, judge, missing_types, quality
-from workbench.evaluation.splits import part_taken, split_indices
+from workbench.evaluation.beliefs.metrics import (
+    KINDS,
+    QueryResult,
+    compare_with_baseline,
+    evaluate_estimator,
+    metrics_of,
+    missing_types,
+    partial_knowledge,
+)
+from workbench.evaluation.splits import effective_split, split_indices
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import House
 from workbench.worlds.procthor.assets import assets_for
@@ -85,7 +93,7 @@ class BeliefRequest:
 class BeliefReport:
     """The results: all queries by estimator, and the result of the command."""
 
-    judged: Mapping[str, Sequence[Judged]]
+    judged: Mapping[str, Sequence[QueryResult]]
     answer: dict[str, Any]
 
 
@@ -100,10 +108,10 @@ def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
     """
     houses = request.chosen_houses()
     estimators = request.chosen_estimators()
-    judged: dict[str, list[Judged]] = {}
+    judged: dict[str, list[QueryResult]] = {}
     seconds: dict[str, float] = {}
     for name in watched(list(estimators)):
-        judged[name] = judge(estimators[name], houses, seen_share=request.seen_share, seed=request.seed)
+        judged[name] = evaluate_estimator(estimators[name], houses, seen_share=request.seen_share, seed=request.seed)
         seconds[name] = belief_seconds(estimators[name], houses)
     identities = {name: chosen.name for name, chosen in estimators.items()}
     return report_of(request, judged, identities, seconds, houses=len(houses))
@@ -111,7 +119,7 @@ def measure(request: BeliefRequest, *, watched: Watched = iter) -> BeliefReport:
 
 def report_of(
     request: BeliefRequest,
-    judged: Mapping[str, Sequence[Judged]],
+    judged: Mapping[str, Sequence[QueryResult]],
     identities: Mapping[str, str],
     seconds: Mapping[str, float],
     *,
@@ -128,7 +136,7 @@ def report_of(
     rows = [_row(name, identities[name], judged[name], base, seconds[name], request.seed) for name in judged]
     answer = {
         "file": str(request.houses or shipped_houses()),
-        "split": part_taken(request.houses or shipped_houses(), request.part),
+        "split": effective_split(request.houses or shipped_houses(), request.part),
         "assets": None if request.sizes is None else str(request.sizes),
         "houses": houses,
         "seen_share": request.seen_share,
@@ -143,7 +151,7 @@ def belief_seconds(chosen: Estimator, houses: Sequence[House]) -> float:
     encoded."""
     taken: list[float] = []
     for house in houses[:20]:
-        knowledge = glimpse(house, seen_share=0.0, rng=np.random.default_rng(0))
+        knowledge = partial_knowledge(house, seen_share=0.0, rng=np.random.default_rng(0))
         items = missing_types(house, knowledge)
         chosen.believe(knowledge, items)
         for _ in range(3):
@@ -154,14 +162,19 @@ def belief_seconds(chosen: Estimator, houses: Sequence[House]) -> float:
 
 
 def _row(
-    name: str, identity: str, judged: Sequence[Judged], base: Sequence[Judged] | None, seconds: float, seed: int
+    name: str,
+    identity: str,
+    judged: Sequence[QueryResult],
+    base: Sequence[QueryResult] | None,
+    seconds: float,
+    seed: int,
 ) -> dict[str, Any]:
     row: dict[str, Any] = {"estimator": name, "name": identity}
-    row |= quality(judged, rng=np.random.default_rng(seed))
+    row |= metrics_of(judged, rng=np.random.default_rng(seed))
     row["ms_a_belief"] = round(seconds * 1e3, 2)
     if base is not None and name != BASE:
-        row["against_counts"] = against(judged, base, rng=np.random.default_rng(seed))
+        row["against_counts"] = compare_with_baseline(judged, base, rng=np.random.default_rng(seed))
     row["by_kind"] = {
-        kind: quality([j for j in judged if j.kind == kind], rng=np.random.default_rng(seed)) for kind in KINDS
+        kind: metrics_of([j for j in judged if j.kind == kind], rng=np.random.default_rng(seed)) for kind in KINDS
     }
     return row

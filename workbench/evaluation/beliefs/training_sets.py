@@ -8,14 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from workbench.beliefs.encoder import text_encoder
-from workbench.beliefs.training.train import Lesson, hold_out
+from workbench.beliefs.training.train import TrainingSet, hold_out
 from workbench.evaluation.splits import Split, is_shared, split_indices
 from workbench.worlds.house import House
 from workbench.worlds.procthor.assets import assets_for
 from workbench.worlds.procthor.load import load_houses
 
 
-def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed: int, share: float) -> Lesson:
+def training_set_of(
+    files: Sequence[Path], *, assets: Path | None, encoder: str, seed: int, share: float
+) -> TrainingSet:
     """The training set of several house files.
 
     Args:
@@ -42,7 +44,7 @@ def lesson_of(files: Sequence[Path], *, assets: Path | None, encoder: str, seed:
         named = {h.plan.name: h for h in load_houses(path)} if table else {}
         usual += [named.get(h.plan.name, h) for h in train]
         exact = exact or table is not None
-    return Lesson(
+    return TrainingSet(
         houses=learnt,
         held_out=out,
         encoder=text_encoder(encoder),

@@ -46,14 +46,14 @@ def belief(
         lios evaluate belief --houses mine.jsonl.gz --estimators best,mine.safetensors --seen 0.3 --figures out
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_weights import folds_asked
+    from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.beliefs.report import BeliefRequest, measure
     from workbench.terminal import emit_json, progress, say
 
     names = tuple(name.strip() for name in estimators.split(",") if name.strip())
     if not names:
         raise BadValue("--estimators", estimators, "all, or names with commas between them")
-    dealt = folds_asked(folds, also)
+    dealt = folds_from_options(folds, also)
     if dealt is not None and figures is not None:
         raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
     _check_folder(figures, force=force)

@@ -9,7 +9,7 @@ from workbench.options import AssetsOrBeside, Force, Json
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
-    from workbench.beliefs.training.train import Lesson, Watch
+    from workbench.beliefs.training.train import TrainingSet, Watch
 
 
 ENCODER = "encoder"
@@ -51,10 +51,10 @@ def train(
     from secrets import randbelow
     from time import perf_counter
 
-    from workbench.beliefs.training import train as run
     from workbench.beliefs.training.train import TRAINERS
+    from workbench.beliefs.training.train import train as run
     from workbench.errors import BadValue, OutputExists, UnknownName
-    from workbench.evaluation.beliefs.training_sets import lesson_of
+    from workbench.evaluation.beliefs.training_sets import training_set_of
     from workbench.terminal import say
 
     target = output or Path(f"{estimator}.safetensors")
@@ -72,7 +72,7 @@ def train(
         _encode(houses, encoder, target, as_json=json)
         return
     chosen = randbelow(1_000_000) if seed is None else seed
-    lesson = lesson_of(houses, assets=assets, encoder=encoder, seed=chosen, share=hold_out)
+    lesson = training_set_of(houses, assets=assets, encoder=encoder, seed=chosen, share=hold_out)
     say(f"{len(lesson.houses)} houses to learn from, {len(lesson.held_out)} held out, seed {chosen}")
     begin = perf_counter()
     weights = _watched(run, estimator, lesson, target)
@@ -93,7 +93,7 @@ def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) ->
     say(f"vectors of {len(vectors.table)} names by {vectors.name} in {target} ({size / 1e6:.2f} MB)")
 
 
-def _watched(run: Any, estimator: str, lesson: Lesson, target: Path) -> Any:
+def _watched(run: Any, estimator: str, lesson: TrainingSet, target: Path) -> Any:
     """Train, with a progress line on a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

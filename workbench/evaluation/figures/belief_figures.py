@@ -13,8 +13,14 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.encoder import text_encoder
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.examples import room_kinds
-from workbench.beliefs.training.train import TRAINERS, Lesson, train
-from workbench.evaluation.beliefs.metrics import calibration_error, glimpse, judge, quality, reliability
+from workbench.beliefs.training.train import TRAINERS, TrainingSet, train
+from workbench.evaluation.beliefs.metrics import (
+    calibration_error,
+    evaluate_estimator,
+    metrics_of,
+    partial_knowledge,
+    reliability,
+)
 from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest
 from workbench.evaluation.figures.belief_heat_map import draw_belief_heat_map
 from workbench.evaluation.figures.learning_curve import draw_learning_curve
@@ -27,7 +33,7 @@ from workbench.worlds.procthor.load import load_houses
 from workbench.worlds.shipped import shipped_houses
 
 COLOURS = {"counts": GREY, "fcnn": ORANGE, "best": BLUE}
-LEAST_HOUSES = 5
+MIN_HOUSES = 5
 COMMON_CONTAINERS = 12
 
 Training = tuple[int, str]
@@ -72,7 +78,7 @@ def _heat_maps(
     common = sorted(sorted(set(types)), key=lambda t: -types.count(t))[:COMMON_CONTAINERS]
     total, count = np.zeros((len(items), len(kinds), len(common))), np.zeros((len(kinds), len(common)))
     for house in houses:
-        belief = chosen.believe(glimpse(house, seen_share=0.0, rng=np.random.default_rng(0)), tuple(items))
+        belief = chosen.believe(partial_knowledge(house, seen_share=0.0, rng=np.random.default_rng(0)), tuple(items))
         for k, (kind, container) in enumerate(zip(room_kinds(house.plan), house.plan.containers, strict=True)):
             if container.type in common:
                 at = (kinds.index(kind), common.index(container.type))
@@ -104,12 +110,14 @@ def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: 
     lines: dict[str, dict[str, list[float]]] = {what: {name: [] for name in names} for what in ("log_loss", "top1")}
     with TemporaryDirectory() as temporary:
         for size, name in watched([(size, name) for name in names for size in sizes]):
-            lesson = Lesson(
+            lesson = TrainingSet(
                 houses=[pool[k] for k in order[:size]], held_out=held_out, encoder=text_encoder(), seed=request.seed
             )
             path = Path(temporary) / f"{name}-{size}.safetensors"
             train(name, lesson, path)
-            made = quality(judge(estimator(name, weights=path), measured), rng=np.random.default_rng(0))
+            made = metrics_of(
+                evaluate_estimator(estimator(name, weights=path), measured), rng=np.random.default_rng(0)
+            )
             for what in lines:
                 lines[what][name].append(made[what])
     figure = Figure(figsize=(7, 3), layout="constrained")
@@ -127,7 +135,7 @@ def _curve_houses(request: BeliefRequest) -> tuple[list[House], list[House], lis
         parts = [split_indices(path, part, houses=n) for part in (Split.TRAIN, Split.VALIDATION)]
         measured = request.chosen_houses() if request.part in ("validation", "test") else []
         if request.part == "validation":
-            parts = [parts[0][: -LEAST_HOUSES * 2], parts[0][-LEAST_HOUSES * 2 :]]
+            parts = [parts[0][: -MIN_HOUSES * 2], parts[0][-MIN_HOUSES * 2 :]]
         return [houses[k] for k in parts[0]], [houses[k] for k in parts[1]], measured
     cut, out = round(0.6 * n), round(0.8 * n)
     return houses[:cut], houses[cut:out], houses[out:]

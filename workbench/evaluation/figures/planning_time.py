@@ -9,10 +9,10 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from workbench.evaluation.figures.style import as_written
+from workbench.evaluation.figures.style import disable_math_text
 from workbench.evaluation.tasks.names import scenario_title, shortened
 
-MOST_INSIDE = 6
+MAX_INLINE_LABELS = 6
 """With more scenarios than this, names are placed beside the plot."""
 
 FEW_DECADES = 2.5
@@ -40,11 +40,11 @@ def draw_planning_time(
     ax.grid(alpha=0.25, linewidth=0.5)
     if not ax.lines:
         ax.text(0.5, 0.5, "no decision was made", transform=ax.transAxes, ha="center")
-    elif len(seconds) > MOST_INSIDE:
+    elif len(seconds) > MAX_INLINE_LABELS:
         ax.legend(fontsize=7, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     else:
         ax.legend(fontsize=7, frameon=False, loc="lower right")
-    as_written(ax)
+    disable_math_text(ax)
     if share_of_belief is not None:
         ax.set_title(f"{100 * share_of_belief:.0f} % of the time believing, the rest planning", fontsize=8)
 

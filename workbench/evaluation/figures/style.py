@@ -47,7 +47,7 @@ def new_figure(width_in: float, height_in: float, *, columns: int = 1) -> tuple[
     return figure, axes
 
 
-def as_written(ax: Axes) -> None:
+def disable_math_text(ax: Axes) -> None:
     """Disable math mode in all texts, since names of strategies and files may contain dollar signs."""
     legend = ax.get_legend()
     labels = [*ax.get_xticklabels(), ax.xaxis.label, ax.yaxis.label, *(legend.get_texts() if legend else ())]

@@ -9,7 +9,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from workbench.evaluation.figures.style import BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILION, as_written
+from workbench.evaluation.figures.style import BLUE, GREEN, GREY, ORANGE, PINK, SKY, VERMILION, disable_math_text
 from workbench.evaluation.tasks.names import scenario_title, shortened, strategy_title
 
 DARK = "#000000"
@@ -30,7 +30,7 @@ OTHER_COLOURS = (SKY, "#F0E442", "#882255", "#999933", "#332288", "#88CCEE")
 HATCHES = ("", "////", "....", "xxxx", "oo")
 """Colours of strategies outside the table: six colours, then the same ones hatched."""
 
-MOST_UPRIGHT = 6
+MAX_UPRIGHT_LABELS = 6
 """With more scenarios than this, their names are rotated."""
 
 
@@ -43,7 +43,7 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
     """
     scenarios = list(dict.fromkeys(line["scenario"] for line in lines))
     strategies = list(dict.fromkeys(line["strategy"] for line in lines))
-    looks = strategy_looks(strategies)
+    looks = strategy_styles(strategies)
     width = 0.85 / max(len(strategies), 1)
     for j, strategy in enumerate(strategies):
         mine = {line["scenario"]: line for line in lines if line["strategy"] == strategy}
@@ -60,7 +60,7 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
         bars = ax.bar(at, heights, width, yerr=errors, color=colour, label=label, error_kw=line, hatch=hatch)
         for bar in bars:
             bar.set(edgecolor="white", linewidth=0.4)
-    crowded = len(scenarios) > MOST_UPRIGHT
+    crowded = len(scenarios) > MAX_UPRIGHT_LABELS
     most = 24 if crowded else max(90 // max(len(scenarios), 1), 16)
     ax.set_xticks(range(len(scenarios)), [shortened(scenario_title(s), most) for s in scenarios], fontsize=8)
     if crowded:
@@ -70,10 +70,10 @@ def draw_task_bars(ax: Axes, lines: Sequence[Mapping[str, Any]], *, value: str =
     drew = " or ".join(dict.fromkeys(line.get("ci95_resamples", "houses") for line in lines))
     ax.set_ylabel(f"mean cost, 95 % interval over {drew}" if value == "mean_cost" else "share of trials done")
     ax.legend(fontsize=6.5, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    as_written(ax)
+    disable_math_text(ax)
 
 
-def strategy_looks(strategies: Sequence[str]) -> dict[str, tuple[str, str]]:
+def strategy_styles(strategies: Sequence[str]) -> dict[str, tuple[str, str]]:
     """A unique colour and hatch for each strategy: NAME@SOLVER is hatched in the colour of NAME, others cycle."""
     looks: dict[str, tuple[str, str]] = {}
     for strategy in strategies:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from workbench.evaluation.figures.style import BLUE, as_written
+from workbench.evaluation.figures.style import BLUE, disable_math_text
 from workbench.evaluation.tasks.names import shortened, strategy_title
 
 
@@ -27,4 +27,4 @@ def draw_task_scatter(
     saved = 1 - ours.sum() / baseline.sum() if baseline.sum() else 0.0
     wins, losses = float((ours < baseline - 1e-6).mean()), float((ours > baseline + 1e-6).mean())
     ax.set_title(f"{100 * saved:+.1f} % saved\nbetter {100 * wins:.0f} %, worse {100 * losses:.0f} %", fontsize=8)
-    as_written(ax)
+    disable_math_text(ax)

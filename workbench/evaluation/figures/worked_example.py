@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from workbench.beliefs.belief import Belief
 from workbench.evaluation.figures.style import BLUE, GREEN, GREY
-from workbench.search.costs import SIMULATION
+from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.engine import expected_search
 from workbench.search.find_costs import BeliefModel
 from workbench.search.orders import ExpectedSearch
@@ -37,7 +37,7 @@ def worked_query() -> SearchQuery:
             item_types=(MUG,), containers=names, probability=np.array([[p for *_, p in PLACES]]), estimator="example"
         ),
         travel=TravelCosts(locations=(START, *(LocationId(n) for n in names)), metres=metres),
-        costs=SIMULATION,
+        costs=SIMULATION_COSTS,
     )
 
 

@@ -28,7 +28,7 @@ from workbench.evaluation.search.trials import (
 )
 from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
-from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.search.policies.registry import canonical_policy, policy, policy_names
 from workbench.worlds.house import Contents, FloorPlan, House, ItemType
 from workbench.worlds.maps.navigation import navigate
@@ -51,7 +51,7 @@ class Experiment:
     policies: tuple[str, ...]
     estimator: str
     paper_estimator: str
-    costs: ActionCosts = SIMULATION
+    costs: ActionCosts = SIMULATION_COSTS
     believers: Believers = field(default_factory=Believers)
 
     def estimators(self) -> tuple[str, ...]:

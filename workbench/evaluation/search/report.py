@@ -15,8 +15,8 @@ import numpy as np
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Failed, OutputExists
-from workbench.evaluation.beliefs.fold_weights import Believers, Dealt, Folds, deal, require_trainable
-from workbench.evaluation.search.calibration import looks
+from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
+from workbench.evaluation.search.calibration import container_stylecalibration
 from workbench.evaluation.search.experiment import (
     Experiment,
     HouseResult,
@@ -26,7 +26,7 @@ from workbench.evaluation.search.experiment import (
 )
 from workbench.evaluation.search.table import Costs, costs_of, pairs, rows, rows_by_kind
 from workbench.evaluation.search.trials import SearchTrial
-from workbench.evaluation.splits import is_shared, part_taken, split_indices, split_of
+from workbench.evaluation.splits import effective_split, is_shared, split_indices, split_of
 from workbench.evaluation.statistics import intervals_in_words
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
@@ -35,7 +35,7 @@ from workbench.worlds.procthor.assets import assets_for
 from workbench.worlds.procthor.load import iter_houses
 from workbench.worlds.shipped import shipped_houses
 
-SHARED_HOUSES_AT_MOST = 100_000
+MAX_SHARED_HOUSES = 100_000
 
 Watched = Callable[[Iterable[HouseResult]], Iterable[HouseResult]]
 
@@ -95,12 +95,12 @@ class SearchRequest:
     @property
     def split(self) -> str:
         """A description of the evaluated houses."""
-        return part_taken(self.file, self.part) if self.folds is None else self.folds.split
+        return effective_split(self.file, self.part) if self.folds is None else self.folds.split
 
     @cached_property
-    def dealt(self) -> Dealt | None:
+    def dealt(self) -> FoldSplit | None:
         """The houses in folds; None without folds. Raises InputError as for `deal`."""
-        return None if self.folds is None else deal(self.file, self.folds, assets=self.assets, seed=self.seed)
+        return None if self.folds is None else make_folds(self.file, self.folds, assets=self.assets, seed=self.seed)
 
     def experiment(self) -> Experiment:
         """The policies and estimators.
@@ -129,7 +129,7 @@ class SearchRequest:
             return
         wanted = None
         if is_shared(self.file):
-            wanted = frozenset(split_indices(self.file, self.part, houses=SHARED_HOUSES_AT_MOST))
+            wanted = frozenset(split_indices(self.file, self.part, houses=MAX_SHARED_HOUSES))
         for index, house in enumerate(iter_houses(self.file, assets=self.sizes)):
             if wanted is None or index in wanted:
                 yield house
@@ -193,7 +193,7 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
         "rows": rows(costs, seed=seed),
         "by_kind": rows_by_kind(costs, seed=seed),
         "pairs": pairs(costs, seed=seed),
-        "looks": looks(report.trials),
+        "looks": container_stylecalibration(report.trials),
         "houses": len(set(costs.houses)),
         "queries": len(costs.houses),
         "file": str(report.request.file),

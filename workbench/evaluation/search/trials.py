@@ -133,7 +133,7 @@ def search_trial(
             item_type=item_type,
             origin=knowledge.robot_at,
             target=START,
-            belief=_blank(item_type, knowledge) if beliefs is None else beliefs.about(item_type, knowledge),
+            belief=_empty_belief(item_type, knowledge) if beliefs is None else beliefs.about(item_type, knowledge),
             travel=travel,
             costs=costs,
         )
@@ -199,7 +199,7 @@ def _metres(travel: TravelCosts, a: LocationId, b: LocationId) -> float:
     return float(travel.metres[travel.index(a), travel.index(b)])
 
 
-def _blank(item_type: ItemType, knowledge: Knowledge) -> Belief:
+def _empty_belief(item_type: ItemType, knowledge: Knowledge) -> Belief:
     containers = knowledge.unsearched
     return Belief(
         item_types=(item_type,), containers=containers, probability=np.zeros((1, len(containers))), estimator="none"

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 from workbench.errors import BadValue
 
-MOST_TOKENS = 200
+MAX_TOKENS = 200
 """Most tokens of an expression; bounds the recursion of the parser."""
 
 CellFilter = Callable[[str, str], bool]
@@ -41,8 +41,8 @@ class _Reader:
     def __init__(self, expression: str) -> None:
         self.expression = expression
         tokens = re.findall(r"[()]|[^\s()]+", expression.lower())
-        if len(tokens) > MOST_TOKENS:
-            raise BadValue("-k", expression, f"at most {MOST_TOKENS} words")
+        if len(tokens) > MAX_TOKENS:
+            raise BadValue("-k", expression, f"at most {MAX_TOKENS} words")
         self.tokens: Iterator[str] = iter(tokens)
         self.token = next(self.tokens, "")
 

@@ -13,11 +13,11 @@ import msgspec
 
 from workbench.beliefs.estimators import estimator
 from workbench.errors import BadValue, Unsupported
-from workbench.evaluation.beliefs.fold_weights import Believers, Dealt, Folds, deal, require_trainable
-from workbench.evaluation.splits import part_taken, split_indices
+from workbench.evaluation.beliefs.fold_weights import Believers, Folds, FoldSplit, make_folds, require_trainable
+from workbench.evaluation.splits import effective_split, split_indices
 from workbench.evaluation.tasks.cell_filter import CellFilter, cell_filter
 from workbench.evaluation.tasks.rows import TaskRow
-from workbench.evaluation.tasks.trials import Tap, TrialKey, supported_houses, trial_keys
+from workbench.evaluation.tasks.trials import EventHook, TrialKey, supported_houses, trial_keys
 from workbench.evaluation.tasks.workers import Unit
 from workbench.planning.scenarios.paper import SCENARIOS, is_scenario_file, scenario_name
 from workbench.planning.strategies import STRATEGIES, canonical_name, resolved_name
@@ -51,22 +51,22 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     also: tuple[str, ...] = ()
 
     @property
-    def dealt_as(self) -> Folds | None:
+    def fold_settings(self) -> Folds | None:
         """The settings of folds; None without folds."""
         return Folds(count=self.folds, also=tuple(Path(path) for path in self.also)) if self.folds else None
 
     @property
-    def met(self) -> str:
+    def house_description(self) -> str:
         """A description of the evaluated houses."""
-        return self.dealt_as.split if self.dealt_as else part_taken(self.houses, self.split)
+        return self.fold_settings.split if self.fold_settings else effective_split(self.houses, self.split)
 
-    def dealt(self) -> Dealt | None:
+    def dealt(self) -> FoldSplit | None:
         """The houses in folds; None without folds. Raises InputError as for `deal`."""
-        folds = self.dealt_as
+        folds = self.fold_settings
         if folds is None:
             return None
         assets = Path(self.assets) if self.assets else None
-        return deal(Path(self.houses), folds, assets=assets, seed=self.seed)
+        return make_folds(Path(self.houses), folds, assets=assets, seed=self.seed)
 
     def estimators(self) -> tuple[str, ...]:
         """The estimator names in use."""
@@ -105,7 +105,7 @@ class NoHouse(Unsupported):
 
     def __init__(self, request: TaskRequest) -> None:
         super().__init__(
-            f"no house of {request.houses} ({request.met}) supports {', '.join(request.scenarios)}. "
+            f"no house of {request.houses} ({request.house_description}) supports {', '.join(request.scenarios)}. "
             "Give other houses, another --split or other --scenarios."
         )
 
@@ -142,7 +142,7 @@ def strategy_list(names: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*chosen, "oracle")))
 
 
-def plan_trials(request: TaskRequest, dealt: Dealt | None = None) -> Plan:
+def plan_trials(request: TaskRequest, dealt: FoldSplit | None = None) -> Plan:
     """All trials of a request. Houses that cannot support a scenario are reported, not skipped silently.
 
     Args:
@@ -169,11 +169,11 @@ def plan_trials(request: TaskRequest, dealt: Dealt | None = None) -> Plan:
     return Plan(keys=tuple(keys), refused=tuple(refused), houses=houses)
 
 
-def units_left(
+def remaining_units(
     request: TaskRequest,
     keys: Iterable[TrialKey],
     done: Iterable[TaskRow],
-    tap: Tap | None,
+    tap: EventHook | None,
     meant: CellFilter = cell_filter(""),
     believers: Believers | None = None,
 ) -> list[Unit]:

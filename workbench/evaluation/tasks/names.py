@@ -9,7 +9,7 @@ from pathlib import Path
 from workbench.planning.scenarios.paper import PAPER_TITLES, is_scenario_file
 from workbench.planning.strategies import PAPER_NAMES
 
-LONGEST_FILE_NAME = 100
+MAX_FILE_NAME = 100
 
 
 def scenario_title(name: str) -> str:
@@ -34,5 +34,5 @@ def shortened(title: str, most: int) -> str:
 def file_name_of(name: str) -> str:
     """A file name for a name; if characters must be replaced, a hash is added to keep it unique."""
     last = Path(name).name if is_scenario_file(name) else name
-    plain = re.sub(r"[^A-Za-z0-9+._@-]+", "-", last).strip("-.")[:LONGEST_FILE_NAME]
+    plain = re.sub(r"[^A-Za-z0-9+._@-]+", "-", last).strip("-.")[:MAX_FILE_NAME]
     return name if plain == name else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"

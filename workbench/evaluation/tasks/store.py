@@ -30,7 +30,7 @@ class OtherEvaluation(InputError):
         )
 
 
-class BeingEvaluated(InputError):
+class EvaluationInProgress(InputError):
     """Another process writes to the folder."""
 
     def __init__(self, folder: Path) -> None:
@@ -44,7 +44,7 @@ class TrialStore:
         rows: the stored rows.
 
     Raises:
-        BeingEvaluated: another process writes there.
+        EvaluationInProgress: another process writes there.
         OtherEvaluation: the folder holds rows of another request.
         MalformedFile: its files are invalid.
     """
@@ -52,7 +52,7 @@ class TrialStore:
     def __init__(self, folder: Path, request: TaskRequest, *, force: bool = False) -> None:
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
-        self._lock = _reserved(folder)
+        self._lock = _locked_folder(folder)
         try:
             self.rows = self._begun(request, force=force)
             self._stream = (folder / TRIALS_FILE).open("ab")
@@ -91,12 +91,12 @@ class TrialStore:
         self._lock.close()
 
 
-def _reserved(folder: Path) -> BinaryIO:
+def _locked_folder(folder: Path) -> BinaryIO:
     """Lock the folder against other evaluations until closed, where the system supports it."""
     lock = (folder / LOCK_FILE).open("ab")
     if not locked(lock):
         lock.close()
-        raise BeingEvaluated(folder)
+        raise EvaluationInProgress(folder)
     return lock
 
 

@@ -18,15 +18,15 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError
 from workbench.evaluation.tasks.rows import TaskRow
-from workbench.execution.events import Ended, Event, Planned
+from workbench.execution.events import Event, PlanMade, RunEnded
 from workbench.execution.loop import run_task
 from workbench.execution.start import known_at_start
 from workbench.planning.plans import PlanStatus
-from workbench.planning.scenarios.paper import ScenarioUnsupported, make_task, prepare_house
+from workbench.planning.scenarios.paper import ScenarioUnsupported, make_task, with_scenario_items
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
-from workbench.search.costs import SIMULATION, ActionCosts
+from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import ContainerId, House
 from workbench.worlds.maps.navigation import Navigation, navigate
 from workbench.worlds.procthor.load import load_house
@@ -45,7 +45,7 @@ class TrialKey:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Staged:
+class PreparedTrial:
     """A prepared trial: everything but the strategy."""
 
     key: TrialKey
@@ -56,7 +56,7 @@ class Staged:
     costs: ActionCosts
 
 
-Tap = Callable[[Staged, str, Estimator, Iterator[Event]], Iterator[Event]]
+EventHook = Callable[[PreparedTrial, str, Estimator, Iterator[Event]], Iterator[Event]]
 """A hook on the events of a run: (trial, strategy name as in its row, estimator, events) -> the same events."""
 
 
@@ -75,7 +75,7 @@ def supported_houses(
     for index in indices:
         try:
             house, navigation = _house(houses, index, assets)
-            make_task(scenario, prepare_house(scenario, house, seed=seed), seed=seed, travel=navigation.travel)
+            make_task(scenario, with_scenario_items(scenario, house, seed=seed), seed=seed, travel=navigation.travel)
             fine.append(index)
         except ScenarioUnsupported as refusal:
             refused.append(refusal)
@@ -102,7 +102,9 @@ def trial_keys(
     )
 
 
-def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION) -> Staged:
+def prepare_trial(
+    key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION_COSTS
+) -> PreparedTrial:
     """The trial's house, task and start.
 
     Whether a house supports a scenario may depend on the seed (items added by Coffee may be unreachable); then
@@ -115,14 +117,14 @@ def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIM
     for attempt in range(50):
         seed = (key.seed + attempt) % 2**63
         try:
-            prepared = prepare_house(key.scenario, house, seed=seed)
+            prepared = with_scenario_items(key.scenario, house, seed=seed)
             task = make_task(key.scenario, prepared, seed=seed, travel=navigation.travel)
         except ScenarioUnsupported:
             if attempt == 49:
                 raise
             continue
         known = known_at_start(prepared.plan, rng=np.random.default_rng(seed))
-        return Staged(
+        return PreparedTrial(
             key=key,
             house=prepared,
             navigation=navigation,
@@ -133,20 +135,20 @@ def stage(key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIM
     raise AssertionError("unreachable")
 
 
-def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None = None) -> TaskRow:
+def run_trial(staged: PreparedTrial, strategy: str, *, estimator: str, tap: EventHook | None = None) -> TaskRow:
     """Run one trial with one strategy. An error in the strategy becomes a row with status "error" and does not stop
     other trials."""
-    planned: list[Planned] = []
-    ended: Ended | None = None
+    planned: list[PlanMade] = []
+    ended: RunEnded | None = None
     believer = estimator_named(estimator, origin=NameOrigin.USER)
     try:
         made = strategy_named(strategy, origin=NameOrigin.USER, house=staged.house)
         world = SimulatedWorld(staged.house, staged.navigation, known=staged.known)
         events = run_task(world, made, believer, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31)
         for event in tap(staged, strategy, believer, events) if tap else events:
-            if isinstance(event, Planned):
+            if isinstance(event, PlanMade):
                 planned.append(event)
-            elif isinstance(event, Ended):
+            elif isinstance(event, RunEnded):
                 ended = event
     except LiosError:
         raise
@@ -156,7 +158,12 @@ def run_staged(staged: Staged, strategy: str, *, estimator: str, tap: Tap | None
 
 
 def _row(
-    staged: Staged, strategy: str, believer: Estimator, planned: list[Planned], ended: Ended | None, why: str
+    staged: PreparedTrial,
+    strategy: str,
+    believer: Estimator,
+    planned: list[PlanMade],
+    ended: RunEnded | None,
+    why: str,
 ) -> TaskRow:
     solved = [p for p in planned if p.made.plan.status is PlanStatus.SOLVED]
     return TaskRow(

@@ -13,7 +13,7 @@ from typing import Any
 
 from workbench.errors import Failed, InputError, MissingExtra
 from workbench.evaluation.tasks.rows import TaskRow
-from workbench.evaluation.tasks.trials import Tap, TrialKey, run_staged, stage
+from workbench.evaluation.tasks.trials import EventHook, TrialKey, prepare_trial, run_trial
 from workbench.process_pool import process_pool
 
 RETRIES = 5
@@ -37,13 +37,13 @@ class Unit:
     key: TrialKey
     strategies: tuple[tuple[str, str], ...]
     assets: str = ""
-    tap: Tap | None = None
+    tap: EventHook | None = None
 
 
 def run_unit(unit: Unit) -> list[TaskRow]:
     """Run one trial with several strategies; executed by workers."""
-    staged = stage(unit.key, assets=Path(unit.assets) if unit.assets else None)
-    return [run_staged(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
+    staged = prepare_trial(unit.key, assets=Path(unit.assets) if unit.assets else None)
+    return [run_trial(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
 
 
 def run_units(units: list[Unit], *, workers: int, scheduler: str = "") -> Iterator[list[TaskRow]]:

@@ -33,7 +33,7 @@ def _compiled(function: Any) -> Any:
 
 
 @_compiled
-def errands(at, find, tables, d, potential, c):
+def errand_costs(at, find, tables, d, potential, c):
     """Errand costs of each slot; see `search` for the arrays returned.
 
     Args:
@@ -84,7 +84,7 @@ def _heuristic(
 
 
 @_compiled
-def _leg(s, m, robot, hand, pos, d, least, potential, c):
+def _min_carry_cost(s, m, robot, hand, pos, d, least, potential, c):
     """The least reduced cost of bringing slot s to place m, including the pick."""
     if hand == s:
         return d[robot, m] + potential[robot] - potential[m]
@@ -108,11 +108,11 @@ def _bound(
             if hand == s and _needs_free_hand(done, op_slot, op_where, n_ops):
                 total += c
         elif hand == s or in_hand[s] or (pos[s] != t and (pos[s] >= 0 or not standing[s, t])):
-            total += _leg(s, t, robot, hand, pos, d, least, potential, c) + (0.0 if in_hand[s] else c)
+            total += _min_carry_cost(s, t, robot, hand, pos, d, least, potential, c) + (0.0 if in_hand[s] else c)
     for o in range(n_ops - 1, -1, -1):
         if (done >> o) & 1:
             continue
-        least_here = _meetings(
+        least_here = _meeting_bounds(
             o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link,
             c, work,
         )  # fmt: skip
@@ -136,7 +136,7 @@ def _needs_free_hand(done, op_slot, op_where, n_ops):
 
 
 @_compiled
-def _meetings(
+def _meeting_bounds(
     o, robot, hand, pos, done, d, least, potential, standing, end, in_hand, op_slot, op_where, op_mask, link, c, work
 ):  # fmt: skip
     """Lower bounds on doing an operation, and those linked to it, at each place: fills work[o] and returns its
@@ -166,12 +166,12 @@ def _meetings(
             put = 0.0 if in_hand[s] else c
             t = end[s] if after < 0 or link[o, 2] != s else -1
             if op_where[o, j] == 1:
-                here += _leg(s, m, robot, hand, pos, d, least, potential, c)
+                here += _min_carry_cost(s, m, robot, hand, pos, d, least, potential, c)
                 if t >= 0:
                     here += potential[m] + d[m, t] - potential[t] + put
                 continue
             if first and (hand == s or (pos[s] >= 0 and pos[s] != m) or (pos[s] < 0 and not standing[s, m])):
-                here += _leg(s, m, robot, hand, pos, d, least, potential, c) + c
+                here += _min_carry_cost(s, m, robot, hand, pos, d, least, potential, c) + c
             if t >= 0 and (t != m or in_hand[s]):
                 here += potential[m] + c + d[m, t] - potential[t] + put
         if after >= 0:
@@ -268,7 +268,7 @@ def _pop(heap_f, heap_n, count, eps):
 
 
 @_compiled
-def _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after):
+def _operation_place(o, robot, hand, pos, done, op_slot, op_where, op_after):
     """The place where an operation can be done with the items there and the item in hand, or -1."""
     if (done >> o) & 1 or (op_after[o] & ~done) != 0:
         return -1
@@ -292,7 +292,7 @@ def _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after):
 
 
 @_compiled
-def _put(succ, cost, n, kind, x, b, w):
+def _append_move(succ, cost, n, kind, x, b, w):
     succ[n, 0] = kind
     succ[n, 1] = x
     succ[n, 2] = b
@@ -312,10 +312,10 @@ def _moves(
     """
     if first < 0:
         for o in range(n_ops):
-            if _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after) == robot:
-                return _put(succ, cost, 0, PREPARE, o, robot, c)
+            if _operation_place(o, robot, hand, pos, done, op_slot, op_where, op_after) == robot:
+                return _append_move(succ, cost, 0, PREPARE, o, robot, c)
         if hand >= 0 and end[hand] == robot and not in_hand[hand] and (op_mask[hand] & ~done) == 0:
-            return _put(succ, cost, 0, PLACE, hand, robot, c)
+            return _append_move(succ, cost, 0, PLACE, hand, robot, c)
     n = 0
     for s in range(len(pos)):
         pending = (op_mask[s] & ~done) != 0
@@ -324,7 +324,7 @@ def _moves(
             for a in range(d.shape[0]):
                 here = standing[s, a] and (pending or (end[s] == a and not in_hand[s]))
                 if here and (not carried_only[s] or a == end[s]):
-                    n = _put(succ, cost, n, CHOOSE, s, a, 0.0)
+                    n = _append_move(succ, cost, n, CHOOSE, s, a, 0.0)
         if hand >= 0 or (first >= 0 and s != first):
             continue
         if not pending and (end[s] < 0 or (pos[s] == end[s] and not in_hand[s])):
@@ -337,21 +337,21 @@ def _moves(
                     continue
             w = fetch[s, robot, b] if pos[s] < 0 else d[robot, pos[s]] + c + d[pos[s], b]
             if w < _INF and (pos[s] != b or tool[s] or in_hand[s]):
-                n = _put(succ, cost, n, FETCH, s, b, w)
+                n = _append_move(succ, cost, n, FETCH, s, b, w)
     if hand >= 0 and (first < 0 or hand == first):
         pending = (op_mask[hand] & ~done) != 0
         useful = staging or not carried_only[hand] or robot == end[hand]
         if useful and (staging or not in_hand[hand] or pending):
-            n = _put(succ, cost, n, PLACE, hand, robot, c)
+            n = _append_move(succ, cost, n, PLACE, hand, robot, c)
         if (last != FETCH and last != CARRY) or at_root:
             for b in range(d.shape[0]):
                 if b != robot and (staging or pending or b == end[hand]):
-                    n = _put(succ, cost, n, CARRY, hand, b, d[robot, b])
+                    n = _append_move(succ, cost, n, CARRY, hand, b, d[robot, b])
     if first < 0:
         for o in range(n_ops):
-            where = _where_able(o, robot, hand, pos, done, op_slot, op_where, op_after)
+            where = _operation_place(o, robot, hand, pos, done, op_slot, op_where, op_after)
             if where >= 0:
-                n = _put(succ, cost, n, PREPARE, o, where, c + d[robot, where])
+                n = _append_move(succ, cost, n, PREPARE, o, where, c + d[robot, where])
     return n
 
 

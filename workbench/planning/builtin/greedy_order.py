@@ -14,9 +14,9 @@ import numpy as np
 from workbench.planning.builtin.move_codes import FloatArray
 from workbench.search.ties import first_least, tolerance
 
-MOST_MENDED = 200
+MAX_IMPROVEMENTS = 200
 """Limit on the number of errands that are improved, and on the number of moves."""
-LONGEST_STRETCH = 3
+MAX_SEGMENT = 3
 
 
 def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
@@ -27,9 +27,9 @@ def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
             of j.
     """
     order = _nearest_first(leg)
-    if len(order) <= MOST_MENDED:
-        for _ in range(MOST_MENDED):
-            mended = _mended(leg, order)
+    if len(order) <= MAX_IMPROVEMENTS:
+        for _ in range(MAX_IMPROVEMENTS):
+            mended = _improved(leg, order)
             if mended is None:
                 break
             order = mended
@@ -51,15 +51,15 @@ def _cost(leg: FloatArray, order: tuple[int, ...]) -> float:
     return float(leg[rows, list(order)].sum()) if order else 0.0
 
 
-def _mended(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
+def _improved(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
     """The order with one stretch moved to where it saves most, of equal moves the first; None when nothing saves."""
     now = _cost(leg, order)
     moves: list[tuple[float, tuple[int, ...]]] = []
-    for length in range(1, LONGEST_STRETCH + 1):
+    for length in range(1, MAX_SEGMENT + 1):
         for i in range(len(order) - length + 1):
             stretch, rest = order[i : i + length], order[:i] + order[i + length :]
             rows = np.array([0, *(1 + k for k in rest)])
-            base = _cost(leg, rest) + _inside(leg, stretch)
+            base = _cost(leg, rest) + _within_segment(leg, stretch)
             costs = base + leg[rows, stretch[0]]
             if len(rest) > 0:
                 costs[:-1] += leg[1 + stretch[-1], list(rest)] - leg[rows[:-1], list(rest)]
@@ -71,5 +71,5 @@ def _mended(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
     return best if least < now - tolerance(now) else None
 
 
-def _inside(leg: FloatArray, stretch: tuple[int, ...]) -> float:
+def _within_segment(leg: FloatArray, stretch: tuple[int, ...]) -> float:
     return float(sum(leg[1 + a, b] for a, b in pairwise(stretch)))

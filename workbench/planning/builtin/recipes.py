@@ -13,16 +13,16 @@ from functools import lru_cache
 from typing import TypeVar
 
 from workbench.planning.actions import Preparation, producers
-from workbench.planning.problem import MISSING, Problem, ways_of
+from workbench.planning.problem import MISSING, Problem, goal_alternatives
 from workbench.planning.tasks import Delivered, Goal, Holding, goal_locations
 from workbench.worlds.house import ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Fact
 
 T = TypeVar("T")
 
-MOST_RECIPES = 4000
+MAX_RECIPES = 4000
 """Beyond this number recipes are left out, and no plan is proven optimal."""
-MOST_REMEMBERED = 256
+RECIPE_CACHE_SIZE = 256
 """Number of problems whose recipes are cached: replanning and replay ask for the same recipes with items elsewhere.
 """
 
@@ -71,7 +71,7 @@ class Recipe:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Given:
+class _RecipeInputs:
     """The parts of a problem that its recipes depend on (the cache key): neither item locations nor find costs.
 
     Attributes:
@@ -89,7 +89,7 @@ class _Given:
 
 
 @dataclass(frozen=True, slots=True)
-class _Open:
+class _OpenProperty:
     """A property that a slot must still gain, before operation `before`."""
 
     slot: int
@@ -99,7 +99,7 @@ class _Open:
 
 def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
     """Every recipe that the problem's items can fill, in a deterministic order."""
-    given = _Given(
+    given = _RecipeInputs(
         goal=problem.goal,
         things=tuple([(thing.id, thing.type) for thing in problem.things]),
         facts=problem.facts,
@@ -108,53 +108,55 @@ def recipes_of(problem: Problem) -> tuple[Recipe, ...]:
     return _recipes(given)
 
 
-@lru_cache(maxsize=MOST_REMEMBERED)
-def _recipes(given: _Given) -> tuple[Recipe, ...]:
+@lru_cache(maxsize=RECIPE_CACHE_SIZE)
+def _recipes(given: _RecipeInputs) -> tuple[Recipe, ...]:
     found: dict[Recipe, None] = {}
-    for way in ways_of(given.goal):
+    for way in goal_alternatives(given.goal):
         if sum(isinstance(want, Holding) for want in way) > 1 or not all(want.at in given.reached for want in way):
             continue
         slots = tuple(Slot(type=want.item_type, end=want.at, in_hand=isinstance(want, Holding)) for want in way)
         wanted = tuple(
-            _Open(i, prop, None)
+            _OpenProperty(i, prop, None)
             for i, want in enumerate(way)
             if isinstance(want, Delivered)
             for prop in want.properties
         )
         for recipe in _expand(Recipe(slots=slots), wanted, given):
-            for filled in _filled(_first_things_first(recipe), given):
+            for filled in _with_instances(_topologically_sorted(recipe), given):
                 found[filled] = None
-                if len(found) >= MOST_RECIPES:
+                if len(found) >= MAX_RECIPES:
                     return tuple(found)
     return tuple(found)
 
 
-def _expand(recipe: Recipe, wanted: tuple[_Open, ...], given: _Given) -> list[Recipe]:
+def _expand(recipe: Recipe, wanted: tuple[_OpenProperty, ...], given: _RecipeInputs) -> list[Recipe]:
     """All ways of providing the required properties: by an instance that has them, or by a preparation."""
     if not wanted:
         return [recipe]
     head, rest = wanted[0], wanted[1:]
     slot = recipe.slots[head.slot]
-    made = [i for i, op in enumerate(recipe.operations) if _gives(op, head.slot, head.prop)]
+    made = [i for i, op in enumerate(recipe.operations) if _provides(op, head.slot, head.prop)]
     if made:
         return _expand(_ordered(recipe, head.before, made[0]), rest, given)
     grown: list[Recipe] = []
     has = replace(slot, has=slot.has | {head.prop})
     if any(_fits(has, thing, given) for thing in given.of_type(slot.type)):
-        grown += _expand(replace(recipe, slots=_with(recipe.slots, head.slot, has)), rest, given)
+        grown += _expand(replace(recipe, slots=_replace_item(recipe.slots, head.slot, has)), rest, given)
     for preparation, index in producers(slot.type, head.prop):
-        for parts, slots in _cast(preparation, index, head.slot, recipe.slots, given):
+        for parts, slots in _assign_parts(preparation, index, head.slot, recipe.slots, given):
             number = len(recipe.operations)
             operations = (*recipe.operations, Operation(preparation=preparation, slots=parts))
             more = _ordered(replace(recipe, slots=slots, operations=operations), head.before, number)
             needs = tuple(
-                _Open(parts[i], prop, number) for i, part in enumerate(preparation.parts) for prop in part.needs
+                _OpenProperty(parts[i], prop, number)
+                for i, part in enumerate(preparation.parts)
+                for prop in part.needs
             )
             grown += _expand(more, (*needs, *rest), given)
     return grown
 
 
-def _first_things_first(recipe: Recipe) -> Recipe:
+def _topologically_sorted(recipe: Recipe) -> Recipe:
     """The recipe with its operations in topological order."""
     if not recipe.operations:
         return recipe
@@ -175,7 +177,7 @@ def _first_things_first(recipe: Recipe) -> Recipe:
     return replace(recipe, operations=operations)
 
 
-def _gives(operation: Operation, slot: int, prop: str) -> bool:
+def _provides(operation: Operation, slot: int, prop: str) -> bool:
     pairs = zip(operation.slots, operation.preparation.parts, strict=True)
     return any(s == slot and prop in part.gains for s, part in pairs)
 
@@ -186,11 +188,11 @@ def _ordered(recipe: Recipe, before: int | None, number: int) -> Recipe:
         return recipe
     operation = recipe.operations[before]
     later = replace(operation, after=tuple(sorted({*operation.after, number})))
-    return replace(recipe, operations=_with(recipe.operations, before, later))
+    return replace(recipe, operations=_replace_item(recipe.operations, before, later))
 
 
-def _cast(
-    preparation: Preparation, index: int, slot: int, slots: tuple[Slot, ...], given: _Given
+def _assign_parts(
+    preparation: Preparation, index: int, slot: int, slots: tuple[Slot, ...], given: _RecipeInputs
 ) -> list[tuple[tuple[int, ...], tuple[Slot, ...]]]:
     """All assignments of parts to slots: to an existing slot of the recipe, or to a new slot of each available
     type."""
@@ -210,7 +212,7 @@ def _cast(
     return castings
 
 
-def _filled(recipe: Recipe, given: _Given) -> Iterator[Recipe]:
+def _with_instances(recipe: Recipe, given: _RecipeInputs) -> Iterator[Recipe]:
     """The recipe with instances for its slots; where two slots share a type, one recipe per assignment.
 
     Symmetries are broken: slots with equal requirements and no operation take their instances in one order only,
@@ -248,9 +250,9 @@ def _filled(recipe: Recipe, given: _Given) -> Iterator[Recipe]:
         yield replace(recipe, slots=slots)
 
 
-def _fits(slot: Slot, thing: ItemId, given: _Given) -> bool:
+def _fits(slot: Slot, thing: ItemId, given: _RecipeInputs) -> bool:
     return all((prop, (thing,)) in given.facts for prop in slot.has)
 
 
-def _with(items: tuple[T, ...], index: int, item: T) -> tuple[T, ...]:
+def _replace_item(items: tuple[T, ...], index: int, item: T) -> tuple[T, ...]:
     return (*items[:index], item, *items[index + 1 :])

@@ -16,9 +16,9 @@ import numpy as np
 
 from workbench.planning.builtin.greedy_order import errand_order
 from workbench.planning.builtin.move_codes import CARRY, CHOOSE, FETCH, LIMIT, PLACE, SOLVED, FloatArray, IntArray
-from workbench.planning.builtin.recipes import MOST_RECIPES, Operation, Recipe, recipes_of
+from workbench.planning.builtin.recipes import MAX_RECIPES, Operation, Recipe, recipes_of
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
-from workbench.planning.problem import MISSING, Problem, Thing, goal_is_out_of_reach, holds, initial_state
+from workbench.planning.problem import MISSING, Problem, Thing, holds, initial_state, unreachable_goal
 from workbench.planning.strategy import Alternative
 from workbench.search.ties import by_cost, first_of_least, tolerance
 from workbench.worlds.house import LocationId
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from workbench.planning.builtin.find_routes import FindRoutes
 
 SOLVER = "built-in"
-MOST_NODES = 100_000
+MAX_NODES = 100_000
 """Limit on expanded states over all recipes; beyond it, the plan is not proven optimal and carries a lower bound."""
-LEAST_NODES = 2_000
+MIN_NODES_PER_RECIPE = 2_000
 """States granted to every recipe even when the shared limit is used up."""
 POLISH_NODES = 10_000
 GREEDY, GREEDY_NODES = 3.0, 1_000_000
@@ -37,18 +37,18 @@ GREEDY, GREEDY_NODES = 3.0, 1_000_000
 plan."""
 FIRST_GREEDY_NODES, GREEDY_GROWTH = 10_000, 10
 """Node limit of the first greedy search, and its growth factor after each failure."""
-MOST_OF_BUDGET = 0.1
+MAX_BUDGET_SHARE = 0.1
 """Share of the remaining budget that one decision may spend on improving a plan; later decisions need the rest."""
-MOST_EXPLAINED = 5_000
-MOST_CENTRES = 3
+MAX_ALTERNATIVE_NODES = 5_000
+MAX_POTENTIALS = 3
 """Number of places whose distances serve as potentials of the heuristic."""
-MOST_CODE = 2**62
+MAX_STATE_CODE = 2**62
 
 Clock = Callable[[], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Solved:
+class SolverResult:
     """A plan, with by-products of the search.
 
     Attributes:
@@ -99,11 +99,11 @@ def solve(
     problem: Problem,
     *,
     budget_s: float = float("inf"),
-    most_nodes: int = MOST_NODES,
+    most_nodes: int = MAX_NODES,
     polish_nodes: int = POLISH_NODES,
     at_most: Plan | None = None,
     clock: Clock = time.perf_counter,
-) -> Solved:
+) -> SolverResult:
     """The cheapest plan over the problem's locations.
 
     Two passes: first, plans that carry every item straight to where it is wanted or used; then plans below that
@@ -119,32 +119,34 @@ def solve(
         clock: time source in seconds, read only for the budget.
     """
     if holds(problem.goal, initial_state(problem), problem):
-        return Solved(plan=_plan_of((), lower_bound=0.0))
-    unreachable = goal_is_out_of_reach(problem)
+        return SolverResult(plan=_plan_of((), lower_bound=0.0))
+    unreachable = unreachable_goal(problem)
     if unreachable:
-        return Solved(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
+        return SolverResult(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
     began = clock()
-    enough = began + MOST_OF_BUDGET * budget_s
-    run = _Passes(problem=problem, deadline=began + budget_s, enough=enough, clock=clock, given=given)
+    enough = began + MAX_BUDGET_SHARE * budget_s
+    run = _SearchState(problem=problem, deadline=began + budget_s, enough=enough, clock=clock, given=given)
     attempts, all_of_them = _attempts(problem, run.is_late)
     if not all_of_them:
         run.unproven = 0.0
     run.straight(attempts, most_nodes)
-    run.on_the_way(attempts, polish_nodes)
+    run.staging_pass(attempts, polish_nodes)
     if run.best is None and at_most is not None and at_most.status is PlanStatus.SOLVED:
         bound = min(given, run.unproven)
         kept = replace(at_most, lower_bound=bound, optimal=bound >= given - 1e-6, solver=SOLVER)
-        return Solved(plan=kept, expanded=run.expanded)
+        return SolverResult(plan=kept, expanded=run.expanded)
     if run.best is None:
-        return Solved(plan=_no_plan(attempts, run.unproven, late=run.is_late()), expanded=run.expanded)
+        return SolverResult(plan=_no_plan(attempts, run.unproven, late=run.is_late()), expanded=run.expanded)
     cost, attempt, moves = run.best
     plan = _plan_of(_steps(problem, attempt, moves), lower_bound=min(cost, run.unproven))
-    return Solved(plan=plan, alternatives=_not_taken(run.others, attempt.recipe.title), expanded=run.expanded)
+    return SolverResult(
+        plan=plan, alternatives=_alternatives(run.others, attempt.recipe.title), expanded=run.expanded
+    )
 
 
 @dataclass(slots=True, kw_only=True)
-class _Passes:
+class _SearchState:
     """State of the two passes: the best plan so far, the smallest cost not yet excluded, and the recipes
     not taken."""
 
@@ -159,7 +161,7 @@ class _Passes:
     others: list[Alternative] = field(default_factory=list[Alternative])
 
     def is_late(self) -> bool:
-        """Whether time is up: the whole budget without a plan, MOST_OF_BUDGET of it with one."""
+        """Whether time is up: the whole budget without a plan, MAX_BUDGET_SHARE of it with one."""
         return self.clock() > (self.deadline if self.best is None else self.enough)
 
     @property
@@ -176,31 +178,31 @@ class _Passes:
             if self.cannot_gain(attempt):
                 break
             if self.is_late():
-                self.leaves_out(attempt)
+                self.record_unproven(attempt)
                 break
-            left -= self.try_one(attempt, max(left, LEAST_NODES), staging=False)
+            left -= self.search_attempt(attempt, max(left, MIN_NODES_PER_RECIPE), staging=False)
 
-    def on_the_way(self, attempts: list[_Attempt], most_nodes: int) -> None:
+    def staging_pass(self, attempts: list[_Attempt], most_nodes: int) -> None:
         left = most_nodes
         for attempt in attempts:
             if self.cannot_gain(attempt):
                 break
             if left <= 0 or self.is_late():
-                self.leaves_out(attempt)
+                self.record_unproven(attempt)
                 break
-            left -= self.try_one(attempt, left, staging=True)
+            left -= self.search_attempt(attempt, left, staging=True)
 
-    def try_one(self, attempt: _Attempt, most_nodes: int, *, staging: bool) -> int:
-        if not fits(attempt, staging=staging):
-            self.leaves_out(attempt)
-            self.one_by_one(attempt)
+    def search_attempt(self, attempt: _Attempt, most_nodes: int, *, staging: bool) -> int:
+        if not has_state_codes(attempt, staging=staging):
+            self.record_unproven(attempt)
+            self.sequential_plan(attempt)
             return 0
         status, cost, bound, moves, nodes = _search(self.problem, attempt, self.limit, most_nodes, staging=staging)
         if status == LIMIT:
             self.unproven = min(self.unproven, bound)
-            self.one_by_one(attempt)
+            self.sequential_plan(attempt)
             if self.limit == float("inf"):
-                status, cost, moves, more = self.some_plan(attempt)
+                status, cost, moves, more = self.greedy_plan(attempt)
                 nodes += more
         if status == SOLVED:
             self.others.append(Alternative(title=attempt.recipe.title, cost=cost, why_not="costs more"))
@@ -208,7 +210,7 @@ class _Passes:
         self.expanded += nodes
         return nodes
 
-    def some_plan(self, attempt: _Attempt) -> tuple[int, float, IntArray, int]:
+    def greedy_plan(self, attempt: _Attempt) -> tuple[int, float, IntArray, int]:
         """Seek a first plan by greedy search with growing node limits, until time is up."""
         most, expanded = FIRST_GREEDY_NODES, 0
         while True:
@@ -220,32 +222,32 @@ class _Passes:
                 return status, cost, moves, expanded
             most *= GREEDY_GROWTH
 
-    def one_by_one(self, attempt: _Attempt) -> None:
+    def sequential_plan(self, attempt: _Attempt) -> None:
         """Use the plan that runs one errand after another, if it is the cheapest so far; it exists for any number
         of errands."""
-        made = _one_by_one(self.problem, attempt)
+        made = _sequential_plan(self.problem, attempt)
         if made is not None and made[0] < self.limit - tolerance(self.limit):
             self.others.append(Alternative(title=attempt.recipe.title, cost=made[0], why_not="costs more"))
             self.best = (made[0], attempt, made[1])
 
-    def leaves_out(self, attempt: _Attempt) -> None:
+    def record_unproven(self, attempt: _Attempt) -> None:
         """Record that a plan as cheap as the attempt's lower bound is not excluded."""
-        self.unproven = min(self.unproven, _least(self.problem, attempt))
+        self.unproven = min(self.unproven, _lower_bound(self.problem, attempt))
 
 
-def fits(attempt: _Attempt, *, staging: bool) -> bool:
+def has_state_codes(attempt: _Attempt, *, staging: bool) -> bool:
     """Whether the states of the search fit into 62-bit codes."""
     n, slots = len(attempt.arrays.d), len(attempt.recipe.slots)
-    if (n * (slots + 1) << attempt.arrays.n_ops) * (n + 1) ** slots < MOST_CODE:
+    if (n * (slots + 1) << attempt.arrays.n_ops) * (n + 1) ** slots < MAX_STATE_CODE:
         return True
     used = {slot for operation in attempt.recipe.operations for slot in operation.slots}
     states = n * (slots + 1) << attempt.arrays.n_ops
     for slot in range(slots):
         states *= n + 1 if staging or slot in used else 2
-    return states < MOST_CODE
+    return states < MAX_STATE_CODE
 
 
-def _one_by_one(problem: Problem, attempt: _Attempt) -> tuple[float, IntArray] | None:
+def _sequential_plan(problem: Problem, attempt: _Attempt) -> tuple[float, IntArray] | None:
     """Cost and moves (in reverse order) of fetching one item after another; None for recipes with preparations, or
     if infeasible."""
     a, hand = attempt.arrays, attempt.hand
@@ -274,14 +276,14 @@ def _one_by_one(problem: Problem, attempt: _Attempt) -> tuple[float, IntArray] |
     return cost, np.array(moves[::-1], dtype=np.int64).reshape(-1, 3)
 
 
-def begin_with_each(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
+def cost_by_first_slot(problem: Problem, *, most: int = 12) -> tuple[Alternative, ...]:
     """The cost of the cheapest plan that begins with each slot in turn; for goals with one recipe."""
     found: dict[str, float] = {}
     for attempt in _attempts(problem)[0][:most]:
         if attempt.hand >= 0:
             continue
         for slot in range(len(attempt.recipe.slots)):
-            status, cost, _, moves, _ = _search(problem, attempt, float("inf"), MOST_EXPLAINED, first=slot)
+            status, cost, _, moves, _ = _search(problem, attempt, float("inf"), MAX_ALTERNATIVE_NODES, first=slot)
             if status == SOLVED:
                 first = next((s for s in _steps(problem, attempt, moves) if s.action in ("find", "pick")), None)
                 if first is not None:
@@ -297,7 +299,7 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
     held = next((thing for thing in problem.things if thing.held), None)
     attempts: list[_Attempt] = []
     recipes, routes = recipes_of(problem), _routes(problem)
-    complete = len(recipes) < MOST_RECIPES
+    complete = len(recipes) < MAX_RECIPES
     for recipe in recipes:
         if attempts and is_late():
             complete = False
@@ -310,13 +312,13 @@ def _attempts(problem: Problem, is_late: Callable[[], bool] = lambda: False) -> 
             holding = [slot for slot, wanted in enumerate(recipe.slots) if held.id in wanted.things]
             attempts += [_Attempt(recipe, arrays, slot, False) for slot in holding]
         if len(attempts) > 1:  # a single attempt needs no bound
-            _least(problem, attempts[-1])
+            _lower_bound(problem, attempts[-1])
     if len(attempts) > 1:
-        attempts = by_cost(attempts, lambda attempt: _least(problem, attempt))
+        attempts = by_cost(attempts, lambda attempt: _lower_bound(problem, attempt))
     return attempts, complete
 
 
-def _least(problem: Problem, attempt: _Attempt) -> float:
+def _lower_bound(problem: Problem, attempt: _Attempt) -> float:
     """The lower bound on an attempt's cost; cached in the attempt."""
     if attempt.bound is None:
         attempt.bound = _search(problem, attempt, 0.0, 1)[2]
@@ -348,8 +350,8 @@ def _arrays(problem: Problem, recipe: Recipe, routes: FindRoutes) -> _Arrays:
     where = {location: i for i, location in enumerate(problem.locations)}
     rows = problem.travel.rows(problem.locations)
     d = problem.travel.metres[rows[:, None], rows]
-    op_slot, op_where, op_after, link = _operations(recipe) if recipe.operations else NO_OPERATIONS
-    centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MOST_CENTRES]
+    op_slot, op_where, op_after, link = _operations(recipe) if recipe.operations else EMPTY_OPERATIONS
+    centres = sorted({where[slot.end] for slot in recipe.slots if slot.end})[:MAX_POTENTIALS]
     potential = np.zeros((1 + len(centres), len(rows)))
     potential[1:] = d[:, centres].T
     fetch, least, standing = _errands(problem, recipe, routes, where, d, potential)
@@ -387,7 +389,7 @@ def _errands(
     potential: FloatArray,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """fetch, least and standing of recipe_search.search."""
-    from workbench.planning.builtin.astar import errands
+    from workbench.planning.builtin.astar import errand_costs
 
     things = {thing.id: thing for thing in problem.things}
     at = np.full((len(recipe.slots), max((len(slot.things) for slot in recipe.slots), default=0)), -1)
@@ -399,7 +401,7 @@ def _errands(
                 at[s, j] = where[place]
             elif problem.find_costs is not None:
                 find[s, j] = problem.find_costs.item_types.index(things[name].type)
-    return errands(at, find, routes.metres, d, potential, problem.costs.manipulation)
+    return errand_costs(at, find, routes.metres, d, potential, problem.costs.manipulation)
 
 
 def _find_tables(problem: Problem) -> FloatArray:
@@ -453,7 +455,7 @@ def _standing_slots(operation: Operation) -> tuple[int, ...]:
     return tuple(slot for slot, part in parts if part.where == "here")
 
 
-NO_OPERATIONS = _operations(Recipe())
+EMPTY_OPERATIONS = _operations(Recipe())
 """Operation arrays of recipes without preparations."""
 
 
@@ -473,10 +475,10 @@ def _fetch_cost(problem: Problem, thing: Thing, arrays: _Arrays, i: int, j: int)
 
 def _steps(problem: Problem, attempt: _Attempt, moves: IntArray) -> tuple[PlanStep, ...]:
     """The errands found by the search (in reverse order) as steps of a plan."""
-    return _Walk(problem, attempt).steps(moves)
+    return _PlanWriter(problem, attempt).steps(moves)
 
 
-class _Walk:
+class _PlanWriter:
     """Expands errands into plan steps while tracking the state."""
 
     def __init__(self, problem: Problem, attempt: _Attempt) -> None:
@@ -596,7 +598,7 @@ def _no_plan(attempts: list[_Attempt], unproven: float, *, late: bool) -> Plan:
     return Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=missing)
 
 
-def _not_taken(others: list[Alternative], taken: str) -> tuple[Alternative, ...]:
+def _alternatives(others: list[Alternative], taken: str) -> tuple[Alternative, ...]:
     cheapest: dict[str, Alternative] = {}
     for other in others:
         if other.title != taken and (other.title not in cheapest or other.cost < cheapest[other.title].cost):

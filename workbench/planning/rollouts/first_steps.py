@@ -23,9 +23,9 @@ from workbench.worlds.house import ContainerId, Item, LocationId
 Array = npt.NDArray[np.float64]
 
 SOLVER = "rollouts"
-FIRST_SHARE, CLEARLY = 6, 2.0
+SCREENING_FRACTION, REJECT_STANDARD_ERRORS = 6, 2.0
 """All steps are tried in a sixth of the worlds; those worse than the best by two standard errors are then dropped."""
-NEAR_M = 0.5
+NEGLIGIBLE_DETOUR_M = 0.5
 """Detours shorter than this many metres count as zero when looks are ranked."""
 
 
@@ -41,12 +41,12 @@ def first_step_of(made: Decision, delivery: Delivery) -> FirstStep | None:
     """The first step of a decision; None for steps that rollouts do not model, such as putting an item down on the
     way."""
     if made.look_on_the_way:
-        return _look(made.look_on_the_way[0], delivery)
+        return _look_step(made.look_on_the_way[0], delivery)
     step = next((s for s in made.plan.steps if s.action in ("find", "pick", "place")), None)
     if step is None:
         return None
     if step.action == "find":
-        return _look(made.search_order[0].container, delivery)
+        return _look_step(made.search_order[0].container, delivery)
     types = [want.item_type for want in delivery.wants]
     if step.item_types[0] not in types:
         return None
@@ -56,12 +56,12 @@ def first_step_of(made: Decision, delivery: Delivery) -> FirstStep | None:
     return FirstStep(FETCH, want)
 
 
-def _look(place: str, delivery: Delivery) -> FirstStep | None:
+def _look_step(place: str, delivery: Delivery) -> FirstStep | None:
     container = ContainerId(place)
     return FirstStep(LOOK, delivery.containers.index(container)) if container in delivery.containers else None
 
 
-def other_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -> tuple[FirstStep, ...]:
+def alternative_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -> tuple[FirstStep, ...]:
     """Alternative first steps with at most `looks` looks; empty if nothing is left to find."""
     here = delivery.situation
     if not delivery.open or not here.chance.any():
@@ -76,7 +76,7 @@ def other_first_steps(own: FirstStep, delivery: Delivery, *, looks: int) -> tupl
     worths = [
         (chance / (1.0 + from_m + to_m.T / 2.0)).max(axis=0),
         everything / (1.0 + from_m),
-        everything / (NEAR_M + detour),
+        everything / (NEGLIGIBLE_DETOUR_M + detour),
     ]
     mixed = dict.fromkeys(int(a) for best in ranked(np.stack(worths), smallest=0.0).T for a in best)
     promising = [FirstStep(LOOK, a) for a in mixed if everything[a] > 0][:looks]
@@ -100,17 +100,19 @@ def _best_instance(want: int, delivery: Delivery) -> int:
     return int(standing[first_least(ways)])
 
 
-def cheapest(steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, rng: np.random.Generator) -> FirstStep:
+def best_first_step(
+    steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, rng: np.random.Generator
+) -> FirstStep:
     """The step with the least mean delivery cost over sampled worlds; ties go to the earlier step.
 
     All steps are tried in the first worlds; only those not clearly worse than the best are tried in the rest.
     """
-    held = _drawn(delivery, worlds, rng)
-    few = max(worlds // FIRST_SHARE, 1)
+    held = _sample_worlds(delivery, worlds, rng)
+    few = max(worlds // SCREENING_FRACTION, 1)
     costs = _costs(steps, delivery, held[:few])
     means = costs.mean(axis=1)
     behind = costs - costs[first_least(means)]
-    apart = CLEARLY * behind.std(axis=1) / np.sqrt(few)
+    apart = REJECT_STANDARD_ERRORS * behind.std(axis=1) / np.sqrt(few)
     kept = np.flatnonzero(behind.mean(axis=1) <= apart + tolerance(float(means.min())))
     if len(kept) > 1 and few < worlds:
         left = tuple(steps[i] for i in kept)
@@ -119,14 +121,14 @@ def cheapest(steps: tuple[FirstStep, ...], delivery: Delivery, *, worlds: int, r
     return steps[first_least(means)]
 
 
-def _drawn(delivery: Delivery, worlds: int, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
+def _sample_worlds(delivery: Delivery, worlds: int, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
     """Sampled worlds: whether each container holds each wanted type; bool, shape (worlds, wants, containers)."""
     here = delivery.situation
     wants, n = here.chance.shape
     held = np.zeros((worlds, wants, n), dtype=np.bool_)
     for k in delivery.open:
         even = (rng.permutation(worlds) + rng.random(worlds)) / worlds
-        rollouts.draw(here.chance[k], bool(here.sought[k]), even, rng.random((worlds, n)), held[:, k])
+        rollouts.sample_worlds(here.chance[k], bool(here.sought[k]), even, rng.random((worlds, n)), held[:, k])
     return held
 
 
@@ -134,10 +136,10 @@ def _costs(steps: tuple[FirstStep, ...], delivery: Delivery, held: npt.NDArray[n
     """Rollout costs in cost units, shape (steps, worlds)."""
     kinds = np.array([step.kind for step in steps], dtype=np.int64)
     targets = np.array([step.target for step in steps], dtype=np.int64)
-    return rollouts.costs_of(kinds, targets, delivery.situation, held)
+    return rollouts.rollout_costs(kinds, targets, delivery.situation, held)
 
 
-def beginning_with(step: FirstStep, made: Decision, delivery: Delivery, view: View) -> Decision:
+def with_first_step(step: FirstStep, made: Decision, delivery: Delivery, view: View) -> Decision:
     """The decision with another first step; planning starts anew after it."""
     if step.kind == LOOK:
         return replace(made, look_on_the_way=(LocationId(delivery.containers[step.target]),))

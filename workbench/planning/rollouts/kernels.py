@@ -28,18 +28,18 @@ Mask = npt.NDArray[np.bool_]
 FETCH, LOOK = 0, 1
 """Kinds of first steps: fetch (or go on carrying) a wanted item and deliver it; look into a container."""
 
-MOST_STEPS = 400
-HOPELESS = 1e4
+MAX_STEPS = 400
+FAILURE_COST = 1e4
 """Cost of a world in which the policy cannot complete the delivery."""
 
-NOTHING_LEFT = 1e-9
+MIN_REMAINING_PROBABILITY = 1e-9
 """A find with no more than this chance of coming to a next candidate has none left."""
 
 NO_CHANCE = 1e-12
 """Added to every chance, so that the nearest comes first of containers that are believed to hold nothing."""
 
 
-class Situation(NamedTuple):
+class DeliveryState(NamedTuple):
     """The state of a delivery as arrays, with K wants, n unsearched containers, L locations and c candidates.
 
     Attributes:
@@ -82,7 +82,7 @@ class Situation(NamedTuple):
     handle: float
 
 
-class Room(NamedTuple):
+class Scratch(NamedTuple):
     """Scratch arrays that all rollouts share, one after the other.
 
     Attributes:
@@ -105,7 +105,7 @@ class Room(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
+def remaining_cost_table(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
     """The table of Eq. 1 for one type: reference.cost_table before its last step, shape (2**c, c)."""
     c = len(found)
     everything = (1 << c) - 1
@@ -126,7 +126,7 @@ def onward_costs(missing: Array, between_m: Array, found: Array, beyond: float, 
 
 
 @njit(cache=True, nogil=True)
-def draw(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -> None:
+def sample_worlds(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -> None:
     """Sample worlds of one item type.
 
     Args:
@@ -157,7 +157,7 @@ def draw(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -
 
 
 @njit(cache=True, nogil=True)
-def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> Array:
+def rollout_costs(kinds: Indices, targets: Indices, here: DeliveryState, held: Mask) -> Array:
     """The cost of each first step, continued by the policy, in each world, shape (steps, worlds).
 
     Args:
@@ -166,7 +166,7 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
     """
     answer = np.empty((len(kinds), len(held)))
     wants, n = len(here.targets), len(here.containers)
-    room = Room(
+    room = Scratch(
         searched=np.zeros(n, np.bool_),
         subset=np.zeros(wants, np.int64),
         known=here.known.copy(),
@@ -183,7 +183,7 @@ def costs_of(kinds: Indices, targets: Indices, here: Situation, held: Mask) -> A
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) -> float:
+def _rollout(kind: int, target: int, here: DeliveryState, held: Mask, room: Scratch) -> float:
     searched, subset, known, places, legs, rest, finds, is_known = room
     searched[:] = False
     subset[:] = 0
@@ -191,7 +191,7 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) ->
     wants, n = len(here.targets), len(here.containers)
     at, begin, hand, done = here.robot, -1, here.hand, here.done
     cost = 0.0
-    for step in range(MOST_STEPS):
+    for step in range(MAX_STEPS):
         for way in here.ways:
             if way & ~done == 0:
                 return cost
@@ -199,19 +199,19 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) ->
             kind, target = FETCH, hand
             if hand < 0:
                 _fill_legs(legs, here, at, begin, done, known, places, subset, finds, is_known)
-                target = _first_of_cheapest(legs, rest, here.ways, done)
+                target = _first_want_of_best_order(legs, rest, here.ways, done)
                 if target < 0:
-                    return cost + HOPELESS
+                    return cost + FAILURE_COST
                 if known[target] == 0:
                     kind, target = LOOK, _next_look(here, target, at, subset[target], searched)
                     if target < 0:
-                        return cost + HOPELESS
+                        return cost + FAILURE_COST
         if kind == FETCH:
             goal = here.targets[target]
             if hand == target:
                 cost += here.metres[at, goal] + here.handle
             else:
-                cost += _by_known(here, target, at, known, places) + 2.0 * here.handle
+                cost += _known_instance_cost(here, target, at, known, places) + 2.0 * here.handle
             at, begin, hand, done = goal, n + target, -1, done | 1 << target
             continue
         place = here.containers[target]
@@ -224,11 +224,11 @@ def _rollout(kind: int, target: int, here: Situation, held: Mask, room: Room) ->
             if held[k, target]:
                 places[k, known[k]] = place
                 known[k] += 1
-    return cost + HOPELESS
+    return cost + FAILURE_COST
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indices) -> float:
+def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Indices, places: Indices) -> float:
     """Distance in metres through the best known instance to the want's target."""
     best = np.inf
     for i in range(known[want]):
@@ -240,7 +240,7 @@ def _by_known(here: Situation, want: int, at: int, known: Indices, places: Indic
 @njit(cache=True, nogil=True, inline="always")
 def _fill_legs(
     legs: Array,
-    here: Situation,
+    here: DeliveryState,
     at: int,
     begin: int,
     done: int,
@@ -265,19 +265,19 @@ def _fill_legs(
             if done >> k & 1:
                 continue
             if known[k] > 0:
-                legs[row, k] = _by_known(here, k, start, known, places) + 2.0 * here.handle
+                legs[row, k] = _known_instance_cost(here, k, start, known, places) + 2.0 * here.handle
             elif here.sought[k]:
                 place = begin if row == 0 else n + row - 1
                 if not is_known[place, k, subset[k]]:
                     is_known[place, k, subset[k]] = True
-                    finds[place, k, subset[k]] = _find(here, k, start, subset[k])[0]
+                    finds[place, k, subset[k]] = _find_cost(here, k, start, subset[k])[0]
                 legs[row, k] = finds[place, k, subset[k]] + here.handle
             else:
                 legs[row, k] = np.inf
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, int]:
+def _find_cost(here: DeliveryState, want: int, start: int, subset: int) -> tuple[float, int]:
     """The cost by Eq. 1 of finding a want after a subset of its candidates has been searched, and the first look."""
     r, c = here.missing[want, subset], here.candidates.shape[1]
     best, look = np.inf, -1
@@ -288,13 +288,13 @@ def _find(here: Situation, want: int, start: int, subset: int) -> tuple[float, i
         if not subset >> j & 1 and _beginning_with(here, want, start, subset, j) <= best + _slack(best):
             look = here.candidates[want, j]
             break
-    if look < 0 or r < NOTHING_LEFT:
+    if look < 0 or r < MIN_REMAINING_PROBABILITY:
         return here.beyond[want], look
     return best / r, look
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _beginning_with(here: Situation, want: int, start: int, subset: int, j: int) -> float:
+def _beginning_with(here: DeliveryState, want: int, start: int, subset: int, j: int) -> float:
     """Eq. 1's cost of a find that looks into candidate j first, weighted by the chance that it comes to that."""
     r, after = here.missing[want, subset], subset | 1 << j
     place = here.containers[here.candidates[want, j]]
@@ -310,7 +310,7 @@ def _slack(cost: float) -> float:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> int:
+def _first_want_of_best_order(legs: Array, rest: Array, ways: Indices, done: int) -> int:
     """The first want of the cheapest order of the remaining wants, over all ways of meeting the goal, or -1."""
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
@@ -341,10 +341,10 @@ def _first_of_cheapest(legs: Array, rest: Array, ways: Indices, done: int) -> in
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask) -> int:
+def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: Mask) -> int:
     """The next candidate by Eq. 1; after the candidates, the container with the largest ratio of probability to
     distance; -1 for none."""
-    look = _find(here, want, at, subset)[1]
+    look = _find_cost(here, want, at, subset)[1]
     if look >= 0:
         return look
     best = -1.0
@@ -358,7 +358,7 @@ def _next_look(here: Situation, want: int, at: int, subset: int, searched: Mask)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _worth(here: Situation, want: int, at: int, a: int) -> float:
+def _worth(here: DeliveryState, want: int, at: int, a: int) -> float:
     """The chance of a container against the way there and on to the target."""
     place = here.containers[a]
     way = 1.0 + here.metres[at, place] + here.metres[place, here.targets[want]] / 2.0

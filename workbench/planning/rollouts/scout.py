@@ -16,7 +16,7 @@ from typing import final
 import numpy as np
 
 from workbench.planning.actions import prepares
-from workbench.planning.composed import Composed, types_to_believe
+from workbench.planning.composed import Composed, belief_types
 from workbench.planning.plans import PlanStatus
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import Holding, Task
@@ -49,7 +49,7 @@ class Scout:
     pauses: bool = True
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
-        return types_to_believe(task)
+        return belief_types(task)
 
     def decide(self, view: View) -> Decision:
         if prepares(view.task.goal):
@@ -59,10 +59,10 @@ class Scout:
             return made
         searching = any(step.action == "find" for step in made.plan.steps)
         if self.worlds:
-            made = self._tried(made, view)
-        return _up_to_next_choice(made) if self.pauses and searching else made
+            made = self._best_by_rollouts(made, view)
+        return _cut_after_manipulation(made) if self.pauses and searching else made
 
-    def _tried(self, made: Decision, view: View) -> Decision:
+    def _best_by_rollouts(self, made: Decision, view: View) -> Decision:
         """The decision, or one with another first step whose mean cost over sampled worlds is lower."""
         from workbench.planning.rollouts import first_steps, situations
 
@@ -70,15 +70,15 @@ class Scout:
         own = None if delivery is None else first_steps.first_step_of(made, delivery)
         if delivery is None or own is None:
             return made
-        steps = (own, *first_steps.other_first_steps(own, delivery, looks=self.looks))
+        steps = (own, *first_steps.alternative_first_steps(own, delivery, looks=self.looks))
         if len(steps) == 1:
             return made
         rng = np.random.default_rng((view.seed % 2**32, len(view.knowledge.visited), delivery.situation.robot))
-        best = first_steps.cheapest(steps, delivery, worlds=self.worlds, rng=rng)
-        return made if best == own else first_steps.beginning_with(best, made, delivery, view)
+        best = first_steps.best_first_step(steps, delivery, worlds=self.worlds, rng=rng)
+        return made if best == own else first_steps.with_first_step(best, made, delivery, view)
 
 
-def _up_to_next_choice(made: Decision) -> Decision:
+def _cut_after_manipulation(made: Decision) -> Decision:
     """The decision, cut after its plan's first pick or place unless a find comes earlier."""
     steps = made.plan.steps
     end = next((i + 1 for i, step in enumerate(steps) if step.action in ("pick", "place", "find")), len(steps))

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from workbench.planning.problem import ways_of
-from workbench.planning.rollouts.kernels import Situation, onward_costs
+from workbench.planning.problem import goal_alternatives
+from workbench.planning.rollouts.kernels import DeliveryState, remaining_cost_table
 from workbench.planning.strategy import View
 from workbench.planning.tasks import Delivered
 from workbench.search.candidates import choose
-from workbench.search.places import Places, places
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import still_missing_by_subset, unconditioned
 from workbench.search.ties import RELATIVE
 from workbench.worlds.house import ContainerId
@@ -22,13 +22,13 @@ from workbench.worlds.house import ContainerId
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
-MOST_WANTS = 5
+MAX_WANTS = 5
 CANDIDATES = 10
 """Candidates per type in Eq. 1 within rollouts."""
 
-MOST_CHANCE = 1 - 1e-9
+MAX_PROBABILITY = 1 - 1e-9
 
-MOST_REMEMBERED = 256
+SEARCH_CACHE_SIZE = 256
 """Number of cached searches for one item, about 0.1 MB each."""
 
 
@@ -44,7 +44,7 @@ class Delivery:
 
     wants: tuple[Delivered, ...]
     containers: tuple[ContainerId, ...]
-    situation: Situation
+    situation: DeliveryState
 
     @property
     def open(self) -> tuple[int, ...]:
@@ -56,20 +56,20 @@ class Delivery:
 def delivery_of(view: View) -> Delivery | None:
     """The view as a delivery; None if rollouts do not cover it.
 
-    Not covered are: an item to be held at the end, two items of one type, more than MOST_WANTS wants, another item
+    Not covered are: an item to be held at the end, two items of one type, more than MAX_WANTS wants, another item
     in hand, an unreachable target, and no container left to search.
     """
     knowledge, travel = view.knowledge, view.knowledge.travel
-    ways = ways_of(view.task.goal)
+    ways = goal_alternatives(view.task.goal)
     named = tuple(dict.fromkeys(want for way in ways for want in way))
     wants = tuple(want for want in named if isinstance(want, Delivered))
     if len(wants) < len(named):
         return None
     types = tuple(want.item_type for want in wants)
     held = knowledge.holding
-    if len(set(types)) < len(types) or len(wants) > MOST_WANTS or (held is not None and held.type not in types):
+    if len(set(types)) < len(types) or len(wants) > MAX_WANTS or (held is not None and held.type not in types):
         return None
-    here = places(view.belief.only(types), travel, origins=(knowledge.robot_at,), targets=())
+    here = search_space(view.belief.only(types), travel, origins=(knowledge.robot_at,), targets=())
     if not here.containers or not all(travel.reaches(want.at) for want in wants):
         return None
     done = sum(1 << k for k, want in enumerate(wants) if _is_met(want, view))
@@ -98,7 +98,7 @@ def _is_met(want: Delivered, view: View) -> bool:
 
 def _situation(
     view: View,
-    here: Places,
+    here: SearchSpace,
     *,
     targets: npt.NDArray[np.int64],
     ways: npt.NDArray[np.int64],
@@ -106,7 +106,7 @@ def _situation(
     hand: int,
     standing: list[list[int]],
     sought: npt.NDArray[np.bool_],
-) -> Situation:
+) -> DeliveryState:
     travel, costs = view.knowledge.travel, view.costs
     wants, n = here.probability.shape
     at = travel.rows(here.containers).astype(np.int64)
@@ -119,13 +119,15 @@ def _situation(
     for k in range(wants):
         known[k, : len(standing[k])] = standing[k]
         if not sought[k]:
-            chance[k] = 0.0 if k == hand or done >> k & 1 else np.minimum(_possible(here.probability[k]), MOST_CHANCE)
+            chance[k] = (
+                0.0 if k == hand or done >> k & 1 else np.minimum(_possible(here.probability[k]), MAX_PROBABILITY)
+            )
             continue
         ways_m = here.from_m[0].tobytes(), to_m[:, k].tobytes(), here.between_m.tobytes()
-        one = _sought(here.probability[k].tobytes(), *ways_m, look=costs.search, handle=costs.manipulation)
+        one = _missing_item_rows(here.probability[k].tobytes(), *ways_m, look=costs.search, handle=costs.manipulation)
         chance[k], candidates[k], missing[k], onward[k], beyond[k] = one
         number[k, one.candidates] = np.arange(count)
-    return Situation(
+    return DeliveryState(
         metres=travel.metres,
         containers=at,
         targets=targets,
@@ -147,7 +149,7 @@ def _situation(
     )
 
 
-class _Sought(NamedTuple):
+class _MissingItemRows(NamedTuple):
     """The rows of a Situation for one missing item."""
 
     chance: Array
@@ -157,8 +159,10 @@ class _Sought(NamedTuple):
     beyond: float
 
 
-@lru_cache(maxsize=MOST_REMEMBERED)
-def _sought(p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: float, handle: float) -> _Sought:
+@lru_cache(maxsize=SEARCH_CACHE_SIZE)
+def _missing_item_rows(
+    p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: float, handle: float
+) -> _MissingItemRows:
     """The search arrays of one missing item, cached: many states share them and differ only in the other items.
 
     Args:
@@ -168,12 +172,12 @@ def _sought(p: bytes, from_m: bytes, to_m: bytes, between_m: bytes, *, look: flo
     n = len(chances)
     between = np.frombuffer(between_m).reshape(n, n)
     chosen = choose(chances[None], from_here, to_target, limit=min(CANDIDATES, n), ranking="worth")
-    chance = np.minimum(unconditioned(_possible(chances)[None], "marginal")[0], MOST_CHANCE)
+    chance = np.minimum(unconditioned(_possible(chances)[None], "marginal")[0], MAX_PROBABILITY)
     missing = still_missing_by_subset(chances[None], chosen, "marginal")[0]
-    beyond = _beyond(chance, chosen[0], between, to_target) + handle
+    beyond = _cost_beyond_candidates(chance, chosen[0], between, to_target) + handle
     ways_m = np.ascontiguousarray(between[np.ix_(chosen[0], chosen[0])])
-    onward = onward_costs(missing, ways_m, handle + to_target[chosen[0]], beyond, float(look))
-    return _Sought(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
+    onward = remaining_cost_table(missing, ways_m, handle + to_target[chosen[0]], beyond, float(look))
+    return _MissingItemRows(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
 
 
 def _possible(chances: Array) -> Array:
@@ -181,7 +185,7 @@ def _possible(chances: Array) -> Array:
     return np.where(chances > RELATIVE * chances.max(initial=0.0), chances, 0.0)
 
 
-def _beyond(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:
+def _cost_beyond_candidates(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:
     """A rough cost of searching on beyond the candidates, assuming that two in five of the other containers are
     searched."""
     is_other = np.ones(len(chance), dtype=np.bool_)

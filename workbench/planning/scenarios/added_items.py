@@ -18,7 +18,7 @@ from workbench.planning.tasks import Task
 from workbench.worlds.house import FloorPlan
 
 
-def with_added(belief: Belief, task: Task, plan: FloorPlan) -> Belief:
+def believe_scenario_items(belief: Belief, task: Task, plan: FloorPlan) -> Belief:
     """The belief with a uniform row for each item that the task has added, over the containers where it may still
     be.
 

@@ -46,16 +46,19 @@ EGG, BOWL, PLATE, BREAD, MUG = (ItemType(name) for name in ("Egg", "Bowl", "Plat
 GRINDS, WATER_BOTTLE = ItemType("CoffeeGrinds"), ItemType("WaterBottle")
 TO_PEEL = tuple(ItemType(name) for name in ("Apple", "Potato", "Tomato"))
 
-GRINDS_STAND = ("DiningTable", "CounterTop", "ShelvingUnit")
-BOTTLE_STANDS = ("Fridge", "DiningTable")
+GRINDS_CONTAINER_TYPES = ("DiningTable", "CounterTop", "ShelvingUnit")
+BOTTLE_CONTAINER_TYPES = ("Fridge", "DiningTable")
 """Container types that receive what Coffee adds to a house (paper, Sec. V; docs/planning.md)."""
 
-COFFEE_ADDS = (Added(item_type=GRINDS, stands=GRINDS_STAND), Added(item_type=WATER_BOTTLE, stands=BOTTLE_STANDS))
+COFFEE_ITEMS = (
+    Added(item_type=GRINDS, stands=GRINDS_CONTAINER_TYPES),
+    Added(item_type=WATER_BOTTLE, stands=BOTTLE_CONTAINER_TYPES),
+)
 
 SERVING_TYPES = ("DiningTable", "CounterTop", "CoffeeTable", "SideTable", "Desk")
 """Where breakfast and coffee are served: at the first of these types that the house has."""
 
-MOST_ITEMS = 60
+MAX_ITEMS = 60
 
 
 class ScenarioUnsupported(Unsupported):
@@ -76,7 +79,7 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
     Args:
         scenario: "find", "deliver-N", "breakfast", "coffee", "breakfast+coffee", "any-of-N" (N from 1 to 60, in
             figures or in words up to three), or the path of a scenario file (.yaml, .yml).
-        house: prepared by prepare_house.
+        house: prepared by with_scenario_items.
         travel: travel costs; if given, the task uses only reachable items and places.
 
     Raises:
@@ -90,7 +93,7 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
         return task_from_file(Path(scenario), house, seed=seed, travel=travel)
     family, count = family_of(scenario)
     rng = np.random.default_rng(seed)
-    choices = _Choices(house=house, scenario=scenario, travel=travel, rng=rng)
+    choices = _TaskSampler(house=house, scenario=scenario, travel=travel, rng=rng)
     if family == "find":
         item_type = choices.draw_types(1)[0]
         task = find_task(item_type, START)
@@ -103,11 +106,11 @@ def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | N
             budget_s=BUDGETS_S[family],
             title=title,
         )
-    added = COFFEE_ADDS if "coffee" in family else ()
+    added = COFFEE_ITEMS if "coffee" in family else ()
     return replace(task, available=choices.types, added=tuple(a for a in added if was_added(house, a.item_type)))
 
 
-def prepare_house(scenario: str, house: House, *, seed: int) -> House:
+def with_scenario_items(scenario: str, house: House, *, seed: int) -> House:
     """The house with what the scenario adds: coffee grinds and a water bottle for coffee, nothing for others.
 
     Items that the house holds already are not added again. The same seed gives the same places.
@@ -116,13 +119,13 @@ def prepare_house(scenario: str, house: House, *, seed: int) -> House:
         ScenarioUnsupported: no container of a suitable type.
     """
     if is_scenario_file(scenario):
-        from workbench.planning.scenarios.yaml_files import prepared_by_file
+        from workbench.planning.scenarios.yaml_files import house_from_file
 
-        return prepared_by_file(Path(scenario), house, seed=seed)
+        return house_from_file(Path(scenario), house, seed=seed)
     if "coffee" not in scenario.lower():
         return house
     rng = np.random.default_rng((seed, 1))
-    for added in COFFEE_ADDS:
+    for added in COFFEE_ITEMS:
         house = add_item(house, added.item_type, added.stands, scenario=scenario, rng=rng)
     return house
 
@@ -171,7 +174,7 @@ def family_of(scenario: str) -> tuple[str, int]:
 
     Raises:
         UnknownName: no such scenario.
-        BadValue: a count outside 1..MOST_ITEMS.
+        BadValue: a count outside 1..MAX_ITEMS.
     """
     name = scenario.strip().lower()
     if name in ("find", "breakfast", "coffee", "breakfast+coffee"):
@@ -180,15 +183,15 @@ def family_of(scenario: str) -> tuple[str, int]:
     if match is None:
         raise UnknownName("scenario", scenario, ("find", *SCENARIOS, "deliver-N", "any-of-N", "FILE.yaml"))
     count = _WORDS.index(match[2]) + 1 if match[2] in _WORDS else int(match[2])
-    if not 1 <= count <= MOST_ITEMS:
-        raise BadValue(f"number of items in scenario {scenario}", count, f"from 1 to {MOST_ITEMS}")
+    if not 1 <= count <= MAX_ITEMS:
+        raise BadValue(f"number of items in scenario {scenario}", count, f"from 1 to {MAX_ITEMS}")
     return match[1], count
 
 
 _WORDS = ("one", "two", "three")
 
 
-class _Choices:
+class _TaskSampler:
     """Draws item types and places of one house; only reachable ones if travel costs are given."""
 
     def __init__(self, *, house: House, scenario: str, travel: TravelCosts | None, rng: np.random.Generator) -> None:
@@ -230,7 +233,7 @@ class _Choices:
         return ScenarioUnsupported(self.house.plan.name, self.scenario, lacks)
 
 
-def _goal(family: str, count: int, choices: _Choices) -> tuple[Goal, str]:
+def _goal(family: str, count: int, choices: _TaskSampler) -> tuple[Goal, str]:
     if family == "deliver":
         types = choices.draw_types(count)
         parts = tuple(Delivered(item_type=t, at=a) for t, a in zip(types, choices.draw_targets(types), strict=True))
@@ -249,7 +252,7 @@ def _goal(family: str, count: int, choices: _Choices) -> tuple[Goal, str]:
     return both, f"serve breakfast and coffee at {place}"
 
 
-def _breakfast(choices: _Choices, place: LocationId) -> Goal:
+def _breakfast(choices: _TaskSampler, place: LocationId) -> Goal:
     """A boiled egg in a bowl; a peeled potato, tomato or apple on a plate; toasted bread on a plate."""
     dishes = (
         (EGG, "boiled", BOWL),
@@ -271,7 +274,7 @@ def _breakfast(choices: _Choices, place: LocationId) -> Goal:
     return AnyOf(parts=ways)
 
 
-def _coffee(choices: _Choices, place: LocationId) -> Goal:
+def _coffee(choices: _TaskSampler, place: LocationId) -> Goal:
     """A mug of coffee: grinds, water, and a coffee machine, kettle or pot."""
     lacks = [readable_name(t) for t in (MUG, GRINDS, WATER_BOTTLE) if not choices.has(t)]
     if not any(choices.has(maker) for maker in COFFEE_MAKERS):
@@ -281,7 +284,7 @@ def _coffee(choices: _Choices, place: LocationId) -> Goal:
     return Delivered(item_type=MUG, at=place, properties=("coffee",))
 
 
-def _can_prepare(choices: _Choices, item_type: ItemType, prop: str) -> bool:
+def _can_prepare(choices: _TaskSampler, item_type: ItemType, prop: str) -> bool:
     return any(
         all(any(choices.has(t) for t in part.types) for i, part in enumerate(preparation.parts) if i != index)
         for preparation, index in producers(item_type, prop)

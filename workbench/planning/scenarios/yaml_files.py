@@ -34,15 +34,15 @@ import yaml
 from workbench.errors import FileMissing, MalformedFile, UnknownName
 from workbench.planning.actions import EFFECTS, producers
 from workbench.planning.scenarios.paper import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
-from workbench.planning.scenarios.support import what_is_lacking
+from workbench.planning.scenarios.support import missing_support
 from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Holding, Task
 from workbench.worlds.house import START, Container, House, ItemType, LocationId
 from workbench.worlds.names import can_carry, readable_name, type_named, vocabulary
 from workbench.worlds.travel import TravelCosts
 
-MOST_BYTES = 1_000_000
-MOST_DEPTH = 8
-MOST_GOALS = 1_000
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 8
+MAX_GOALS = 1_000
 """YAML aliases are expanded wherever they occur, so a few lines could mean millions of goals."""
 TOP_KEYS = ("name", "title", "failure_cost", "budget_s", "add", "goal")
 
@@ -57,7 +57,7 @@ def task_from_file(path: Path, house: House, *, seed: int, travel: TravelCosts |
     return _Reader(path, house, np.random.default_rng(seed), travel).task()
 
 
-def prepared_by_file(path: Path, house: House, *, seed: int) -> House:
+def house_from_file(path: Path, house: House, *, seed: int) -> House:
     """The house with what the file adds. Raises as task_from_file."""
     return _Reader(path, house, np.random.default_rng((seed, 1)), None).prepared()
 
@@ -91,7 +91,7 @@ class _Reader:
             available=tuple(sorted(held)),
             added=tuple(each for each in self.added() if was_added(self.house, each.item_type)),
         )
-        lacks = what_is_lacking(goal, held)
+        lacks = missing_support(goal, held)
         if lacks:
             raise ScenarioUnsupported(self.house.plan.name, self.name, lacks)
         return task
@@ -117,11 +117,11 @@ class _Reader:
         return tuple(found)
 
     def goal(self, node: Any, depth: int) -> Goal:
-        if depth > MOST_DEPTH:
-            raise self.wrong(node, f"goals nest deeper than {MOST_DEPTH}", "Write it flatter")
+        if depth > MAX_DEPTH:
+            raise self.wrong(node, f"goals nest deeper than {MAX_DEPTH}", "Write it flatter")
         self.goals += 1
-        if self.goals > MOST_GOALS:
-            raise self.wrong(node, f"these are more than {MOST_GOALS} goals, aliases counted", "Write fewer")
+        if self.goals > MAX_GOALS:
+            raise self.wrong(node, f"these are more than {MAX_GOALS} goals, aliases counted", "Write fewer")
         entry = self.mapping(node, ("all", "any", "deliver", "hold", "to", "with"))
         kinds = [key for key in ("all", "any", "deliver", "hold") if key in entry]
         if len(kinds) != 1:
@@ -247,8 +247,8 @@ class _Reader:
 def _compose(path: Path) -> Any:
     if not path.is_file():
         raise FileMissing(path)
-    if path.stat().st_size > MOST_BYTES:
-        raise MalformedFile(path, f"a scenario file of more than {MOST_BYTES} bytes", "Check the path")
+    if path.stat().st_size > MAX_BYTES:
+        raise MalformedFile(path, f"a scenario file of more than {MAX_BYTES} bytes", "Check the path")
     try:
         node = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
     except UnicodeDecodeError as error:

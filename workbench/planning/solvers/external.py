@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import final
 
 from workbench.errors import BadValue
-from workbench.planning.builtin.solver import Solved, without_hypothetical
+from workbench.planning.builtin.solver import SolverResult, without_hypothetical
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
-from workbench.planning.solvers.fast_downward import best_plan, plan_of, settled_without_search
+from workbench.planning.solvers.fast_downward import best_plan, plan_of, trivial_plan
 from workbench.planning.solvers.pddl import PddlTask, pddl_of
 from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, Answer, Exit, run_program
 from workbench.plugins import installed_module
@@ -56,7 +56,7 @@ class PddlCommand:
         words = shlex.split(self.command)
         return shutil.which(words[0]) if words else None
 
-    def solve(self, problem: Problem, *, budget_s: float) -> Solved:
+    def solve(self, problem: Problem, *, budget_s: float) -> SolverResult:
         return _solve(self.name, self.command, problem, budget_s, self.memory_bytes)
 
 
@@ -72,10 +72,10 @@ class UnifiedPlanning:
     def name(self) -> str:
         return f"up-{self.engine}"
 
-    def solve(self, problem: Problem, *, budget_s: float) -> Solved:
+    def solve(self, problem: Problem, *, budget_s: float) -> SolverResult:
         if installed_module("unified_planning") is None:
             note = "unified-planning is not installed. Install it: pip install 'lios-workbench[planners]'"
-            return Solved(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
+            return SolverResult(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
         words = (sys.executable, "-m", "workbench.planning.solvers.unified_planning_child", self.engine)
         command = " ".join(shlex.quote(word) for word in words) + " {domain} {problem} {plan}"
         return _solve(self.name, command, problem, budget_s, self.memory_bytes)
@@ -90,14 +90,14 @@ def engines_here() -> tuple[str, ...] | None:
     return tuple(sorted(name for name in factory.engines if factory.engine(name).is_oneshot_planner()))
 
 
-def _solve(name: str, command: str, problem: Problem, budget_s: float, memory_bytes: int) -> Solved:
-    settled = settled_without_search(problem, name)
+def _solve(name: str, command: str, problem: Problem, budget_s: float, memory_bytes: int) -> SolverResult:
+    settled = trivial_plan(problem, name)
     if settled is not None:
-        return Solved(plan=settled)
+        return SolverResult(plan=settled)
     printed = pddl_of(problem)
     with tempfile.TemporaryDirectory(prefix="lios-plan-") as folder:
         plan = _run(name, command, printed, problem, Path(folder), min(budget_s, 86_400.0), memory_bytes)
-    return Solved(plan=without_hypothetical(plan))
+    return SolverResult(plan=without_hypothetical(plan))
 
 
 def _run(

@@ -21,9 +21,9 @@ from types import MappingProxyType
 from typing import Literal, final
 
 from workbench.errors import UnknownName
-from workbench.planning.builtin.solver import Solved, without_hypothetical
+from workbench.planning.builtin.solver import SolverResult, without_hypothetical
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
-from workbench.planning.problem import IllegalStep, Problem, apply, goal_is_out_of_reach, holds, initial_state
+from workbench.planning.problem import IllegalStep, Problem, apply, holds, initial_state, unreachable_goal
 from workbench.planning.solvers.pddl import pddl_of
 from workbench.planning.solvers.sas import COST_SCALE, sas_of
 from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, Answer, Exit, run_program
@@ -43,7 +43,7 @@ SEARCHES: Mapping[str, str] = MappingProxyType(
 )
 OPTIMAL = ("blind", "lmcut")
 
-MOST_PLAN_BYTES = 1_000_000
+MAX_PLAN_BYTES = 1_000_000
 
 UNSOLVABLE_CODES = (10, 11)
 """Fast Downward's exit codes for a proof that no plan exists (translator, search)."""
@@ -72,17 +72,17 @@ class FastDownward:
     def name(self) -> str:
         return f"{self.route}-{self.search}"
 
-    def solve(self, problem: Problem, *, budget_s: float) -> Solved:
-        settled = settled_without_search(problem, self.name)
+    def solve(self, problem: Problem, *, budget_s: float) -> SolverResult:
+        settled = trivial_plan(problem, self.name)
         if settled is not None:
-            return Solved(plan=settled)
+            return SolverResult(plan=settled)
         home = downward_home()
         if home is None:
             note = "Fast Downward is not installed. Install it: pip install 'lios-workbench[planners]'"
-            return Solved(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
+            return SolverResult(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
         with tempfile.TemporaryDirectory(prefix="lios-plan-") as folder:
             plan = self._run(problem, Path(folder), home, min(budget_s, 86_400.0))
-        return Solved(plan=without_hypothetical(plan))
+        return SolverResult(plan=without_hypothetical(plan))
 
     def _run(self, problem: Problem, folder: Path, home: Path, budget_s: float) -> Plan:
         plan_file = folder / "plan"
@@ -122,11 +122,11 @@ class FastDownward:
         return Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note)
 
 
-def settled_without_search(problem: Problem, solver: str) -> Plan | None:
+def trivial_plan(problem: Problem, solver: str) -> Plan | None:
     """The plan where nothing needs to be searched: the goal holds already, or its places cannot be reached."""
     if holds(problem.goal, initial_state(problem), problem):
         return Plan(status=PlanStatus.SOLVED, lower_bound=0.0, optimal=True, solver=solver)
-    unreachable = goal_is_out_of_reach(problem)
+    unreachable = unreachable_goal(problem)
     if unreachable:
         return Plan(status=PlanStatus.NO_PLAN, solver=solver, note=unreachable)
     return None
@@ -149,7 +149,7 @@ def best_plan(folder: Path, steps: Mapping[str, PlanStep | None], problem: Probl
     """
     found: list[tuple[PlanStep, ...]] = []
     for path in sorted(folder.glob("plan*")):
-        if path.is_file() and path.stat().st_size <= MOST_PLAN_BYTES:
+        if path.is_file() and path.stat().st_size <= MAX_PLAN_BYTES:
             text = path.read_text(encoding="utf-8", errors="replace")
             plan = read_plan(text, steps, problem)
             if plan is not None:

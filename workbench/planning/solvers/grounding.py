@@ -13,7 +13,7 @@ from itertools import product
 
 from workbench.planning.actions import PREPARATIONS, Preparation
 from workbench.planning.plans import PlanStep
-from workbench.planning.problem import Problem, Thing, ways_of
+from workbench.planning.problem import Problem, Thing, goal_alternatives
 from workbench.planning.tasks import Delivered, Holding
 from workbench.worlds.house import LocationId
 
@@ -21,14 +21,14 @@ FINISH = "finish"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ending:
+class GoalAssignment:
     """One way of meeting the goal with particular items: the condition on each of them."""
 
     wants: tuple[Delivered | Holding, ...]
     things: tuple[Thing, ...]
 
 
-def things_that_prepare(problem: Problem) -> tuple[tuple[Preparation, tuple[Thing, ...]], ...]:
+def preparation_bindings(problem: Problem) -> tuple[tuple[Preparation, tuple[Thing, ...]], ...]:
     """Every preparation with every assignment of different items to its parts."""
     found: list[tuple[Preparation, tuple[Thing, ...]]] = []
     for preparation in PREPARATIONS:
@@ -37,20 +37,20 @@ def things_that_prepare(problem: Problem) -> tuple[tuple[Preparation, tuple[Thin
     return tuple(found)
 
 
-def endings(problem: Problem) -> tuple[Ending, ...]:
+def endings(problem: Problem) -> tuple[GoalAssignment, ...]:
     """Every way of meeting the goal with every assignment of different items."""
-    found: list[Ending] = []
-    for way in ways_of(problem.goal):
+    found: list[GoalAssignment] = []
+    for way in goal_alternatives(problem.goal):
         if any(want.at not in problem.locations for want in way):
             continue
         fitting = [problem.of_type(want.item_type) for want in way]
         for cast in product(*fitting):
             if len({thing.id for thing in cast}) == len(cast):
-                found.append(Ending(wants=way, things=cast))
+                found.append(GoalAssignment(wants=way, things=cast))
     return tuple(found)
 
 
-def walking_steps(problem: Problem) -> Iterator[PlanStep]:
+def move_steps(problem: Problem) -> Iterator[PlanStep]:
     """All moves between two different locations."""
     for a in problem.locations:
         for b in problem.locations:
@@ -58,7 +58,7 @@ def walking_steps(problem: Problem) -> Iterator[PlanStep]:
                 yield PlanStep(action="move", origin=a, target=b, cost=problem.distance(a, b))
 
 
-def handling_steps(problem: Problem) -> Iterator[PlanStep]:
+def pick_and_place_steps(problem: Problem) -> Iterator[PlanStep]:
     """All picks and places of every item at every location."""
     for thing in problem.things:
         for at in problem.locations:
@@ -66,7 +66,7 @@ def handling_steps(problem: Problem) -> Iterator[PlanStep]:
                 yield _on_the_spot(action, (thing,), at, problem)
 
 
-def finding_steps(problem: Problem) -> Iterator[PlanStep]:
+def find_steps(problem: Problem) -> Iterator[PlanStep]:
     """All finds of every missing item, for every origin and target."""
     costs = problem.find_costs
     if costs is None:
@@ -86,9 +86,9 @@ def finding_steps(problem: Problem) -> Iterator[PlanStep]:
                 )
 
 
-def preparing_steps(problem: Problem) -> Iterator[tuple[Preparation, PlanStep]]:
+def preparation_steps(problem: Problem) -> Iterator[tuple[Preparation, PlanStep]]:
     """All preparations with every assignment of items, at every location."""
-    for preparation, things in things_that_prepare(problem):
+    for preparation, things in preparation_bindings(problem):
         for at in problem.locations:
             yield preparation, _on_the_spot(preparation.name, things, at, problem)
 

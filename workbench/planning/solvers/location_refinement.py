@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
-from workbench.planning.builtin.solver import Clock, Solved, solve
+from workbench.planning.builtin.solver import Clock, SolverResult, solve
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.search.ties import by_cost
@@ -24,7 +24,7 @@ NODES = 400_000
 
 def solve_widening(
     problem: Problem, core: tuple[LocationId, ...], *, budget_s: float, clock: Clock = time.perf_counter
-) -> Solved:
+) -> SolverResult:
     """The cheapest plan found over all locations of the problem, with its proven gap.
 
     Args:
@@ -32,7 +32,9 @@ def solve_widening(
         core: the most relevant locations of the problem; planned over first.
     """
     deadline = clock() + budget_s
-    others = by_cost(sorted(p for p in problem.locations if p not in core), lambda p: _aside(problem, core, p))
+    others = by_cost(
+        sorted(p for p in problem.locations if p not in core), lambda p: _detour_from_core(problem, core, p)
+    )
     made = solve(replace(problem, locations=core), budget_s=budget_s, clock=clock)
     for more in (*STAGES, len(others)):
         left = deadline - clock()
@@ -65,6 +67,6 @@ def _with_gap(plan: Plan, places: int) -> Plan:
     return replace(plan, note=f"{proven} over all {places} places")
 
 
-def _aside(problem: Problem, core: tuple[LocationId, ...], place: LocationId) -> float:
+def _detour_from_core(problem: Problem, core: tuple[LocationId, ...], place: LocationId) -> float:
     """The distance of a location from the core: the sum of its two least distances to core locations."""
     return sum(sorted(problem.distance(place, other) for other in core)[:2])

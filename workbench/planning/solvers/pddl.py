@@ -17,10 +17,10 @@ from workbench.planning.problem import Problem
 from workbench.planning.solvers.grounding import (
     FINISH,
     endings,
-    finding_steps,
-    handling_steps,
-    preparing_steps,
-    walking_steps,
+    find_steps,
+    move_steps,
+    pick_and_place_steps,
+    preparation_steps,
 )
 from workbench.planning.solvers.sas import scaled
 from workbench.planning.tasks import Holding
@@ -54,10 +54,10 @@ def pddl_of(problem: Problem) -> PddlTask:
     """The problem translated into PDDL."""
     names = pddl_names([*problem.locations, *(thing.id for thing in problem.things)])
     steps: dict[str, PlanStep | None] = {}
-    for step in (*walking_steps(problem), *handling_steps(problem), *finding_steps(problem)):
+    for step in (*move_steps(problem), *pick_and_place_steps(problem), *find_steps(problem)):
         ends = (step.origin, step.target) if step.origin != step.target or step.action == "find" else (step.origin,)
         steps[" ".join([step.action, *(names[name] for name in (*step.items, *ends))])] = step
-    for _, step in preparing_steps(problem):
+    for _, step in preparation_steps(problem):
         steps[" ".join([step.action, *(names[name] for name in (*step.items, step.origin))])] = step
     closing = _closing_actions(problem, names)
     steps |= {f"{FINISH}-{i + 1}": None for i in range(len(closing))}
@@ -196,9 +196,9 @@ def _problem(problem: Problem, names: dict[str, str]) -> str:
     for prop, items in sorted(problem.facts):
         if items[0] in known and _known_property(prop):
             facts.append(f"({prop} {names[items[0]]})")
-    for step in walking_steps(problem):
+    for step in move_steps(problem):
         facts.append(f"(= (move-cost {names[step.origin]} {names[step.target]}) {scaled(step.cost)})")
-    for step in finding_steps(problem):
+    for step in find_steps(problem):
         where = f"{names[step.items[0]]} {names[step.origin]} {names[step.target]}"
         facts.append(f"(= (find-cost {where}) {scaled(step.cost)})")
     listed = "\n  ".join(facts)

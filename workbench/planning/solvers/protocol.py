@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Protocol, final
 
 from workbench.planning.actions import prepares
-from workbench.planning.builtin.solver import Solved, begin_with_each, solve, without_hypothetical
+from workbench.planning.builtin.solver import SolverResult, cost_by_first_slot, solve, without_hypothetical
 from workbench.planning.problem import Problem
 
-MOST_TO_EXPLAIN = 6
+MAX_ITEMS_FOR_ALTERNATIVES = 6
 """Largest number of items for which alternatives are computed; beyond it, they would cost more than the plan."""
 
 
@@ -20,7 +20,7 @@ class Solver(Protocol):
     @property
     def name(self) -> str: ...
 
-    def solve(self, problem: Problem, *, budget_s: float) -> Solved: ...
+    def solve(self, problem: Problem, *, budget_s: float) -> SolverResult: ...
 
 
 @final
@@ -35,10 +35,10 @@ class BuiltIn:
     explain: bool = True
     name: str = "built-in"
 
-    def solve(self, problem: Problem, *, budget_s: float) -> Solved:
+    def solve(self, problem: Problem, *, budget_s: float) -> SolverResult:
         made = solve(problem, budget_s=budget_s)
         others = made.alternatives
-        explained = self.explain and len(made.plan.steps) > 1 and len(problem.things) <= MOST_TO_EXPLAIN
+        explained = self.explain and len(made.plan.steps) > 1 and len(problem.things) <= MAX_ITEMS_FOR_ALTERNATIVES
         if explained and not prepares(problem.goal):
-            others = begin_with_each(problem)
-        return Solved(plan=without_hypothetical(made.plan), alternatives=others, expanded=made.expanded)
+            others = cost_by_first_slot(problem)
+        return SolverResult(plan=without_hypothetical(made.plan), alternatives=others, expanded=made.expanded)

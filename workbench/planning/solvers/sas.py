@@ -13,12 +13,12 @@ from workbench.planning.actions import PREPARATIONS, Preparation
 from workbench.planning.plans import PlanStep
 from workbench.planning.problem import Problem
 from workbench.planning.solvers.grounding import (
-    Ending,
+    GoalAssignment,
     endings,
-    finding_steps,
-    handling_steps,
-    preparing_steps,
-    walking_steps,
+    find_steps,
+    move_steps,
+    pick_and_place_steps,
+    preparation_steps,
 )
 from workbench.planning.tasks import Holding
 from workbench.worlds.house import ItemId, LocationId
@@ -85,23 +85,23 @@ def sas_of(problem: Problem) -> SasTask:
     w.where = {location: i for i, location in enumerate(problem.locations)}
     _variables(w)
     places = len(problem.locations)
-    for step in walking_steps(problem):
+    for step in move_steps(problem):
         w.operator(step, [], [(ROBOT, w.where[step.origin], w.where[step.target])])
-    for step in handling_steps(problem):
+    for step in pick_and_place_steps(problem):
         at, number = w.where[step.origin], w.thing[step.items[0]]
         in_hand, holds = places, _hand_value(w, step.items[0])
         if step.action == "pick":
             w.operator(step, [(ROBOT, at)], [(HAND, 0, holds), (number, at, in_hand)])
         else:
             w.operator(step, [(ROBOT, at)], [(HAND, holds, 0), (number, in_hand, at)])
-    for step in finding_steps(problem):
+    for step in find_steps(problem):
         number, a, b = w.thing[step.items[0]], w.where[step.origin], w.where[step.target]
         effects = [(HAND, 0, _hand_value(w, step.items[0])), (number, places + 1, places)]
         if a == b:
             w.operator(step, [(ROBOT, a)], effects)
         else:
             w.operator(step, [], [(ROBOT, a, b), *effects])
-    for preparation, step in preparing_steps(problem):
+    for preparation, step in preparation_steps(problem):
         _prepare(w, preparation, step)
     goal = w.variable("closed", ["no", "yes"], 0)
     for ending in endings(problem):
@@ -150,7 +150,7 @@ def _prepare(w: _Writer, preparation: Preparation, step: PlanStep) -> None:
     w.operator(step, prevail, effects)
 
 
-def _conditions(w: _Writer, ending: Ending) -> list[Pair] | None:
+def _conditions(w: _Writer, ending: GoalAssignment) -> list[Pair] | None:
     """The conditions of a closing action; None if they contradict each other."""
     prevail: list[Pair] = []
     for want, thing in zip(ending.wants, ending.things, strict=True):

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-MOST_OUTPUT_BYTES = 1_000_000
-MOST_FILE_BYTES = 256 * 2**20
+MAX_OUTPUT_BYTES = 1_000_000
+MAX_FILE_BYTES = 256 * 2**20
 MEMORY_BYTES = 2 * 2**30
 
 
@@ -58,7 +58,7 @@ def run_program(
         stdin: file for standard input; empty input by default.
         environment: environment variables added to the current ones.
     """
-    if not _can_be_started(command[0], folder):
+    if not _program_exists(command[0], folder):
         return Answer(exit=Exit.NOT_STARTED, output=f"{command[0]}: no such program")
     with tempfile.TemporaryFile() as output, open(stdin or os.devnull, "rb") as source:
         try:
@@ -81,14 +81,14 @@ def run_program(
         finally:
             _kill(process)
         output.seek(0)
-        said = output.read(MOST_OUTPUT_BYTES).decode("utf-8", errors="replace")
+        said = output.read(MAX_OUTPUT_BYTES).decode("utf-8", errors="replace")
     if timed_out or process.returncode == -signal.SIGXCPU:
         return Answer(exit=Exit.TIMED_OUT, code=process.returncode, output=said)
     crashed = process.returncode < 0
     return Answer(exit=Exit.CRASHED if crashed else Exit.ENDED, code=process.returncode, output=said)
 
 
-def _can_be_started(program: str, folder: Path) -> bool:
+def _program_exists(program: str, folder: Path) -> bool:
     """Whether the program exists: searched on PATH, or relative to the working folder if the name contains a
     folder."""
     return shutil.which(program) is not None or shutil.which(str(folder / program)) is not None
@@ -100,7 +100,7 @@ def _limits(time_s: float, memory_bytes: int) -> tuple[str, ...]:
 
     Limits that the system does not support are skipped.
     """
-    limits = (("c", 0), ("f", MOST_FILE_BYTES // 512), ("t", int(time_s) + 1), ("v", memory_bytes // 1024))
+    limits = (("c", 0), ("f", MAX_FILE_BYTES // 512), ("t", int(time_s) + 1), ("v", memory_bytes // 1024))
     set_all = "; ".join(f"ulimit -{letter} {limit} 2>/dev/null" for letter, limit in limits)
     return ("/bin/sh", "-c", f'{set_all}; exec "$@"', "sh")
 

@@ -18,8 +18,8 @@ from workbench.errors import BadValue
 from workbench.search.candidates import check_limit
 from workbench.search.engine import best_order
 from workbench.search.find_costs import BeliefModel, SearchStop
-from workbench.search.orders import ExpectedSearch, along
-from workbench.search.places import Places, places
+from workbench.search.orders import ExpectedSearch, order_cost
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import unconditioned
 from workbench.search.ties import RELATIVE
@@ -57,19 +57,19 @@ class FullTour:
 
     def search(self, query: SearchQuery) -> ExpectedSearch:
         """The order over all containers with its expected cost."""
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
-        return along(self._order(here, item, query), here, item=item, model=self.belief_model, costs=query.costs)
+        return order_cost(self._order(here, item, query), here, item=item, model=self.belief_model, costs=query.costs)
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         return self.search(query).stops
 
     def first(self, query: SearchQuery) -> ContainerId | None:
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         order = self._order(here, query.belief.item_types.index(query.item_type), query)
         return here.containers[order[0]] if len(order) else None
 
-    def _order(self, here: Places, item: int, query: SearchQuery) -> npt.NDArray[np.intp]:
+    def _order(self, here: SearchSpace, item: int, query: SearchQuery) -> npt.NDArray[np.intp]:
         n = len(here.containers)
         if n == 0:
             return np.zeros(0, dtype=np.intp)
@@ -81,7 +81,7 @@ class FullTour:
         from workbench.search import tours
 
         p = unconditioned(here.probability[item], self.belief_model)
-        arrays = tours.Search(
+        arrays = tours.TourQuery(
             p=p,
             model=tours.MODEL_NUMBERS[self.belief_model],
             from_m=here.from_m[0],
@@ -92,7 +92,7 @@ class FullTour:
         return tours.improve(_with_tail(lead, p, here), arrays, self.passes)[0]
 
 
-def _with_tail(lead: npt.NDArray[np.intp], p: npt.NDArray[np.float64], here: Places) -> npt.NDArray[np.int64]:
+def _with_tail(lead: npt.NDArray[np.intp], p: npt.NDArray[np.float64], here: SearchSpace) -> npt.NDArray[np.int64]:
     """The leading order, then always the container of greatest probability against the way from the last.
 
     Of equal ones (ties.py, by the greatest probability) the earlier.

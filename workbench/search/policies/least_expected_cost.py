@@ -10,7 +10,7 @@ from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit
 from workbench.search.engine import best_order, expected_search
 from workbench.search.find_costs import BeliefModel, SearchStop
 from workbench.search.orders import ExpectedSearch
-from workbench.search.places import places
+from workbench.search.places import search_space
 from workbench.search.policy import SearchQuery
 from workbench.worlds.house import ContainerId
 
@@ -40,7 +40,7 @@ class LeastExpectedCost:
         return self.search(query).stops
 
     def first(self, query: SearchQuery) -> ContainerId | None:
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         if not here.containers:
             return None
         order = best_order(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import final
 
 from workbench.search.find_costs import SearchStop
-from workbench.search.orders import along
-from workbench.search.places import places
+from workbench.search.orders import order_cost
+from workbench.search.places import search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.ties import ranked
 
@@ -19,8 +19,8 @@ class MostProbable:
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         """By falling probability; equal ones (ties.py) by distance from the origin, then in the plan's order."""
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
         nearest = ranked(-here.from_m[:1])[0]
         order = nearest[ranked(here.probability[item, nearest][None])[0]]
-        return along(order, here, item=item, model="independent", costs=query.costs).stops
+        return order_cost(order, here, item=item, model="independent", costs=query.costs).stops

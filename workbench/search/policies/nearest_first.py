@@ -9,8 +9,8 @@ from typing import final
 import numpy as np
 
 from workbench.search.find_costs import SearchStop
-from workbench.search.orders import along
-from workbench.search.places import Places, places
+from workbench.search.orders import order_cost
+from workbench.search.places import SearchSpace, search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.ties import first_least
 from workbench.worlds.house import ContainerId, LocationId
@@ -23,9 +23,9 @@ class NearestFirst:
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         """Nearest neighbour from stop to stop; ties in the plan's order. Probabilities are taken as independent."""
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         item = query.belief.item_types.index(query.item_type)
-        return along(nearest_chain(here), here, item=item, model="independent", costs=query.costs).stops
+        return order_cost(nearest_chain(here), here, item=item, model="independent", costs=query.costs).stops
 
     def first(self, query: SearchQuery) -> ContainerId | None:
         """The nearest container."""
@@ -37,7 +37,7 @@ class NearestFirst:
         return reachable[first_least(row[at])]
 
 
-def nearest_chain(here: Places) -> list[int]:
+def nearest_chain(here: SearchSpace) -> list[int]:
     """Indices of all containers, each the nearest to the one before."""
     order: list[int] = []
     left = np.ones(len(here.containers), dtype=bool)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from workbench.search.find_costs import SearchStop
-from workbench.search.places import places
+from workbench.search.places import search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.ties import first_of_least
 from workbench.worlds.house import House
@@ -14,14 +14,14 @@ from workbench.worlds.house import House
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class KnowsTheHouse:
+class OraclePolicy:
     house: House
     name: str = "oracle"
 
     def order(self, query: SearchQuery) -> tuple[SearchStop, ...]:
         """The container with the type that has the least d(origin, a) + d(a, target); empty if no unsearched
         container holds the type."""
-        here = places(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
+        here = search_space(query.belief, query.travel, origins=(query.origin,), targets=(query.target,))
         holders = frozenset(self.house.holders(query.item_type))
         ways = [(here.from_m[0, i] + here.to_m[i, 0], i) for i, c in enumerate(here.containers) if c in holders]
         if not ways:
@@ -37,6 +37,6 @@ class KnowsTheHouse:
         )
 
 
-def oracle_policy(house: House) -> KnowsTheHouse:
+def oracle_policy(house: House) -> OraclePolicy:
     """The oracle of a house."""
-    return KnowsTheHouse(house=house)
+    return OraclePolicy(house=house)

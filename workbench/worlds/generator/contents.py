@@ -27,7 +27,7 @@ SCENARIO_ITEMS = (
 bottle)."""
 
 
-def fill(
+def draw_all_contents(
     statistics: HouseStatistics, furniture: Sequence[tuple[str, str]], rng: np.random.Generator, *, stocked: bool
 ) -> tuple[tuple[str, ...], ...]:
     """Draw the item types in each piece of furniture, given as (room kind, type).

@@ -36,7 +36,7 @@ UNITS = {0: (0.0, 1.0), 90: (1.0, 0.0), 180: (0.0, -1.0), 270: (-1.0, 0.0)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Piece:
+class PlacedFurniture:
     """A piece of furniture: centre (x, y, z) and size (depth, width, height) in metres, rotation about y in
     degrees."""
 
@@ -55,17 +55,19 @@ class Piece:
         return _rectangle(self.x, self.z, self.degrees, self.size_m)
 
 
-def furnish(house: PlannedHouse, statistics: HouseStatistics, rng: np.random.Generator) -> tuple[Piece, ...]:
+def furnish(
+    house: PlannedHouse, statistics: HouseStatistics, rng: np.random.Generator
+) -> tuple[PlacedFurniture, ...]:
     """Furniture of all rooms, in the order of rooms."""
     return tuple(piece for room in house.rooms for piece in _furnish_room(room, house, statistics, rng))
 
 
 def _furnish_room(
     room: PlannedRoom, house: PlannedHouse, statistics: HouseStatistics, rng: np.random.Generator
-) -> list[Piece]:
+) -> list[PlacedFurniture]:
     counts = _draw_numbers(statistics.kinds[room.kind], room, rng)
     kept_free = [zone for hole in (*house.doors, house.front_door) if hole for zone in _door_zones(hole, room)]
-    placed: list[Piece] = []
+    placed: list[PlacedFurniture] = []
     for type_name in sorted(counts, key=_turn):
         for _ in range(counts[type_name]):
             piece = _place(type_name, room, placed, kept_free, rng)
@@ -94,10 +96,10 @@ def _turn(type_name: str) -> tuple[int, str]:
 def _place(
     type_name: str,
     room: PlannedRoom,
-    placed: Sequence[Piece],
+    placed: Sequence[PlacedFurniture],
     kept_free: Sequence[Rectangle],
     rng: np.random.Generator,
-) -> Piece | None:
+) -> PlacedFurniture | None:
     """The first of several random poses at which the piece fits."""
     word = vocabulary().get(type_name)
     asset = COUNTERS[int(rng.integers(len(COUNTERS)))] if type_name == "CounterTop" else (word.asset if word else "")
@@ -105,7 +107,9 @@ def _place(
     middle = ON_THE_WALL.get(type_name, size[2] / 2)
     hangs = type_name in ON_THE_WALL
     for x, z, degrees in _candidates(type_name, room, size, placed, rng):
-        piece = Piece(type=type_name, asset=asset, room=room, x=x, y=middle, z=z, degrees=degrees, size_m=size)
+        piece = PlacedFurniture(
+            type=type_name, asset=asset, room=room, x=x, y=middle, z=z, degrees=degrees, size_m=size
+        )
         if _fits(piece, placed, () if hangs else kept_free, hangs=hangs):
             return piece
     return None
@@ -115,20 +119,20 @@ def _candidates(
     type_name: str,
     room: PlannedRoom,
     size: tuple[float, float, float],
-    placed: Sequence[Piece],
+    placed: Sequence[PlacedFurniture],
     rng: np.random.Generator,
 ) -> Iterator[tuple[float, float, int]]:
     if type_name == "Chair":
-        yield from _seats(size, placed, rng)
+        yield from _chair_poses(size, placed, rng)
     if type_name in FREE_STANDING and min(room.at.width, room.at.depth) > size[1] + 2.2:
         for _ in range(TRIES):
-            yield _somewhere(room, size, rng)
+            yield _random_pose(room, size, rng)
     for _ in range(TRIES):
-        yield _at_a_wall(room, size, rng)
+        yield _pose_at_wall(room, size, rng)
 
 
-def _seats(
-    size: tuple[float, float, float], placed: Sequence[Piece], rng: np.random.Generator
+def _chair_poses(
+    size: tuple[float, float, float], placed: Sequence[PlacedFurniture], rng: np.random.Generator
 ) -> Iterator[tuple[float, float, int]]:
     """Poses around tables and at desks, facing them."""
     seats: list[tuple[float, float, int]] = []
@@ -151,7 +155,7 @@ def _seats(
         yield seats[int(i)]
 
 
-def _somewhere(
+def _random_pose(
     room: PlannedRoom, size: tuple[float, float, float], rng: np.random.Generator
 ) -> tuple[float, float, int]:
     degrees = int(rng.choice([0, 90]))
@@ -162,7 +166,7 @@ def _somewhere(
     return (x, z, degrees)
 
 
-def _at_a_wall(
+def _pose_at_wall(
     room: PlannedRoom, size: tuple[float, float, float], rng: np.random.Generator
 ) -> tuple[float, float, int]:
     """A random pose with the back to a wall, in a corner in a third of the tries."""
@@ -179,7 +183,9 @@ def _at_a_wall(
     return (x, z, degrees)
 
 
-def _fits(piece: Piece, placed: Sequence[Piece], kept_free: Sequence[Rectangle], *, hangs: bool) -> bool:
+def _fits(
+    piece: PlacedFurniture, placed: Sequence[PlacedFurniture], kept_free: Sequence[Rectangle], *, hangs: bool
+) -> bool:
     """Whether a piece is inside its room, clear of doors, does not overlap others, and no front is blocked."""
     body = piece.body
     if not body.within(piece.room.at):
@@ -195,10 +201,10 @@ def _fits(piece: Piece, placed: Sequence[Piece], kept_free: Sequence[Rectangle],
             continue
         if body.overlaps(_front(other)) or _front(piece).overlaps(other.body):
             return False
-    return hangs or piece.type == "Chair" or _front(piece).within(_grown(piece.room.at))
+    return hangs or piece.type == "Chair" or _front(piece).within(_inflated(piece.room.at))
 
 
-def _front(piece: Piece) -> Rectangle:
+def _front(piece: PlacedFurniture) -> Rectangle:
     """The area in front of a piece that must stay clear of furniture other than chairs."""
     body, (ux, uz) = piece.body, UNITS[piece.degrees]
     return Rectangle(
@@ -227,7 +233,7 @@ def _rectangle(x: float, z: float, degrees: int, size: tuple[float, float, float
     return Rectangle(x0=x - dx / 2, x1=x + dx / 2, z0=z - dz / 2, z1=z + dz / 2)
 
 
-def _grown(at: Rectangle) -> Rectangle:
+def _inflated(at: Rectangle) -> Rectangle:
     return Rectangle(x0=at.x0 - GAP_M, z0=at.z0 - GAP_M, x1=at.x1 + GAP_M, z1=at.z1 + GAP_M)
 
 

@@ -17,8 +17,8 @@ import msgspec
 import numpy as np
 
 from workbench.errors import BadValue, Failed
-from workbench.worlds.generator.contents import fill
-from workbench.worlds.generator.furniture import Piece, furnish
+from workbench.worlds.generator.contents import draw_all_contents
+from workbench.worlds.generator.furniture import PlacedFurniture, furnish
 from workbench.worlds.generator.plan import PlannedHouse, plan_house
 from workbench.worlds.generator.statistics import HouseStatistics, shipped_statistics
 from workbench.worlds.generator.write_json import house_json, piece_ids
@@ -26,7 +26,7 @@ from workbench.worlds.maps.navigation import Navigation, NowhereToStand, compute
 from workbench.worlds.maps.occupancy import room_labels
 from workbench.worlds.procthor.load import house_from_json
 
-MOST_ROOMS = 12
+MAX_ROOMS = 12
 TRIES = 60
 RESOLUTION_M, ROBOT_RADIUS_M = 0.1, 0.2
 
@@ -57,8 +57,8 @@ def generate_houses(
         BadValue: numbers out of range.
     """
     least, most = rooms
-    if not 1 <= least <= most <= MOST_ROOMS:
-        raise BadValue("rooms", f"{least}-{most}", f"a range within 1-{MOST_ROOMS}")
+    if not 1 <= least <= most <= MAX_ROOMS:
+        raise BadValue("rooms", f"{least}-{most}", f"a range within 1-{MAX_ROOMS}")
     if count < 1:
         raise BadValue("number of houses", count, "at least 1")
     figures = statistics or shipped_statistics()
@@ -81,7 +81,9 @@ def generate_house(
         pieces = _reachable(plan, furnish(plan, statistics, rng))
         if pieces is None:
             continue
-        contents = fill(statistics, [(piece.room.kind, piece.type) for piece in pieces], rng, stocked=stocked)
+        contents = draw_all_contents(
+            statistics, [(piece.room.kind, piece.type) for piece in pieces], rng, stocked=stocked
+        )
         empty = _navigation(house_json(plan, pieces))
         return house_json(plan, pieces, contents=contents, agent=_draw_agent(empty, rng), rng=rng)
     raise NoHouse(rooms)
@@ -114,7 +116,7 @@ def _draw_size(statistics: HouseStatistics, least: int, most: int, rng: np.rando
     return int(rng.choice(sizes, p=weights / weights.sum()))
 
 
-def _reachable(plan: PlannedHouse, pieces: tuple[Piece, ...]) -> tuple[Piece, ...] | None:
+def _reachable(plan: PlannedHouse, pieces: tuple[PlacedFurniture, ...]) -> tuple[PlacedFurniture, ...] | None:
     """The furniture without unreachable pieces; None if furniture makes a room inaccessible."""
     while True:
         house = house_from_json(house_json(plan, pieces), name="generated")

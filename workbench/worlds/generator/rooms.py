@@ -10,8 +10,8 @@ import numpy as np
 
 from workbench.worlds.generator.statistics import HouseStatistics
 
-LEAST_SIDE_M = {"Bathroom": 1.8}
-LEAST_OTHER_SIDE_M = 2.5
+MIN_SIDE_M = {"Bathroom": 1.8}
+DEFAULT_MIN_SIDE_M = 2.5
 GREATEST_ASPECT = 3.0
 GAP = "gap"
 """A part of the rectangle that stays empty, so that not every house is rectangular."""
@@ -123,7 +123,7 @@ def _cut_piece(
 
 def is_livable(room: PlannedRoom) -> bool:
     """Whether the proportions of a room are acceptable."""
-    least = LEAST_SIDE_M.get(room.kind, LEAST_OTHER_SIDE_M)
+    least = MIN_SIDE_M.get(room.kind, DEFAULT_MIN_SIDE_M)
     short, long = sorted((room.at.width, room.at.depth))
     return short >= least and long <= GREATEST_ASPECT * short
 

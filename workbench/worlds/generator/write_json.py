@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.worlds.generator.furniture import Piece
+from workbench.worlds.generator.furniture import PlacedFurniture
 from workbench.worlds.generator.plan import Hole, PlannedHouse, Side
 from workbench.worlds.generator.rooms import PlannedRoom
 from workbench.worlds.names import usual_size_m, vocabulary
@@ -30,7 +30,7 @@ FLOORS = {
 
 def house_json(
     house: PlannedHouse,
-    pieces: Sequence[Piece],
+    pieces: Sequence[PlacedFurniture],
     *,
     contents: Sequence[Sequence[str]] | None = None,
     agent: dict[str, Any] | None = None,
@@ -58,7 +58,7 @@ def house_json(
     }
 
 
-def piece_ids(pieces: Sequence[Piece]) -> list[str]:
+def piece_ids(pieces: Sequence[PlacedFurniture]) -> list[str]:
     """Ids of pieces: type, room and number, as in ProcTHOR: "Bed|4|0"."""
     counts: Counter[int] = Counter()
     names: list[str] = []
@@ -148,7 +148,7 @@ def _window(hole: Hole, number: int) -> dict[str, Any]:
 
 
 def _objects(
-    pieces: Sequence[Piece], contents: Sequence[Sequence[str]], rng: np.random.Generator | None
+    pieces: Sequence[PlacedFurniture], contents: Sequence[Sequence[str]], rng: np.random.Generator | None
 ) -> list[dict[str, Any]]:
     """Furniture with its items; item numbers continue after those of the room's furniture."""
     numbers = Counter(piece.room.number for piece in pieces)
@@ -181,7 +181,7 @@ def _thing(
     }
 
 
-def _on(piece: Piece, item: str, rng: np.random.Generator | None) -> tuple[float, float, float]:
+def _on(piece: PlacedFurniture, item: str, rng: np.random.Generator | None) -> tuple[float, float, float]:
     """A position on top of a piece of furniture."""
     u, v = (rng.uniform(-0.4, 0.4, size=2)) if rng is not None else (0.0, 0.0)
     body = piece.body

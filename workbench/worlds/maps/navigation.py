@@ -65,11 +65,11 @@ class Navigation:
         return self._ways[a, b]
 
     def _find_way(self, a: Point, b: Point) -> tuple[Point, ...]:
-        from workbench.worlds.maps.shortest_paths import way
+        from workbench.worlds.maps.shortest_paths import shortest_path
 
         columns = self.free.shape[1]
         (row_a, column_a), (row_b, column_b) = self.grid.cell_at(a), self.grid.cell_at(b)
-        cells = way(self.free, row_a * columns + column_a, row_b * columns + column_b)
+        cells = shortest_path(self.free, row_a * columns + column_a, row_b * columns + column_b)
         if cells is None:
             raise AssertionError("reachable locations are connected")
         if len(cells) == 1:
@@ -88,15 +88,15 @@ def navigate(plan: FloorPlan, *, resolution_m: float = 0.1, robot_radius_m: floa
         BadValue: the house is too large for a grid, or a setting is out of range.
         NowhereToStand: no free floor is left.
     """
-    from workbench.worlds.maps.travel_cache import recall, remember
+    from workbench.worlds.maps.travel_cache import load_navigation, store_navigation
 
     if not 0 <= robot_radius_m <= 5:
         raise BadValue("robot_radius_m", robot_radius_m, "from 0 to 5 m")
-    known = recall(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    known = load_navigation(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
     if known is not None:
         return known
     navigation = compute(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
-    remember(navigation, plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    store_navigation(navigation, plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
     return navigation
 
 

@@ -118,7 +118,7 @@ def pairwise_steps(free: npt.NDArray[np.bool_], cells: Cells) -> Floats:
     return result
 
 
-def way(free: npt.NDArray[np.bool_], source: int, target: int) -> list[tuple[int, int]] | None:
+def shortest_path(free: npt.NDArray[np.bool_], source: int, target: int) -> list[tuple[int, int]] | None:
     """The cells of a shortest path as (row, column), both ends included; None if there is none."""
     columns = free.shape[1]
     left = distances_from(free, target, np.array([source], dtype=np.int64))
@@ -127,14 +127,14 @@ def way(free: npt.NDArray[np.bool_], source: int, target: int) -> list[tuple[int
     cell, heading = source, (0, 0)
     cells = [divmod(cell, columns)]
     while cell != target:
-        step = _downhill(free, left, cell, heading)
+        step = _next_cell(free, left, cell, heading)
         heading = step
         cell += step[0] * columns + step[1]
         cells.append(divmod(cell, columns))
     return cells
 
 
-def _downhill(free: npt.NDArray[np.bool_], left: Floats, cell: int, heading: tuple[int, int]) -> tuple[int, int]:
+def _next_cell(free: npt.NDArray[np.bool_], left: Floats, cell: int, heading: tuple[int, int]) -> tuple[int, int]:
     """The next cell of a shortest path, preferring the current direction."""
     columns = free.shape[1]
     row, column = divmod(cell, columns)

@@ -27,7 +27,7 @@ VERSION = 1
 """Version of the computation of travel costs; part of the file names."""
 
 
-def recall(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Navigation | None:
+def load_navigation(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Navigation | None:
     """The cached navigation, or None."""
     path = _file(plan, resolution_m, robot_radius_m)
     if path is None or not path.is_file():
@@ -39,7 +39,7 @@ def recall(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Na
         return None
 
 
-def remember(navigation: Navigation, plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> None:
+def store_navigation(navigation: Navigation, plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> None:
     """Cache a result; ignored if the folder is not writable."""
     path = _file(plan, resolution_m, robot_radius_m)
     if path is None:

@@ -42,7 +42,7 @@ def walls_of(
             raise BadValue(f"polygon of {where}", record.polygon, "a wall with two ends")
         start, end = distinct[0], distinct[1]
         ends[record.id] = (start, end)
-        empty = record.empty or _says_empty(record.material)
+        empty = record.empty or _is_empty_material(record.material)
         key = tuple(sorted((round(x, 3), round(y, 3)) for x, y in (start, end)))
         twin = kept.get(key)
         room = RoomId(record.roomId) if record.roomId and record.roomId in rooms else None
@@ -54,7 +54,7 @@ def walls_of(
     return tuple(kept.values()), ends
 
 
-def _says_empty(material: object) -> bool:
+def _is_empty_material(material: object) -> bool:
     """Whether a material is empty: it is a name in older houses, and a record with a name in newer ones."""
     name = material.get("name", "") if isinstance(material, dict) else material  # pyright: ignore
     return isinstance(name, str) and "empty" in name.lower()

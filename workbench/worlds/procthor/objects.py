@@ -11,7 +11,7 @@ from workbench.worlds.house import Container, ContainerId, Furniture, Item, Item
 from workbench.worlds.maps.connectivity import room_at
 from workbench.worlds.names import is_container, size_of_asset_m, type_of_asset, usual_size_m
 from workbench.worlds.procthor.assets import Asset
-from workbench.worlds.procthor.room_fit import fitted
+from workbench.worlds.procthor.room_fit import clip_to_room
 from workbench.worlds.procthor.schema import AgentJson, ObjectJson
 from workbench.worlds.procthor.unity_frame import pose_from_unity
 
@@ -37,7 +37,7 @@ def things_of(
         room = home.id
         size, base = _size(record, type_name, assets, f"{record.id} in {name}")
         if (record.assetId or "") not in assets:
-            size = fitted(size, pose, home.floor)
+            size = clip_to_room(size, pose, home.floor)
         thing_id = _own_id(type_name, record.id, used)
         if is_container(type_name) or record.children:
             container_id = ContainerId(thing_id)

@@ -12,11 +12,13 @@ from math import cos, pi, sin
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.maps.connectivity import inside
 
-LEAST_M = 0.1
+MIN_SIZE_M = 0.1
 """Smallest size in metres after clipping."""
 
 
-def fitted(size_m: tuple[float, float, float], pose: Pose, floor: Sequence[Point]) -> tuple[float, float, float]:
+def clip_to_room(
+    size_m: tuple[float, float, float], pose: Pose, floor: Sequence[Point]
+) -> tuple[float, float, float]:
     """(depth, width, height) with depth and width clipped to the floor around the centre.
 
     Unchanged if the object is not rotated by a multiple of 90 degrees, or its centre is not on the floor.
@@ -32,7 +34,7 @@ def fitted(size_m: tuple[float, float, float], pose: Pose, floor: Sequence[Point
 
 def _cut(extent: float, middle: Point, along: tuple[int, int], floor: Sequence[Point]) -> float:
     room = min(_to_edge(middle, along, floor), _to_edge(middle, (-along[0], -along[1]), floor))
-    return min(extent, max(LEAST_M, 2 * room))
+    return min(extent, max(MIN_SIZE_M, 2 * room))
 
 
 def _to_edge(point: Point, along: tuple[int, int], floor: Sequence[Point]) -> float:

@@ -11,7 +11,7 @@ from typing import Literal
 from workbench.worlds.geometry import Pose, footprint
 from workbench.worlds.house import START, Container, LocationId
 from workbench.worlds.names import is_container, vocabulary
-from workbench.worlds.sites.paths import SiteWays
+from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.site import Site
 
 Level = Literal["error", "warning", "note"]
@@ -101,7 +101,7 @@ def _map(site: Site) -> Iterator[SiteFinding]:
             )
     if not site.plan.walls:
         yield SiteFinding(level="note", where="walls", what="none are given", fix="Add walls: for a fuller picture")
-    if isinstance(site.ways, SiteWays):
+    if isinstance(site.ways, SiteNavigation):
         for name, pose in site.ways.standing.items():
             row, column = site.ways.grid.cell_at(pose.point)
             rows, columns = site.ways.free.shape

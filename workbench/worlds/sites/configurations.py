@@ -95,7 +95,7 @@ def pick_configuration(site: Site, name: str) -> Configuration:
     return known[name]
 
 
-def arranged(site: Site, configuration: Configuration) -> tuple[Site, House]:
+def site_and_house(site: Site, configuration: Configuration) -> tuple[Site, House]:
     """The site with the configuration's start pose, and the house for a simulated robot."""
     moved = starting_at(site, configuration.start)
     return moved, House(plan=moved.plan, contents=configuration.contents)

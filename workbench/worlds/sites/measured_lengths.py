@@ -28,7 +28,7 @@ STAND_OFF_M = 0.5
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MeasuredWays:
+class MeasuredNavigation:
     """Measured travel costs with straight paths. Implements Paths."""
 
     travel: TravelCosts
@@ -45,7 +45,7 @@ class MeasuredWays:
 
 def measured_travel(
     path: Path, entry: TravelEntry, plan: FloorPlan, stand: Mapping[LocationId, Pose]
-) -> MeasuredWays:
+) -> MeasuredNavigation:
     """The measured matrix in the plan's order of locations; an entry of "" or inf means no path.
 
     Raises:
@@ -74,7 +74,7 @@ def measured_travel(
     standing = {START: plan.start} | {
         LocationId(c.id): stand.get(LocationId(c.id)) or _in_front(c) for c in plan.containers if c.id in kept
     }
-    return MeasuredWays(
+    return MeasuredNavigation(
         travel=TravelCosts(
             locations=tuple(kept),
             metres=square,

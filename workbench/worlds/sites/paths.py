@@ -34,7 +34,7 @@ cells."""
 
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SiteWays:
+class SiteNavigation:
     """Paths between standing poses and between any two points. Implements Paths.
 
     Attributes:
@@ -59,13 +59,13 @@ class SiteWays:
 
     def path_between(self, a: Point, b: Point) -> tuple[Point, ...] | None:
         """The path between any two points, both included; None if there is none."""
-        from workbench.worlds.maps.shortest_paths import way
+        from workbench.worlds.maps.shortest_paths import shortest_path
 
         start, end = nearest_free(self.grid, self.free, a), nearest_free(self.grid, self.free, b)
         if start is None or end is None:
             return None
         columns = self.free.shape[1]
-        cells = way(self.free, start[0] * columns + start[1], end[0] * columns + end[1])
+        cells = shortest_path(self.free, start[0] * columns + start[1], end[0] * columns + end[1])
         if cells is None:
             return None
         return (a, *(self.grid.point_at(*cell) for cell in _cut_corners(self.free, cells)[1:-1]), b)
@@ -73,7 +73,7 @@ class SiteWays:
 
 def find_ways(
     plan: FloorPlan, grid: OccupancyGrid, *, robot_radius_m: float, stand: Mapping[LocationId, Pose]
-) -> SiteWays:
+) -> SiteNavigation:
     """Standing poses, travel costs and paths of a site on its map.
 
     Args:
@@ -96,7 +96,7 @@ def find_ways(
     cells = {name: nearest_free(grid, free, pose.point) for name, pose in poses.items()}
     reached = {name: cell for name, cell in cells.items() if cell is not None} if cells[START] is not None else {}
     flat = np.array([row * free.shape[1] + column for row, column in reached.values()], dtype=np.int64)
-    return SiteWays(
+    return SiteNavigation(
         grid=grid,
         free=free,
         standing=MappingProxyType({name: poses[name] for name in reached}),

@@ -31,8 +31,8 @@ from workbench.worlds.house import (
     Wall,
 )
 from workbench.worlds.maps.occupancy import OccupancyGrid
-from workbench.worlds.sites.measured_lengths import MeasuredWays, measured_travel
-from workbench.worlds.sites.paths import SiteWays, find_ways
+from workbench.worlds.sites.measured_lengths import MeasuredNavigation, measured_travel
+from workbench.worlds.sites.paths import SiteNavigation, find_ways
 from workbench.worlds.sites.ros_map import read_map
 from workbench.worlds.sites.survey_schema import PoseEntry, RoomEntry, SiteFile, TravelEntry, read_site_file
 from workbench.worlds.travel import Paths, TravelCosts
@@ -69,7 +69,7 @@ class Site:
 
     path: Path
     plan: FloorPlan
-    ways: SiteWays | MeasuredWays
+    ways: SiteNavigation | MeasuredNavigation
     grid: OccupancyGrid | None = None
     waypoints: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
     tags: Mapping[int, Item] = field(default_factory=lambda: MappingProxyType({}))
@@ -92,7 +92,7 @@ class Site:
 
     @property
     def travel_source(self) -> TravelSource:
-        return "map" if isinstance(self.ways, SiteWays) else "measured"
+        return "map" if isinstance(self.ways, SiteNavigation) else "measured"
 
 
 def load_site(path: Path | str) -> Site:
@@ -137,7 +137,7 @@ def starting_at(site: Site, start: Pose) -> Site:
     Raises:
         CannotStartThere: the site has only measured travel costs.
     """
-    if site.grid is None or not isinstance(site.ways, SiteWays):
+    if site.grid is None or not isinstance(site.ways, SiteNavigation):
         raise CannotStartThere(site)
     plan = replace(site.plan, start=start)
     stand = {place: pose for place, pose in site.ways.standing.items() if place != "start"}
@@ -230,7 +230,9 @@ def _plan(file: SiteFile) -> FloorPlan:
     )
 
 
-def _ways(path: Path, file: SiteFile, plan: FloorPlan, grid: OccupancyGrid | None) -> SiteWays | MeasuredWays:
+def _ways(
+    path: Path, file: SiteFile, plan: FloorPlan, grid: OccupancyGrid | None
+) -> SiteNavigation | MeasuredNavigation:
     stand = {LocationId(c.id): pose_of(c.stand) for c in file.containers if c.stand is not None}
     if file.travel is not None:
         return measured_travel(path, file.travel, plan, stand)
