@@ -199,6 +199,21 @@ def random_world(facts: LogFacts, rng: np.random.Generator, *, extra: int) -> Im
     return {c: tuple(types) for c, types in inside.items()}
 
 
+def world_around(facts: LogFacts, answers: Imagined) -> Imagined | None:
+    """A consistent world in which open containers hold just these types, in the order of the run that searched them.
+
+    Listed types that are in none of them are where the run did not look; where it looked everywhere, in the last
+    container. Then None for an estimator whose beliefs would follow them.
+    """
+    left = [c for c in (*facts.hidden, *facts.open) if c not in answers]
+    world = {**dict.fromkeys(left, ()), **answers}
+    missing = sorted(facts.must_exist - facts.shown() - {t for types in answers.values() for t in types})
+    if missing and not left and facts.estimator.startswith("best"):
+        return None
+    there = (left or list(answers))[0 if left else -1] if missing else None
+    return world if there is None else {**world, there: (*world[there], *missing)}
+
+
 def neighbour(
     facts: LogFacts, world: Imagined, last: Ended, relevant: Sequence[ItemType], rng: np.random.Generator, *, up: bool
 ) -> Imagined:
