@@ -1,8 +1,8 @@
 """A search for consistent worlds in which a strategy costs less or more than replay says of it.
 
 Every world is built by consistent_worlds.py, independently of the replayer, and climbed from towards both ends. The
-slow tests cover every estimator, strategy and scenario over shipped houses, and some over real
-houses; LIOS_CLIMB_STEPS sets the steps of each climb.
+slow tests cover every estimator, strategy and scenario over the shipped houses, and some over real ones;
+LIOS_CLIMB_STEPS sets the steps of each climb.
 """
 
 from __future__ import annotations
