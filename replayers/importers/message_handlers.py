@@ -23,7 +23,7 @@ from replayers.importers import decoding
 from replayers.importers.bags import BagMessage
 from replayers.importers.frames import FrameBuffer, Matrix, plain, quaternion_of
 from replayers.importers.mapping import Mapping
-from replayers.importers.pictures import calibration, compressed, occupancy, packed
+from replayers.importers.pictures import calibration, compressed, occupancy, packed, turn_of
 from replayers.importers.retrospective_plans import AfterTheFact
 from workbench.execution.events import Event
 from workbench.planning.tasks import Task
@@ -195,7 +195,7 @@ class BagDerivation:
     def _map(self, message: BagMessage, at: int) -> None:
         grid = occupancy(message.message)
         if grid is not None:
-            self._put("/map", map_grid(grid, at), at, latched=True)
+            self._put("/map", map_grid(grid, at, yaw_rad=turn_of(message.message)), at, latched=True)
 
     def _images(self, message: BagMessage, at: int) -> None:
         raw = hasattr(message.message, "encoding")
