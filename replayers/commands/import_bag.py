@@ -99,6 +99,8 @@ def _emit(report: ImportReport, plan: ImportPlan, output: Path) -> None:
             "moves": report.moves,
             "messages": report.messages,
             "unmapped": list(report.unmapped),
+            "skipped": report.skipped,
+            "profiles": list(report.profiles),
             "unknown_tags": list(report.unknown_tags),
             "ended": asdict(report.ended),
         }
@@ -137,4 +139,6 @@ def _evidence(report: ImportReport) -> list[dict[str, Any]]:
         ("poses, not placed", number, f"{why}, not on the map") for why, number in report.poses_not_placed.items()
     ]
     rows.append(("clock", clock.name, clock.note))
+    rows += [("topics, not read", topic, why) for topic, why in report.skipped.items()]
+    rows += [("profile", repr(name), "not one of ROS; read by each topic's own schema") for name in report.profiles]
     return [dict(zip(("evidence", "number", "why"), row, strict=True)) for row in rows]

@@ -57,6 +57,8 @@ class ImportReport:
         seconds: time between its first and last message.
         messages: number by role.
         unmapped: topics without a role.
+        skipped: topics that could not be read, with the reason.
+        profiles: profiles of MCAP files other than ROS's own.
         walked_m: length of the whole way in metres.
         inconclusive: looks that count as not looked.
         detections_placed, detections_late: tags placed on the map, and those of them by an old transform.
@@ -70,6 +72,8 @@ class ImportReport:
     seconds: float
     messages: dict[str, int]
     unmapped: tuple[str, ...]
+    skipped: dict[str, str]
+    profiles: tuple[str, ...]
     moves: int
     unknown_tags: tuple[int, ...]
     walked_m: float
@@ -91,7 +95,7 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         OutputExists: the log is there and force is not set.
     """
     task = plan.task or session_task()
-    roles = {topic: role for topic in bag.topics if (role := plan.mapping.role_of(topic)) is not None}
+    roles = {topic: role for topic in bag.counts if (role := plan.mapping.role_of(topic)) is not None}
     strategy = strategy_named(plan.strategy, origin=NameOrigin.USER) if plan.strategy else None
     estimator = estimator_named(plan.estimator, origin=NameOrigin.USER) if plan.strategy else None
     survey, frames, clock = survey_bag(bag, plan.mapping, roles, plan.clock)
@@ -127,7 +131,9 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         ended=ended,
         seconds=importer.derived.spans_s,
         messages=dict(sorted(importer.counts.items())),
-        unmapped=tuple(topic for topic in bag.topics if topic not in roles),
+        unmapped=tuple(topic for topic in bag.counts if topic not in roles),
+        skipped=bag.skipped,
+        profiles=bag.profiles,
         moves=importer.moves,
         unknown_tags=tuple(sorted(importer.unknown_tags)),
         walked_m=importer.derived.walked_m,
