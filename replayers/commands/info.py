@@ -43,7 +43,8 @@ def _answer(found: Description) -> dict[str, Any]:
         "size_bytes": found.size_bytes,
         "library": index.header.library if index.header else "",
         "profile": index.header.profile if index.header else "",
-        "closed": found.indexed,
+        "closed": found.closed,
+        "indexed": found.indexed,
         "damages": found.loss.count,
         "messages": index.messages,
         "start_ns": index.first_ns,
@@ -85,8 +86,10 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         lines.append(("outcome", end))
     elif found.runs:
         lines.append(("runs", f"{found.runs}; lios log split --by run takes them apart"))
-    state = "closed" if found.indexed else "not closed; lios recover rebuilds its index"
-    if found.loss.count and found.indexed:
+    state = "closed" if found.closed else "not closed; lios recover rebuilds its index"
+    if found.closed and not found.indexed:
+        state += ", without a whole index: all of it was read"
+    if found.loss.count and found.closed:
         state += f"; {found.loss.count} damages, see lios doctor"
     ratio = "" if found.compression_ratio is None else f", compressed {found.compression_ratio:.1f} times"
     lines += [

@@ -18,7 +18,7 @@ from replayers.log_tools.log_paths import shown
 from workbench.cache import cache_folder
 from workbench.errors import LiosError
 
-LIST_VERSION = 2
+LIST_VERSION = 3
 STAT_WORKERS = 8
 UNDECIDED = "undetermined"
 """The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
@@ -103,7 +103,7 @@ def row_of(path: Path) -> LogRow:
         duration_s=round(found.duration_s, 3),
         messages=found.index.messages,
         size_bytes=found.size_bytes,
-        closed=found.indexed,
+        closed=found.closed,
         source=info.source if info else "",
         run_id=info.run_id if info else "",
         started_ns=info.started.ns if info else 0,

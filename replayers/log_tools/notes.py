@@ -22,7 +22,7 @@ from recorders.mcap_io.writer import McapWriter
 from replayers.log_tools.time_argument import moment
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import has_counts, is_closed, read_index
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.events import NANO
@@ -37,6 +37,16 @@ class NotClosed(Malformed):
     def __init__(self, path: Path) -> None:
         super().__init__(
             f"{path}: it is still being recorded, or was cut off. Make its index first: lios recover {path}"
+        )
+
+
+class IncompleteIndex(Malformed):
+    """A closed log whose index does not list everything: one more chunk in it would hide the others from readers."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"{path}: its index does not hold everything, and a note there would hide messages from other readers. "
+            f"Copy it with a whole index first: lios log compact {path} -o FILE"
         )
 
 
@@ -67,7 +77,8 @@ def add_note(
         now_ns: when the note is written.
 
     Raises:
-        NotClosed: the log has no index.
+        NotClosed: the log has no end yet.
+        IncompleteIndex: its index does not list everything.
         LogInUse: another process has been writing to it for longer than a note takes.
         CannotCreate: there is no permission to write to it.
         DiskFull: no space is left; the log is unchanged.
@@ -139,8 +150,11 @@ def _index_of(path: Path) -> tuple[LogIndex, int]:
     with open_log(path) as stream:
         size = stream.seek(0, io.SEEK_END)
         index = read_index(stream)
-    if index is None:
+        closed = is_closed(stream)
+    if not closed:
         raise NotClosed(path)
+    if index is None or not has_counts(index) or any(not chunk.message_index_offsets for chunk in index.chunks):
+        raise IncompleteIndex(path)
     return index, size
 
 

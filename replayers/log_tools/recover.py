@@ -22,7 +22,7 @@ from replayers.log_tools.multi_run import run_and_name
 from replayers.mcap_io.messages import ChunkMessages
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import BadValue
 from workbench.log_schema.run_info import INFO_METADATA, is_intact
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
@@ -77,7 +77,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     """
     source, output = Path(source), Path(output)
     with open_log(source) as stream:
-        index = read_index(stream)
+        summary, closed = read_summary(stream), is_closed(stream)
         source_bytes = os.fstat(stream.fileno()).st_size
     if output.exists() and output.samefile(source):
         raise BadValue("output", str(output), "another file than the log itself")
@@ -94,8 +94,8 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
         damages=tuple(loss.damages),
         damage_count=loss.count,
         messages_lost=loss.messages,
-        expected_messages=index.messages if index is not None else None,
-        was_closed=index is not None,
+        expected_messages=summary.statistics.message_count if summary and summary.statistics else None,
+        was_closed=closed,
         source_bytes=source_bytes,
         output_bytes=copier.writer.bytes_written,
     )

@@ -21,7 +21,7 @@ from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import is_closed, read_index
 from workbench.errors import MalformedFile
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import (
@@ -159,7 +159,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     found = _Found(Path(path), with_truth)
     content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
-        index = read_index(stream)
+        index, closed = read_index(stream), is_closed(stream)
         if index is None:
             for offset, record in scan(stream, path=path, on_damage=found.damage.append):
                 if isinstance(record, DataEnd):
@@ -173,7 +173,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
             for offset in wanted_chunks(index, found.wants):
                 chunk = record_at(stream, offset, on_damage=found.damage.append)
                 found.extend(content.messages_of(offset, chunk))
-    return found.run(closed=index is not None)
+    return found.run(closed=closed)
 
 
 _place = lru_cache(maxsize=8)(place_from_json)
