@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
+from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.multi_run import SeveralRuns, run_and_name
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
@@ -68,8 +69,10 @@ class Run:
         path: the log.
         truth: the contents of every container; None unless requested by with_truth, or where it was not recorded.
         outcome: None where the recording stopped short of it.
+        closed: the file has its end, as a recorder that was not killed writes it.
         complete: the log was closed properly and holds its outcome.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
+        part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
     """
 
     path: Path
@@ -89,8 +92,10 @@ class Run:
     dropped: Dropped | None = None
     raw_poses: tuple[tuple[int, bytes], ...] = ()
     """(log time, foxglove.PoseInFrame as bytes) of /robot/pose, decoded when a table asks for them."""
+    closed: bool = False
     complete: bool = False
     damage: tuple[Damage, ...] = ()
+    part: str = ""
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -192,6 +197,7 @@ class _Found:
     events: dict[type[msgspec.Struct], list[DomainEvent]] = field(default_factory=dict)
     poses: list[tuple[int, bytes]] = field(default_factory=list)
     several: bool = False
+    part: str = ""
 
     def wants(self, topic: str) -> bool:
         return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
@@ -201,6 +207,8 @@ class _Found:
             self.several = True
         elif isinstance(record, Metadata) and record.name == INFO_METADATA:
             self.info = info_from_metadata(record.metadata)
+        elif isinstance(record, Metadata) and record.name == PART_METADATA:
+            self.part = record.metadata.get("part", "0")
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
 
@@ -237,8 +245,10 @@ class _Found:
             truth=self._last(GroundTruth),
             dropped=self._last(Dropped),
             raw_poses=tuple(self.poses),
+            closed=closed,
             complete=closed and outcome is not None,
             damage=tuple(self.damage),
+            part=self.part,
         )
 
     def _attachment(self, name: str) -> bytes:
