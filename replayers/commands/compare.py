@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from replayers.counterfactual.estimates.intervals import finite
+from replayers.runs.gaps import loss_lines
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
@@ -90,8 +91,8 @@ def compare(
         say(f"note: {log} is left out: {reason}")
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
-    for log, what in lost.items():
-        say(f"note: {log} is not whole: {'; '.join(what)}")
+    for line in loss_lines(lost):
+        say(line)
     _end(lost)
 
 

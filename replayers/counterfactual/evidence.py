@@ -175,10 +175,9 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
 def _gap_notes(gaps: Gaps, dropped: int) -> tuple[str, ...]:
     if not gaps.lost:
         return ()
-    searches = (
-        f"; {dropped} later search{'' if dropped == 1 else 'es'} prove nothing and are not used" if dropped else ""
-    )
-    return (f"the log is not whole: {'; '.join(gaps.lost)}{searches}",)
+    unused = "1 search proves nothing" if dropped == 1 else f"{dropped} searches prove nothing"
+    after = f"; with that missing, {unused} and counts as not made" if dropped else ""
+    return (f"the log is not whole: {'; '.join(gaps.lost)}{after}",)
 
 
 def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:

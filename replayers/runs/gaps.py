@@ -7,10 +7,12 @@ by damage, by a filter, or because the log is one part of several.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
-from replayers.runs.run import Run
+from replayers.runs.run import Run, read
+from workbench.errors import LiosError
 from workbench.log_schema.events import ActionFinished
 from workbench.worlds.house import LocationId
 
@@ -73,6 +75,28 @@ def gaps_of(run: Run) -> Gaps:
         beliefs=bool(lost and made - {belief.decision for belief in run.beliefs}) or bool(undecided),
         start_unknown=unknown,
     )
+
+
+def losses(runs: Iterable[Run]) -> dict[str, tuple[str, ...]]:
+    """What is missing from each run, by its log; runs that are whole are left out."""
+    found = ((str(run.path), gaps_of(run).lost) for run in runs)
+    return {log: lost for log, lost in found if lost}
+
+
+def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
+    """The same of logs; what holds no run, or cannot be read, is left out."""
+    found: dict[str, tuple[str, ...]] = {}
+    for path in paths:
+        try:
+            found |= losses([read(path)])
+        except LiosError:
+            continue  # whoever uses the log tells why
+    return found
+
+
+def loss_lines(lost: Mapping[str, tuple[str, ...]]) -> list[str]:
+    """One line for each log that is not whole."""
+    return [f"note: {log} is not whole: {'; '.join(what)}" for log, what in lost.items()]
 
 
 def _many(count: int, noun: str) -> str:
