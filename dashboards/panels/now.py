@@ -6,6 +6,7 @@ from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
 from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
 from dashboards.panels.markup import chip, dot, name, number, percent, text
+from replayers.runs.gaps import gaps_of
 from workbench.worlds.names import readable_name
 
 SAME = 0.05

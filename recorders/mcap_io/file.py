@@ -102,7 +102,7 @@ def remove_parts(path: Path, *, beyond: int) -> None:
 
 
 def remove_abandoned_drafts(path: Path) -> None:
-    """Remove hidden part files that killed commands left beside an output: .NAME.PROCESS.part, of no process that runs.
+    """Remove hidden part files, .NAME.PROCESS.part, that killed commands left beside an output.
 
     A file that cannot be removed stays: it is in nobody's way.
     """

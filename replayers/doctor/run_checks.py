@@ -97,7 +97,8 @@ class RunChecks:
             return
         saved, expected = facts.get("messages", "?"), facts.get("expected")
         of = f" of {expected[:20]}" if expected else ""
-        what = f"recovered from a log with {facts.get('damages', '?')[:20]} damages: {saved[:20]}{of} messages were saved"
+        damages = facts.get("damages", "?")[:20]
+        what = f"recovered from a log with {damages} damages: {saved[:20]}{of} messages were saved"
         self.findings.add(Level.LOSS, "metadata", what, "What was lost is not in this file", kind="recovered")
 
     def _metadata(self, record: Metadata) -> None:

@@ -34,7 +34,9 @@ def is_closed(stream: BinaryIO) -> bool:
     if footer is None:
         return False
     end = footer.summary_start or footer.summary_offset_start or size - FOOTER_BYTES - len(MAGIC)
-    stream.seek(max(end - DATA_END_BYTES, 0))
+    if not DATA_END_BYTES < end < size:
+        return False
+    stream.seek(end - DATA_END_BYTES)
     return stream.read(1) == bytes([Opcode.DATA_END])
 
 

@@ -1,7 +1,8 @@
 """What is missing from a run: damaged places, gaps in action indexes and decision numbers, lost observations.
 
 A run numbers its actions and decisions from 1 without a gap, observes each container that it searches, and believes
-at its first decision about every container that it did not know at the start. Whatever breaks one of these was lost:
+at its first decision about every container that it did not know at the start; its recorder numbers the messages of
+each topic. Whatever breaks one of these was lost:
 by damage, by a filter, or because the log is one part of several.
 """
 
@@ -13,11 +14,13 @@ from pathlib import Path
 
 from replayers.runs.run import Run, read
 from workbench.errors import LiosError
-from workbench.log_schema.events import ActionFinished
+from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
 from workbench.worlds.house import LocationId
 
 NEAR_COST = 1e-2
 """Costs are rounded to six decimals and added up over a run."""
+NEEDED = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, Observation, PlanComputed)})
+"""Topics that a replay rests on."""
 SIMULATED_SOURCES = ("simulation", "replay")
 
 
@@ -62,6 +65,11 @@ def gaps_of(run: Run) -> Gaps:
     undecided = sorted(set(range(1, max(made, default=0))) - made)
     if undecided:
         lost.append(f"{_many(len(undecided), 'decision')} of {max(made)} missing, the first number {undecided[0]}")
+    messages = {topic: run.skipped[topic] for topic in sorted(run.skipped) if topic in NEEDED}
+    if messages:
+        lost.append(
+            ", ".join(f"{count} of {topic}" for topic, count in messages.items()) + " missing by their numbers"
+        )
     not_looked = _first_looks_lost(run)
     if not_looked:
         lost.append(f"what was seen in {', '.join(sorted(not_looked)[:3])} is missing")
@@ -152,9 +160,9 @@ def _ends_the_log(run: Run, action: ActionFinished) -> bool:
 def _start_unknown(run: Run, *, certain: bool) -> str:
     """Why it cannot be told what the robot knew at the start; empty where it can."""
     first = min(run.beliefs, key=lambda belief: belief.decision, default=None)
+    if certain:
+        return ""
     if first is None or first.decision != 1:
-        if certain and (first is None or not run.plans or run.plans[0].decision != 1):
-            return ""
         return "the beliefs of the first decision are missing, and with them what was known at the start"
     seen = {o.container for o in run.observations if o.known_at_start or o.stamp.ns <= first.stamp.ns}
     reached = {c.id for c in run.place.plan.containers if run.place.travel.reaches(LocationId(c.id))}

@@ -73,6 +73,7 @@ class Run:
         complete: the log was closed properly and holds its outcome.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
         part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
+        skipped: topics whose sequence numbers, which the recorder counts from 0, have gaps; how many are missing.
     """
 
     path: Path
@@ -96,6 +97,7 @@ class Run:
     complete: bool = False
     damage: tuple[Damage, ...] = ()
     part: str = ""
+    skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -198,6 +200,8 @@ class _Found:
     poses: list[tuple[int, bytes]] = field(default_factory=list)
     several: bool = False
     part: str = ""
+    skipped: dict[str, int] = field(default_factory=dict)
+    expected: dict[str, int] = field(default_factory=dict)
 
     def wants(self, topic: str) -> bool:
         return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
@@ -216,10 +220,18 @@ class _Found:
         for message in messages:
             topic = message.channel.topic
             if topic in TOPICS:
+                self._count(topic, message.sequence)
                 event = decode(topic, message.data)
                 self.events.setdefault(type(event), []).append(event)
             elif message.channel.message_encoding == "protobuf":
                 self.poses.append((message.log_time, message.data))
+
+    def _count(self, topic: str, sequence: int) -> None:
+        """A number that is lower than expected begins the next file of a recording, or is of a writer without one."""
+        expected = self.expected.get(topic, 0)
+        if sequence > expected:
+            self.skipped[topic] = self.skipped.get(topic, 0) + sequence - expected
+        self.expected[topic] = sequence + 1
 
     def run(self, *, closed: bool) -> Run:
         if self.info is None:
@@ -249,6 +261,7 @@ class _Found:
             complete=closed and outcome is not None,
             damage=tuple(self.damage),
             part=self.part,
+            skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),
         )
 
     def _attachment(self, name: str) -> bytes:

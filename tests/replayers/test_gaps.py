@@ -60,7 +60,11 @@ def test_every_single_decision_that_is_lost_is_noticed_and_never_counts_as_seen(
 def test_a_single_lost_observation_opens_its_container(run: Run):
     whole = evidence_of(run)
     for lost in run.observations:
-        torn = replace(run, observations=tuple(o for o in run.observations if o is not lost))
+        torn = replace(
+            run,
+            observations=tuple(o for o in run.observations if o is not lost),
+            skipped={"/search/observation": 1},
+        )
         if lost.known_at_start:
             with pytest.raises(StartUnknown, match=lost.container):
                 evidence_of(torn)
@@ -162,3 +166,44 @@ def test_every_answer_that_a_damaged_chunk_changes_carries_a_note(
         if whole[3] and row["lower"] is not None:
             assert row["lower"] - 1e-6 <= whole[1], number  # pyright: ignore[reportOperatorIssue]
             assert row["upper"] is None or whole[1] <= row["upper"] + 1e-6, number
+
+
+def _lost(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """What a command that ends with 3 says is missing."""
+    assert cli.run(arguments) == 3, arguments
+    told = capsys.readouterr()
+    (lines,) = json.loads(told.out)["lost"].values()
+    assert "is not whole" in told.err
+    return lines
+
+
+def test_export_and_figures_and_capsule_say_what_is_missing_and_end_with_3(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    log, short = write_toy_log(tmp_path / "a.mcap"), tmp_path / "b.mcap"
+    assert cli.run(["log", "filter", str(log), "-o", str(short), "-S", "5"]) == 0
+    capsys.readouterr()
+    told = _lost(["export", str(short), "-o", str(tmp_path / "tables"), "-t", "runs", "--json"], capsys)
+    assert "2 actions of 6 missing, the first number 1" in told
+    assert told == _lost(["capsule", str(short), "-o", str(tmp_path / "b.html"), "--json"], capsys)
+
+
+@pytest.mark.slow
+def test_figures_say_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    log, short = write_toy_log(tmp_path / "a.mcap"), tmp_path / "b.mcap"
+    assert cli.run(["log", "filter", str(log), "-o", str(short), "-S", "5"]) == 0
+    capsys.readouterr()
+    figures = ["figures", str(short), "-o", str(tmp_path / "f"), "--format", "png", "--json"]
+    assert "2 actions of 6 missing, the first number 1" in _lost(figures, capsys)
+
+
+def test_list_and_doctor_say_what_a_recovered_log_lost(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    log, damaged, saved = write_toy_log(tmp_path / "a.mcap"), tmp_path / "b.mcap", tmp_path / "c.mcap"
+    _flip(log, damaged, 1)
+    assert cli.run(["recover", str(damaged), "-o", str(saved)]) == 3
+    capsys.readouterr()
+    assert cli.run(["list", str(saved), "--json"]) == 3
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert row["problem"].startswith("recovered")
+    assert cli.run(["doctor", str(saved)]) == 3
+    assert "messages were saved" in capsys.readouterr().out
