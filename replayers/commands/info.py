@@ -49,6 +49,8 @@ def _answer(found: Description) -> dict[str, Any]:
         "messages": index.messages,
         "start_ns": index.first_ns,
         "end_ns": index.last_ns,
+        "origin_ns": found.origin.stamp_ns,
+        "seconds_from": found.origin.kind,
         "duration_s": found.duration_s,
         "chunks": len(index.chunks),
         "compression_ratio": found.compression_ratio,
@@ -97,11 +99,19 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         ("library", index.header.library if index.header else "unknown"),
         ("messages", f"{index.messages:,} in {len(index.chunks)} chunks{ratio}"),
         ("start", _when(index.first_ns)),
-        ("duration", f"{found.duration_s:.3f} s"),
+        ("duration", f"{found.duration_s:.3f} s from {_origin(found)}"),
         ("attachments", ", ".join(f"{a.name} ({a.data_size:,} bytes)" for a in index.attachments) or "none"),
         ("metadata", ", ".join(sorted(found.metadata)) or "none"),
     ]
     return lines
+
+
+def _origin(found: Description) -> str:
+    origin = found.origin
+    if not origin.earlier:
+        return origin.kind
+    earlier = f"{origin.earlier} message{'' if origin.earlier == 1 else 's'}"
+    return f"{origin.kind} at {_when(origin.stamp_ns)}, without {earlier} long before"
 
 
 def _rounded(number: str) -> str:

@@ -13,6 +13,7 @@ from mcap.records import Attachment, AttachmentIndex, ChunkIndex, DataEnd, Heade
 from recorders.mcap_io.index import LogIndex
 from replayers.log_tools.copy_log import ReadLoss
 from replayers.log_tools.multi_run import run_and_name
+from replayers.log_tools.time_origin import TimeOrigin, time_origin
 from replayers.mcap_io.records import ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import has_counts, is_closed, read_index
@@ -30,6 +31,7 @@ class Description:
         indexed: the description comes from the index; otherwise the whole file was read, because it was not closed
             or its index does not hold everything.
         metadata: the last record of each name.
+        origin: the moment from which its seconds count.
         info: identity of the run; None in a log that holds none.
         outcome: as the recorder wrote it at the end; empty where the recording stopped earlier.
     """
@@ -42,6 +44,7 @@ class Description:
     loss: ReadLoss
     metadata: dict[str, dict[str, str]]
     info: RunInfo | None
+    origin: TimeOrigin
 
     @property
     def outcome(self) -> dict[str, str]:
@@ -55,7 +58,7 @@ class Description:
 
     @property
     def duration_s(self) -> float:
-        return (self.index.last_ns - self.index.first_ns) / 1e9
+        return (self.index.last_ns - self.origin.stamp_ns) / 1e9
 
     @property
     def compression_ratio(self) -> float | None:
@@ -106,6 +109,7 @@ def describe(path: Path | str) -> Description:
                 record = record_at(stream, entry.offset, on_damage=loss.add)
                 if isinstance(record, Metadata):
                     found[record.name] = record.metadata
+    info = _identity(found)
     return Description(
         path=path,
         size_bytes=size,
@@ -114,7 +118,8 @@ def describe(path: Path | str) -> Description:
         indexed=indexed,
         loss=loss,
         metadata=found,
-        info=_identity(found),
+        info=info,
+        origin=time_origin(path, index, info),
     )
 
 

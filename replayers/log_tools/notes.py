@@ -19,6 +19,7 @@ from recorders.mcap_io.channels import protobuf_channel
 from recorders.mcap_io.file import LogInUse
 from recorders.mcap_io.index import LogIndex
 from recorders.mcap_io.writer import McapWriter
+from replayers.log_tools.info import describe
 from replayers.log_tools.time_argument import moment
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
@@ -97,8 +98,8 @@ def add_note(
 
 def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: int | None) -> Note:
     index, size = _index_of(path)
-    start_ns = _within(index, at, "--at") if at else index.last_ns
-    end_ns = _within(index, until, "--until") if until else start_ns
+    start_ns = _within(path, index, at, "--at") if at else index.last_ns
+    end_ns = _within(path, index, until, "--until") if until else start_ns
     if end_ns < start_ns:
         raise BadValue("--until", until, "at or after --at")
     note = Note(
@@ -150,7 +151,7 @@ def _index_of(path: Path) -> tuple[LogIndex, int]:
     with open_log(path) as stream:
         size = stream.seek(0, io.SEEK_END)
         index = read_index(stream)
-        closed = is_closed(stream)
+        closed = is_closed(stream) and stream.seek(0, io.SEEK_END) == size  # else somebody is writing
     if not closed:
         raise NotClosed(path)
     if index is None or not has_counts(index) or any(not chunk.message_index_offsets for chunk in index.chunks):
@@ -158,11 +159,12 @@ def _index_of(path: Path) -> tuple[LogIndex, int]:
     return index, size
 
 
-def _within(index: LogIndex, text: str, option: str) -> int:
+def _within(path: Path, index: LogIndex, text: str, option: str) -> int:
     """A moment within the log: a note far from it would stretch the time span of the log."""
-    stamp_ns = moment(text, start_ns=index.first_ns, option=option)
+    origin_ns = describe(path).origin.stamp_ns
+    stamp_ns = moment(text, start_ns=origin_ns, option=option)
     if index.messages and not index.first_ns <= stamp_ns <= index.last_ns:
-        raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - index.first_ns) / NANO:.3f} seconds")
+        raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - origin_ns) / NANO:.3f} seconds")
     return stamp_ns
 
 
