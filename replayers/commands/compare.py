@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from replayers.counterfactual.estimates.intervals import finite
+from replayers.runs.gaps import loss_lines
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
@@ -66,6 +69,7 @@ def compare(
 
         replays_frame(found).to_parquet(folder / "replays.parquet")
         steps_frame(found).to_parquet(folder / "steps.parquet")
+    lost = {record.log: record.lost for record in records if record.lost}
     imagined = sorted({record.log for record in records if record.imputed})
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
@@ -73,8 +77,9 @@ def compare(
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
-                   "imagined_logs": imagined,
+                   "imagined_logs": imagined, "lost": lost,
                    "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
+        _end(lost)
         return
     _tell(rows, changed, broken)
     for run in several:
@@ -86,6 +91,15 @@ def compare(
         say(f"note: {log} is left out: {reason}")
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
+    for line in loss_lines(lost):
+        say(line)
+    _end(lost)
+
+
+def _end(lost: dict[str, tuple[str, ...]]) -> None:
+    """Ends with 3 where a log is not whole."""
+    if lost:
+        raise click.exceptions.Exit(3)
 
 
 def _not_counted(run: RunInSeveralLogs) -> str:

@@ -35,14 +35,16 @@ def export(
         lios export logs/ -o csv/ --format csv -t runs -t actions
     """
     from replayers.log_tools.log_paths import find_logs
+    from replayers.runs.gaps import loss_lines, losses_of_logs
     from replayers.tables.export import export as write
     from replayers.tables.export import table_names
 
     if file_format not in ("parquet", "csv"):
         raise BadValue("--format", file_format, "parquet or csv")
     names = table_names(table or ())
+    logs = find_logs(where)
     done = write(
-        find_logs(where),
+        logs,
         output,
         tables=names,
         file_format="csv" if file_format == "csv" else "parquet",
@@ -50,12 +52,15 @@ def export(
         force=force,
         told=lambda tables: progress(tables, title="export", total=len(names)),
     )
+    lost = losses_of_logs(logs)
     if as_json:
         problems = [{"file": problem.path, "reason": problem.reason} for problem in done.problems]
-        emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems})
+        emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems, "lost": lost})
     for name, count in done.rows.items():
         say(f"{name}: {count:,} row{'' if count == 1 else 's'}")
     for problem in done.problems:
         say(f"left out: {problem.reason}")
-    if done.problems:
+    for line in loss_lines(lost):
+        say(line)
+    if done.problems or lost:
         raise click.exceptions.Exit(3)
