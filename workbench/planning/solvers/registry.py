@@ -22,10 +22,12 @@ SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
         "built-in": lambda: BuiltIn(),
         "sas-blind": lambda: FastDownward(search="blind"),
         "sas-lmcut": lambda: FastDownward(search="lmcut"),
+        "sas-ff-astar": lambda: FastDownward(search="ff-astar"),
         "sas-ff-astar2": lambda: FastDownward(search="ff-astar2"),
         "sas-anytime": lambda: FastDownward(search="anytime"),
         "pddl-blind": lambda: FastDownward(search="blind", route="pddl"),
         "pddl-lmcut": lambda: FastDownward(search="lmcut", route="pddl"),
+        "pddl-ff-astar": lambda: FastDownward(search="ff-astar", route="pddl"),
         "pddl-ff-astar2": lambda: FastDownward(search="ff-astar2", route="pddl"),
         "pddl-anytime": lambda: FastDownward(search="anytime", route="pddl"),
     }
