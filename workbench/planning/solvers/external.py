@@ -108,10 +108,12 @@ def _engines() -> dict[str, str] | None:
     for name in factory.engines:
         engine = factory.engine(name)
         if engine.is_oneshot_planner() and "[" not in name:
-            found[name] = "" if ANY_COST in engine.supported_kind().features else NO_COSTS
+            costs = ANY_COST in engine.supported_kind().features
+            found[name] = REFUSED.get(name, "") if costs else NO_COSTS
     return found
 
 
+REFUSED = {"aries": "it reads whole numbers alone, and unified-planning reads the costs of PDDL as real ones"}
 NO_COSTS = "it does not plan with action costs, so that its plans would be cheap only by chance"
 
 

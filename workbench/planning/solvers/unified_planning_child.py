@@ -47,6 +47,8 @@ def main(engine: str, domain: str, problem: str, plan: str) -> int:
         for message in answer.log_messages or ():
             print(message.message)
         print(f"{engine} found no plan, status {answer.status.name}")
+        if answer.status.name == "INTERNAL_ERROR":
+            return RAISED
         return UNSOLVABLE if is_proof(engine, answer.status.name) else NO_ANSWER
     lines = [
         "(" + " ".join([str(a.action.name), *(str(p) for p in a.actual_parameters)]) + ")"
