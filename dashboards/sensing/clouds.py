@@ -72,8 +72,8 @@ def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:
 def scaled_lens(source: Any, image: Any) -> Lens | None:
     """The pinhole lens of a Spot's camera in the pixels of a picture; None without one.
 
-    The SDK counts pixels by their index: the ray through pixel (column, row) is ((column - cx) / fx, (row - cy) / fy).
-    A resized picture keeps the centre of its first pixel half a pixel from its edge.
+    The SDK counts pixels by their index: the ray through pixel (column, row) is ((column - cx) / fx,
+    (row - cy) / fy). A resized picture keeps the centre of its first pixel half a pixel from its edge.
 
     Args:
         source: bosdyn.api.ImageSource, with the lens at full size.
