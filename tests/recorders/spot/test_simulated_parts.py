@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bosdyn.api import estop_pb2, geometry_pb2, lease_pb2, local_grid_pb2
+from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid_pb2
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.lease import Lease
 from bosdyn.client.math_helpers import SE3Pose
