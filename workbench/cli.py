@@ -19,6 +19,7 @@ import click
 from click.shell_completion import get_completion_class
 
 from workbench import __version__
+from workbench.debugging import debugging
 from workbench.errors import LiosError, WrongKind
 from workbench.parameters import command_of
 from workbench.terminal import emit_text, say
@@ -29,6 +30,7 @@ PANELS: dict[str, tuple[str, ...]] = {
     "Look": ("view", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
     "Places": ("houses", "site", "spot"),
+    "Yours": ("new", "strategies", "policies", "estimators", "scenarios", "solvers"),
 }
 """The help group of each command; plug-in commands are listed under "More"."""
 
@@ -37,6 +39,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
     "site": ("check", "from-log"),
+    "new": ("planner", "policy", "estimator", "house", "site"),
     "spot": ("simulate", "record", "run"),
 }
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""
@@ -45,6 +48,7 @@ GROUP_HELP = {
     "evaluate": "Measure beliefs, search policies, planners, replay, Spot runs.",
     "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
     "houses": "Generate, inspect and compare houses.",
+    "new": "Write a file to start from: planner, policy, estimator, house, site.",
     "site": "Check or draft the survey file of a real place.",
     "spot": "Simulate, record or run a Spot.",
 }
@@ -199,6 +203,7 @@ def main(argv: list[str] | None = None) -> None:
         if "--debug" in args:
             logging.basicConfig(format="%(message)s")
             logging.getLogger("lios").setLevel(logging.DEBUG)
+            stack.enter_context(debugging())
         code = run([a for a in args if a != "--debug"], debug="--debug" in args)
         sys.exit(_flush_output(code))
 

@@ -17,6 +17,9 @@ from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import click
+from click.shell_completion import CompletionItem
+
+from workbench.registered_names import KIND_OF_OPTION, completions
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -92,7 +95,13 @@ def _parameter(given: inspect.Parameter, hint: Any) -> click.Parameter:
         attributes |= {"type": _type(given.name, kind, how.min, how.max), "multiple": several}
     plain = given.name.replace("_", "-")
     spellings = how.spellings or (f"--{plain}/--no-{plain}" if kind is bool else f"--{plain}",)
+    if kind is str and not KIND_OF_OPTION.keys().isdisjoint(spellings):
+        attributes["shell_complete"] = _complete_name
     return click.Option([given.name, *spellings], help=how.help, show_default=given.default != "", **attributes)
+
+
+def _complete_name(_: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    return [CompletionItem(value) for value in completions(tuple(param.opts), incomplete)]
 
 
 def _kind(hint: Any) -> tuple[type, bool]:
