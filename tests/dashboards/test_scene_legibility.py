@@ -129,8 +129,8 @@ def test_a_run_that_failed_says_why_and_what_it_is_charged() -> None:
     outcome = msgspec.structs.replace(OURS.run.outcome, status="failed", cost=400.0, reason="no Mug in Fridge|1 <b>")
     failed = timeline_of(replace(OURS.run, outcome=outcome))
     assert "Ended because: no mug in fridge 1 &lt;b&gt;. Charged: 400.0." in now(scene_at(failed, failed.end_ns))
-    assert "Ended" not in now(scene_at(failed, ns(5)))
-    assert "Ended" not in now(scene_at(OURS, OURS.end_ns))
+    assert "RunEnded" not in now(scene_at(failed, ns(5)))
+    assert "RunEnded" not in now(scene_at(OURS, OURS.end_ns))
 
 
 def test_a_name_does_not_turn_the_numbers_after_it_around() -> None:

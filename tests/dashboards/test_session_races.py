@@ -61,7 +61,7 @@ def test_a_seek_while_the_run_plays_is_not_lost() -> None:
     made = session(playing=True, at=5.0)
     clock = SlowClock(made)
     made.clock = clock  # type: ignore[assignment]
-    made._advance(1.0)
+    made._advance_playback(1.0)
     assert clock.seeking is not None
     clock.seeking.join()
     assert (made.state.at, made.state.playing) == (3.0, False)
@@ -79,7 +79,7 @@ def test_play_at_the_end_begins_anew_and_pauses_in_place() -> None:
 def test_a_view_without_runs_plays_nothing() -> None:
     made = session(playing=True, alignment="distance")
     made.clock = Clock(timelines=(), alignment="distance")
-    made._advance(1.0)
+    made._advance_playback(1.0)
     assert made.state.at == 0.0
 
 

@@ -185,7 +185,7 @@ def _serves(command: str, folder: Path) -> list[str]:
     try:
         until = time.monotonic() + 120
         while time.monotonic() < until and server.poll() is None:
-            found = re.search(r"http://[\w.:]+", said.read_text(encoding="utf-8"))
+            found = re.search(r"http://[^\s()]+", said.read_text(encoding="utf-8"))
             if found:
                 with urlopen(found[0].rstrip("."), timeout=30) as answer:
                     return [] if answer.status == 200 else [f"{found[0]} answers {answer.status}"]

@@ -20,7 +20,7 @@ def test_no_house_is_judged_by_what_learnt_from_it(
 ) -> None:
     learnt: list[set[str]] = []
     judged: list[set[str]] = []
-    train, judge = fold_weights.train, cross_validation.judge
+    train, judge = fold_weights.train, cross_validation.evaluate_estimator
 
     def trained(name: str, lesson: TrainingSet, path: Path) -> Any:
         learnt.append({h.plan.name for h in (*lesson.houses, *lesson.held_out)})
@@ -31,7 +31,7 @@ def test_no_house_is_judged_by_what_learnt_from_it(
         return judge(estimator, houses, **how)
 
     monkeypatch.setattr(fold_weights, "train", trained)
-    monkeypatch.setattr(cross_validation, "judge", asked)
+    monkeypatch.setattr(cross_validation, "evaluate_estimator", asked)
     assert run(["evaluate", "belief", "--folds", "3", "-e", "counts", "--json"]) == 0
     answer = json.loads(capfd.readouterr().out)
     assert len(learnt) == len(judged) == 3

@@ -16,6 +16,7 @@ from workbench.evaluation.beliefs import fold_weights
 from workbench.evaluation.search import experiment as search_experiment
 from workbench.evaluation.tasks import trials as task_trials
 from workbench.evaluation.tasks.rows import read_rows
+from workbench.plugins import NameOrigin
 
 SEARCH = ["evaluate", "search", "-p", "lios,conditioned-lios", "--queries", "12", "--no-figures", "--json"]
 TASKS = ["evaluate", "tasks", "--scenarios", "any-of-three", "-s", "model-lios", "-n", "20", "--json"]
@@ -130,7 +131,7 @@ def test_bad_usage_is_one_line(
 def test_a_weights_file_is_read_once_for_many_trials(tmp_path: Path) -> None:
     path = tmp_path / "mine.safetensors"
     path.write_bytes(estimators.shipped_weights("counts").read_bytes())
-    first = task_trials.estimator_named(str(path))
-    assert task_trials.estimator_named(str(path)) is first
+    first = task_trials.estimator_named(str(path), origin=NameOrigin.USER)
+    assert task_trials.estimator_named(str(path), origin=NameOrigin.USER) is first
     path.write_bytes(estimators.shipped_weights("fcnn").read_bytes())
-    assert task_trials.estimator_named(str(path)).name.startswith("fcnn@")
+    assert task_trials.estimator_named(str(path), origin=NameOrigin.USER).name.startswith("fcnn@")

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from test_task_evaluation import plain, request
+from test_experiment import plain, request
 
 from workbench.evaluation.tasks.experiment import plan_trials, remaining_units, wanted_rows
 from workbench.evaluation.tasks.workers import ClusterLost, run_unit, run_units

@@ -27,7 +27,7 @@ def test_every_event_of_a_run_survives_the_wire():
 
 
 def test_a_decision_has_its_wall_clock_seconds_apart_so_that_its_bytes_repeat():
-    planned = next(e for e in toy_events() if type(e).__name__ == "Planned")
+    planned = next(e for e in toy_events() if type(e).__name__ == "PlanMade")
     plan, timing = to_wire(planned)
     assert isinstance(timing, Timing)
     assert timing.planning_s == 0.002

@@ -14,13 +14,13 @@ from workbench import cli
 from workbench.beliefs.belief import Belief
 from workbench.log_schema.task_json import task_from_json, task_to_json
 from workbench.planning.scenarios.added_items import believe_scenario_items
-from workbench.planning.scenarios.paper import COFFEE_ITEMS, make_task
+from workbench.planning.scenarios.paper import COFFEE_ITEMS, make_task, with_scenario_items
 from workbench.planning.tasks import Added
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
 BOTTLE, MUG = ItemType("WaterBottle"), ItemType("Mug")
-HOUSE = believe_scenario_items("coffee", toy_house(), seed=3)
+HOUSE = with_scenario_items("coffee", toy_house(), seed=3)
 TASK = make_task("coffee", HOUSE, seed=3)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from problems import any_goal, coffee_goal, deliver_goal, holding_goal, random_problem
-from test_routes_agree import agreed_cost
+from test_solvers_agree import agreed_cost
 from toy import TABLE, toy_plan, toy_travel
 
 from workbench.beliefs.belief import Belief

@@ -66,7 +66,7 @@ def run(path: Path, seed: int) -> None:
     for _ in range(10**6):
         for event in toy_events()[:-1]:
             recorder.record(event)
-            if type(event).__name__ == "Planned":
+            if type(event).__name__ == "PlanMade":
                 count += 1
                 told(count)
 

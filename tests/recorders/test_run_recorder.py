@@ -157,7 +157,7 @@ def test_every_decision_is_on_disk_when_record_returns(tmp_path: Path):
     seen = 0
     for event in toy_events():
         recorder.record(event)
-        if type(event).__name__ == "Planned":
+        if type(event).__name__ == "PlanMade":
             seen += 1
             assert len(read(path).plans) == seen
     recorder.close()

@@ -112,7 +112,7 @@ def test_the_same_find_costs_are_worked_out_once(tmp_path: Path) -> None:
 
 
 def test_what_is_remembered_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("replayers.counterfactual.bounds.search_cache.RECIPE_CACHE_SIZE", 3)
+    monkeypatch.setattr("replayers.counterfactual.bounds.search_cache.MAX_CACHED_SEARCHES", 3)
     memory = SearchCache()
     for i in range(10):
         Remembered(Counts(), memory).order(query(tmp_path, i / 10))

@@ -234,17 +234,17 @@ class Backwards:
 
 
 def test_a_third_partys_policy_comes_in_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint(name="backwards", value="test_search_policies:Backwards", group="lios.policies")
+    entry = EntryPoint(name="backwards", value="test_policy:Backwards", group="lios.policies")
     monkeypatch.setattr(plugins, "entry_points", lambda group: [entry] if group == "lios.policies" else [])
     assert policy_names()[-1] == "backwards"
     assert [s.container for s in policy("backwards").order(toy_query({}))] == list(reversed(ALL))
 
 
 def test_a_third_partys_policy_comes_in_by_module_and_name() -> None:
-    assert policy("test_search_policies:Backwards", origin=NameOrigin.USER).name == "backwards"
+    assert policy("test_policy:Backwards", origin=NameOrigin.USER).name == "backwards"
 
 
-@pytest.mark.parametrize("name", ["no_such_module:x", "test_search_policies:NotThere"])
+@pytest.mark.parametrize("name", ["no_such_module:x", "test_policy:NotThere"])
 def test_a_module_that_is_not_there_is_named(name: str) -> None:
     with pytest.raises(UnknownName, match=name.partition(":")[0]):
         policy(name, origin=NameOrigin.USER)
@@ -252,7 +252,7 @@ def test_a_module_that_is_not_there_is_named(name: str) -> None:
 
 def test_something_that_is_no_policy_is_refused() -> None:
     with pytest.raises(BadValue, match="order"):
-        policy("test_search_policies:MUG", origin=NameOrigin.USER)
+        policy("test_policy:MUG", origin=NameOrigin.USER)
 
 
 def test_policies_answer_to_the_papers_spelling() -> None:

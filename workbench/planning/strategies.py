@@ -86,18 +86,31 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
     {
         "marginal-lios": lambda _: _whole_search("marginal-lios"),
         "full-lios": lambda _: _whole_search("full-lios"),
+        "most-probable": lambda _: Composed(
+            name="most-probable", pricing=Expected(belief_model="marginal"), policy=policy("most-probable")
+        ),
         "model-lios-per-find": lambda _: _model("model-lios-per-find", per_find=True),
         "conditioned-lios-per-find": lambda _: _conditioned("conditioned-lios-per-find", per_find=True),
     }
 )
-"""Ablations of our strategies; selectable by name, but not part of "all"."""
+"""Ablations of our strategies, and a baseline of the search experiment; selectable by name, not part of "all"."""
 
 EVERYWHERE = "everywhere"
 """STRATEGY@everywhere plans over all locations and states the proven gap with each plan."""
 
 NEEDS_TRUTH = ("oracle",)
 
-ALIASES: Mapping[str, str] = MappingProxyType({"greedy": "opt-greedy", "lios": "model-lios"})
+ALIASES: Mapping[str, str] = MappingProxyType(
+    {
+        "greedy": "opt-greedy",
+        "lios": "model-lios",
+        **{
+            f"workbench.evaluation.search_strategies:{name.replace('-', '_')}": name
+            for name in ("most-probable", "marginal-lios", "full-lios")
+        },
+    }
+)
+"""Short names, and the names under which early logs of `lios evaluate search --record` name these strategies."""
 
 PAPER_NAMES: Mapping[str, str] = MappingProxyType(
     {
@@ -110,6 +123,7 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
         "scout-lios": "ScoutLIOS",
         "marginal-lios": "MarginalLIOS",
         "full-lios": "FullLIOS",
+        "most-probable": "MostProbable",
         "model-lios-per-find": "ModelLIOS-per-find",
         "conditioned-lios-per-find": "ConditionedLIOS-per-find",
         "oracle": "Oracle",
@@ -148,7 +162,9 @@ def strategy_plugin(name: str, *, origin: NameOrigin) -> Plugin:
     Raises:
         UnknownName, NotFromLog: as strategy.
     """
-    return plugin(STRATEGY, name, origin=origin, known=(*STRATEGIES, *VARIANTS, *ALIASES))
+    return plugin(
+        STRATEGY, name, origin=origin, known=(*STRATEGIES, *VARIANTS, *(a for a in ALIASES if ":" not in a))
+    )
 
 
 def _with_solver(made: Strategy, solver_name: str, origin: NameOrigin) -> Strategy:

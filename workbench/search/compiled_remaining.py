@@ -78,7 +78,7 @@ def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def non_candidate_order(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
-    """corrected.others given the mean distance from the candidates, shape (item types, containers)."""
+    """corrected.non_candidate_order given the mean distance from the candidates, shape (item types, containers)."""
     items, n = p.shape
     left = n - searched.shape[1]
     order = np.empty((items, left), np.intp)

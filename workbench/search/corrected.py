@@ -119,7 +119,7 @@ def _numpy_non_candidate_order(p: Array, searched: Indices, between_m: Array) ->
     return (
         non_candidate_order(p, searched, from_m, between_m)
         if program is None
-        else program.others(p, searched, from_m, between_m)
+        else program.non_candidate_order(p, searched, from_m, between_m)
     )
 
 

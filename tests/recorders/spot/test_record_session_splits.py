@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from spot_help import messages, robot
-from test_spot_keys import terminal
+from test_operator_keys import terminal
 
 from recorders.sinks.files import Split
 from recorders.spot.client.time_source import RunningClock

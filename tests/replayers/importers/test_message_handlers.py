@@ -11,7 +11,7 @@ from replayers.importers.message_handlers import BagDerivation
 def told_before(keys: list[str]) -> list[bool]:
     reading: Any = object.__new__(BagDerivation)
     reading._done = set()
-    return [reading._told_before(SimpleNamespace(key=key)) for key in keys]
+    return [reading._already_recorded(SimpleNamespace(key=key)) for key in keys]
 
 
 def test_results_without_a_key_are_always_new() -> None:

@@ -21,9 +21,9 @@ NAMED: Mapping[str, str] = MappingProxyType(
         "lios": "model-lios",
         "conditioned-lios": "conditioned-lios",
         "oracle": "oracle",
-        "most-probable": "workbench.evaluation.search.strategies:most_probable",
-        "marginal-lios": "workbench.evaluation.search.strategies:marginal_lios",
-        "full-lios": "workbench.evaluation.search.strategies:full_lios",
+        "most-probable": "most-probable",
+        "marginal-lios": "marginal-lios",
+        "full-lios": "full-lios",
     }
 )
 
@@ -40,15 +40,3 @@ def with_policy(policy_name: str) -> Strategy:
         pricing=Expected(belief_model="marginal"),
         policy=policy(policy_name, origin=NameOrigin.USER),
     )
-
-
-def most_probable(_: object = None) -> Strategy:
-    return with_policy("most-probable")
-
-
-def marginal_lios(_: object = None) -> Strategy:
-    return with_policy("marginal-lios")
-
-
-def full_lios(_: object = None) -> Strategy:
-    return with_policy("full-lios")

@@ -2,8 +2,8 @@
 
 It is exact where a table over all containers is small. Otherwise it takes the exact order of the leading
 candidates, then the others by the ratio of probability to distance, and improves this order by local search
-(tours.py). It is an anytime algorithm: after any number of passes there is a complete order with its expected cost,
-and more passes never make it worse.
+(local_search.py). It is an anytime algorithm: after any number of passes there is a complete order with its expected
+cost, and more passes never make it worse.
 """
 
 from __future__ import annotations
@@ -78,18 +78,18 @@ class FullTour:
         )
         if len(lead) == n:
             return lead
-        from workbench.search import tours
+        from workbench.search import local_search
 
         p = unconditioned(here.probability[item], self.belief_model)
-        arrays = tours.TourQuery(
+        arrays = local_search.TourQuery(
             p=p,
-            model=tours.MODEL_NUMBERS[self.belief_model],
+            model=local_search.MODEL_NUMBERS[self.belief_model],
             from_m=here.from_m[0],
             between_m=here.between_m,
             found=query.costs.manipulation + here.to_m[:, 0],
             look=float(query.costs.search),
         )
-        return tours.improve(_with_tail(lead, p, here), arrays, self.passes)[0]
+        return local_search.improve(_with_tail(lead, p, here), arrays, self.passes)[0]
 
 
 def _with_tail(lead: npt.NDArray[np.intp], p: npt.NDArray[np.float64], here: SearchSpace) -> npt.NDArray[np.int64]:
