@@ -24,6 +24,7 @@ STRATEGIES: Mapping[str, str] = MappingProxyType(
         "oracle": "Knows the house; a lower end for comparison, for simulation alone.",
         "marginal-lios": "Variant: find costs of the whole search under the marginal belief.",
         "full-lios": "Variant: as marginal-lios, with a tour over all containers.",
+        "most-probable": "Variant: as marginal-lios, searching the most probable container first.",
         "model-lios-per-find": "Variant: model-lios with candidates chosen for each find.",
         "conditioned-lios-per-find": "Variant: conditioned-lios with candidates chosen for each find.",
     }

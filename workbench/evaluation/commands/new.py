@@ -1,4 +1,4 @@
-"""`lios new`: writes a planner, policy or estimator of one's own with its test, or a house or site to start from."""
+"""`lios new`: writes a planner, policy or estimator of one's own with its test."""
 
 from __future__ import annotations
 
