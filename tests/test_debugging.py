@@ -6,7 +6,6 @@ import os
 from pathlib import Path
 
 import pytest
-from toy_logs import simulated_log
 
 from workbench import cli
 from workbench.debugging import debugging, show_traceback
@@ -30,7 +29,6 @@ class Breaks:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "breaking_planner.py").write_text(PLANNER)
-    simulated_log(tmp_path / "run.mcap", name="opt-greedy")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -39,7 +37,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_replay_shows_the_users_own_line_once(
     more: list[str], folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    line = ["replay", "run.mcap", "-s", "breaking_planner:Breaks", "--worlds", "5", *more]
+    log = Path(__file__).parents[1] / "logs" / "find-lios.mcap"
+    line = ["replay", str(log), "-s", "breaking_planner:Breaks", "--worlds", "5", *more]
     with pytest.raises(Failed, match="breaks broke"):
         cli.main(["--debug", *line])
     shown = capfd.readouterr().err

@@ -11,6 +11,7 @@ from __future__ import annotations
 import inspect
 import math
 import types
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -149,6 +150,16 @@ def _finite(number: float, param: click.Parameter | None, ctx: click.Context | N
     return number
 
 
+class GivenTwice(click.BadOptionUsage):
+    """An option that takes one value was given several."""
+
+    def __init__(self, option: click.Option, ctx: click.Context) -> None:
+        name = max(option.opts, key=len)
+        several = "commas" in (option.help or "") or "comma-separated" in (option.help or "")
+        how = "one value; give several names in it, with commas between them" if several else "one value"
+        super().__init__(name, f"{name} is given twice. It takes {how}.", ctx)
+
+
 class _ExplainedArgument(click.Argument):
     """An argument with a sentence of help, also where click has none for arguments (before 8.5)."""
 
@@ -161,7 +172,17 @@ class _ExplainedArgument(click.Argument):
 
 
 class _Explained(click.Command):
-    """A command whose help tells its arguments before its options."""
+    """A command whose help tells its arguments before its options, and that refuses to forget a value."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As click, which otherwise keeps the last of several values of an option that takes one, without a word."""
+        if not ctx.resilient_parsing:
+            given, _, order = self.make_parser(ctx).parse_args(args=list(args))
+            del given
+            for param, count in Counter(order).items():
+                if count > 1 and isinstance(param, click.Option) and not (param.multiple or param.is_flag):
+                    raise GivenTwice(param, ctx)
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         params = self.get_params(ctx)
