@@ -116,7 +116,7 @@ def _two_options(
 @pytest.mark.parametrize("line", [["--one", "a", "--one", "b"], ["-oa", "--one=b"], ["-o", "a", "-o", "a"]])
 def test_a_second_value_of_an_option_that_takes_one_is_refused(line: list[str]) -> None:
     command = command_of("two", _two_options, help="")
-    with pytest.raises(click.UsageError, match="--one is given twice. It takes one value\\."):
+    with pytest.raises(click.UsageError, match=r"--one is given twice\. It takes one value\."):
         command.main(line, standalone_mode=False)
 
 

@@ -22,7 +22,7 @@ from workbench import __version__
 from workbench.debugging import debugging
 from workbench.errors import LiosError, WrongKind
 from workbench.parameters import command_of
-from workbench.terminal import emit_text, say
+from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train"),
@@ -187,6 +187,7 @@ def app() -> Commands:
                 expose_value=False,
                 help='Print what makes Tab complete commands and options: eval "$(lios --completion bash)"',
             ),
+            click.Option(["--wide"], is_flag=True, expose_value=False, help="Show every column of a table."),
             click.Option(["--debug"], is_flag=True, expose_value=False, help="Show tracebacks."),
         ],
     )
@@ -204,7 +205,9 @@ def main(argv: list[str] | None = None) -> None:
             logging.basicConfig(format="%(message)s")
             logging.getLogger("lios").setLevel(logging.DEBUG)
             stack.enter_context(debugging())
-        code = run([a for a in args if a != "--debug"], debug="--debug" in args)
+        if "--wide" in args:
+            stack.enter_context(wide_tables())
+        code = run([a for a in args if a not in ("--debug", "--wide")], debug="--debug" in args)
         sys.exit(_flush_output(code))
 
 

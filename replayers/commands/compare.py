@@ -106,7 +106,9 @@ def _tell(rows: list[dict[str, Any]], changed: Sequence[str], broken: list[dict[
     from workbench.terminal import emit_table, say
 
     if rows:
-        emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
+        title = "a against b; negative differences mean that a is cheaper"
+        minor = ("true difference", "drawn difference", "chance a is cheaper", "equal")
+        emit_table([_shown(row) for row in rows], title=title, minor=minor)
         drew = [row[f"{kind}_ci95_resamples"] for row in rows for kind in ("drawn", "true")]
         if words := intervals_in_words(kind for kind in drew if kind):
             say(words)

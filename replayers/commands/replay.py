@@ -280,7 +280,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     for column in ("if beliefs stand", "in truth", "seconds"):
         if all(line[column] is None for line in shown):
             shown = [{k: v for k, v in line.items() if k != column} for line in shown]
-    emit_table(shown)
+    emit_table(shown, minor=("90 % of drawn worlds", "seconds", "if beliefs stand", "not opened", "bounds"))
     conditional = any(row.get("if_beliefs_stand") for row in rows)
     for note, logs in _notes(rows).items():
         if conditional or not note.endswith(LEARNS):

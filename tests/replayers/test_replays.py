@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -92,3 +93,25 @@ def test_a_module_that_raises_is_told_in_this_process_too(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(StrategyNotLoaded, match="not today"):
         replayers.replay(log, "broken_at_import:Mine", settings=replayers.ReplaySettings(in_process=True))
+
+
+def test_export_of_one_table_by_the_outputs_name(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(["export", str(log), "-o", str(tmp_path / "x.csv")]) == 0
+    assert f"Wrote {tmp_path / 'x.csv'} (CSV)." in capsys.readouterr().err
+    with (tmp_path / "x.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert row["strategy"] == "opt-greedy"
+    assert cli.run(["export", str(log), "-o", str(tmp_path / "x.csv")]) == 2
+    assert cli.run(["export", str(log), "-o", str(tmp_path / "x.csv"), "-t", "actions", "--force"]) == 0
+    assert (tmp_path / "x.csv").read_text().count("\n") > 2
+    for more in (["-t", "runs", "-t", "actions"], ["--format", "parquet"], ["--partition-by", "place"]):
+        assert cli.run(["export", str(log), "-o", str(tmp_path / "y.csv"), *more]) == 2
+    assert [p.name for p in tmp_path.iterdir() if "y.csv" in p.name or ".part" in p.name] == []
+
+
+def test_export_from_python_writes_every_table(log: Path, tmp_path: Path) -> None:
+    done = replayers.export([log], tmp_path / "tables")
+    assert set(done.rows) == {p.stem for p in (tmp_path / "tables").glob("*.parquet")}
+    assert done.rows["runs"] == 1

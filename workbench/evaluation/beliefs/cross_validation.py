@@ -24,10 +24,12 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     """
     names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
     require_trainable(names)
-    if len(request.files) > 1:
-        more = " ".join(map(str, request.files[1:]))
-        raise BadValue("--houses", more, "one file with --folds; give further training houses with --also")
-    dealt = make_folds(request.files[0], folds, assets=request.assets, seed=request.seed)
+    file, *more = request.files
+    if more:
+        raise BadValue(
+            "--houses", " ".join(map(str, more)), "one file with --folds; give further training houses with --also"
+        )
+    dealt = make_folds(file, folds, assets=request.assets, seed=request.seed)
     judged: dict[str, list[QueryResult]] = {name: [] for name in names}
     seconds: dict[str, float] = {}
     with trained_per_fold(names, dealt, None, watched=watched) as believers:
