@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 def record(
     house: Annotated[
         str,
-        Option("--house", help="houses:9 (a shipped one), FILE:INDEX or a house's .json; default: houses:0."),
+        Option(
+            "--house",
+            help="houses:9 (a shipped one), FILE:INDEX, FILE.json, FILE.yaml (lios new house); default: houses:0.",
+        ),
     ] = "",
     find: Annotated[str, Option("--find", help="Item type to find and bring back to the start.")] = "",
     scenario: Annotated[str, Option("--scenario", help="A scenario by name: deliver-3, breakfast, coffee, ...")] = "",

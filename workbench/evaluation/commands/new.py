@@ -1,4 +1,4 @@
-"""`lios new`: writes a planner, policy or estimator of one's own with its test."""
+"""`lios new`: writes a planner, policy or estimator of one's own with its test, or a house."""
 
 from __future__ import annotations
 
@@ -43,6 +43,34 @@ def estimator(name: Name, output: Folder = Path(), force: Force = False) -> None
     """
     address = _written("estimator", name, output, force=force)
     _tell(address, f"lios record --find mug --estimator {address} -o run.mcap", output)
+
+
+def house(
+    name: Annotated[str, Argument(help="Its name: letters, digits and hyphens, such as my-flat.")],
+    output: Folder = Path(),
+    force: Force = False,
+) -> None:
+    """Write a house of two rooms in YAML, with comments, to make your own of.
+
+    Examples:
+
+        lios new house my-flat && lios record --house my-flat.yaml --find mug -o run.mcap
+    """
+    import re
+    from string import Template
+
+    from workbench.errors import BadValue, OutputExists
+    from workbench.terminal import emit_text, say
+
+    if not re.fullmatch(r"[A-Za-z0-9]+([-_][A-Za-z0-9]+)*", name):
+        raise BadValue("NAME", name, "letters, digits and hyphens, such as my-flat")
+    file = output / f"{name}.yaml"
+    if file.exists() and not force:
+        raise OutputExists(file)
+    output.mkdir(parents=True, exist_ok=True)
+    file.write_text(Template(_template("house.txt")).substitute(module=name), encoding="utf-8", newline="\n")
+    emit_text(str(file))
+    say(f"Next: lios record --house {file} --find mug -o run.mcap")
 
 
 def _written(kind: str, name: str, folder: Path, *, force: bool) -> str:
