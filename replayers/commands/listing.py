@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from workbench.errors import BadValue
 from workbench.options import Json
 from workbench.parameters import Argument, Option
@@ -61,6 +63,7 @@ def list_logs(
     answers = [_answer(row) for row in wanted]
     if as_json:
         emit_json({"rows": answers})
+        _end(wanted)
         return
     columns = ["file", "place", "scenario", "strategy", "status", "cost", "searches", "duration_s", "problem"]
     problems, imagined = sum(bool(row.problem) for row in wanted), sum(bool(row.imputed) for row in wanted)
@@ -74,6 +77,13 @@ def list_logs(
         + (f", {problems} with a problem" if problems else "")
         + (f", {imagined} of imagined worlds: what so many containers hold is imputed" if imagined else "")
     )
+    _end(wanted)
+
+
+def _end(rows: list[LogRow]) -> None:
+    """Ends with 3 where a log of a run is not whole."""
+    if any(row.problem and row.run_id for row in rows):
+        raise click.exceptions.Exit(3)
 
 
 def _answer(row: LogRow) -> dict[str, Any]:

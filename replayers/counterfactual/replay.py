@@ -23,7 +23,7 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
-from replayers.counterfactual.sandbox import Sandboxed, is_foreign
+from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
@@ -138,7 +138,8 @@ def replay_on(
     if needs_truth(strategy_name):
         return _in_truth_only(ground, strategy_name, origin)
     if is_foreign(strategy_name, origin=origin):
-        with Sandboxed(strategy_name, origin=origin, timeout_s=ground.settings.timeout_s) as planner:
+        limit_s, here = ground.settings.timeout_s, ground.settings.in_process
+        with foreign_planner(strategy_name, origin=origin, timeout_s=limit_s, in_process=here) as planner:
             return replay_strategy(ground, planner, worlds=worlds)
     return replay_strategy(ground, strategy(strategy_name, origin=origin), worlds=worlds)
 
@@ -199,7 +200,7 @@ def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
         ground.estimator,
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
         seed=evidence.info.seed,
-        merge=built_in is not None and not isinstance(planner, Sandboxed),
+        merge=built_in is not None and not is_from_outside(planner),
         steady=ground.steady,
         exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
         reads_beliefs=uses_beliefs(planner, evidence.task.goal),
