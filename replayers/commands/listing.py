@@ -30,6 +30,8 @@ def list_logs(
 ) -> None:
     """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and cached.
 
+    Replays in imagined worlds are marked: in how many containers the contents are imputed, because nobody saw them.
+
     Examples:
 
         lios list logs/
@@ -64,11 +66,17 @@ def list_logs(
         _end(wanted)
         return
     columns = ["file", "place", "scenario", "strategy", "status", "cost", "searches", "duration_s", "problem"]
-    if not any(row.problem for row in wanted):
+    problems, imagined = sum(bool(row.problem) for row in wanted), sum(bool(row.imputed) for row in wanted)
+    if not problems:
         columns.remove("problem")
+    if imagined:
+        columns.insert(columns.index("status"), "imputed")
     emit_table(answers, columns=columns)
-    problems = sum(bool(row.problem) for row in wanted)
-    say(f"{len(wanted)} of {len(rows)} logs" + (f", {problems} with a problem" if problems else ""))
+    say(
+        f"{len(wanted)} of {len(rows)} logs"
+        + (f", {problems} with a problem" if problems else "")
+        + (f", {imagined} of imagined worlds: what so many containers hold is imputed" if imagined else "")
+    )
     _end(wanted)
 
 

@@ -1,7 +1,8 @@
 """The runs of a folder, one row for each log, read from indexes only and cached between calls.
 
-The cache is one file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's
-size and modification time are unchanged.
+Of logs of replays, observations are read too, to count the containers whose contents are imputed. The cache is one
+file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's size and
+modification time are unchanged.
 """
 
 from __future__ import annotations
@@ -24,15 +25,18 @@ from workbench.errors import LiosError
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
 
-LIST_VERSION = 3
+LIST_VERSION = 4
 STAT_WORKERS = 8
+REPLAY, OBSERVATIONS, IMPUTED = "replay", "/search/observation", "imputed"
+"""The source of a replay's log, the topic of what was seen, and the support of what nobody saw."""
 UNDECIDED = "undetermined"
 """The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
 
 
 class LogRow(msgspec.Struct, frozen=True, kw_only=True):
     """One log. problem says why it could not be read; status is missing where it has no outcome, cost there too, and
-    where a replay is undecided."""
+    where a replay is undecided. imputed counts the containers whose contents nobody saw: the log is of a replay in an
+    imagined world."""
 
     file: str
     place: str = ""
@@ -50,6 +54,7 @@ class LogRow(msgspec.Struct, frozen=True, kw_only=True):
     source: str = ""
     run_id: str = ""
     started_ns: int = 0
+    imputed: int = 0
     problem: str = ""
 
 
@@ -93,6 +98,7 @@ def row_of(path: Path) -> LogRow:
 
     try:
         found = describe(path)
+        imputed = _imputed(path) if found.info is not None and found.info.source == REPLAY else frozenset[str]()
     except LiosError as error:
         return LogRow(file=shown(path), problem=shown(str(error)))
     info, outcome = found.info, found.outcome
@@ -113,6 +119,7 @@ def row_of(path: Path) -> LogRow:
         source=info.source if info else "",
         run_id=info.run_id if info else "",
         started_ns=info.started.ns if info else 0,
+        imputed=len(imputed),
         problem=_problem(found),
     )
 
@@ -130,6 +137,16 @@ def _problem(found: Description) -> str:
     if part and (part.get("part") != "0" or not found.outcome):
         return f"part {shown(part.get('part', '?'))} of a split run"
     return ""
+
+
+def _imputed(path: Path) -> frozenset[str]:
+    """The containers of a log whose contents are imputed."""
+    from replayers.mcap_io.reader import messages
+    from workbench.log_schema.codec import decode
+    from workbench.log_schema.events import Observation
+
+    seen = [decode(OBSERVATIONS, message.data) for message in messages(path, topics=OBSERVATIONS.__eq__)]
+    return frozenset(o.container for o in seen if isinstance(o, Observation) and o.support == IMPUTED)
 
 
 def cache_path(folder: Path) -> Path | None:

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -168,7 +169,12 @@ def run_in(facts: LogFacts, world: Imagined, strategy_name: str, *, name_ids: in
     ways = _Ways(facts.place)
     events = list(
         run_task(
-            _Refusing(SimulatedWorld(house, ways, known=facts.known), facts),
+            RefusingWorld(
+                SimulatedWorld(house, ways, known=facts.known),
+                shut=facts.shut,
+                blocked=facts.blocked,
+                stuck=facts.stuck,
+            ),
             strategy(strategy_name, origin=NameOrigin.USER),
             estimator(facts.estimator.partition("@")[0], origin=NameOrigin.USER),
             facts.task,
@@ -329,12 +335,19 @@ class _Ways:
         return self._place.standing.get(location)
 
 
-class _Refusing:
-    """A simulated world that refuses what the log shows to be refused. Implements World."""
+class RefusingWorld:
+    """A simulated world in which some searches, moves and picks are refused, each for a reason. Implements World."""
 
-    def __init__(self, world: SimulatedWorld, facts: LogFacts) -> None:
+    def __init__(
+        self,
+        world: SimulatedWorld,
+        *,
+        shut: Mapping[str, str] = MappingProxyType({}),
+        blocked: Mapping[str, str] = MappingProxyType({}),
+        stuck: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         self._world = world
-        self._facts = facts
+        self._shut, self._blocked, self._stuck = shut, blocked, stuck
 
     @property
     def plan(self) -> FloorPlan:
@@ -355,13 +368,13 @@ class _Refusing:
         return self._world.known_at_start()
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
-        return self._refusal(self._facts.blocked, location) or self._world.go_to(location)
+        return self._refusal(self._blocked, location) or self._world.go_to(location)
 
     def look_into(self, container: ContainerId) -> LookResult | ActionRefused:
-        return self._refusal(self._facts.shut, container) or self._world.look_into(container)
+        return self._refusal(self._shut, container) or self._world.look_into(container)
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
-        return self._refusal(self._facts.stuck, item) or self._world.pick(item)
+        return self._refusal(self._stuck, item) or self._world.pick(item)
 
     def place(self, item: ItemId) -> ActionDone | ActionRefused:
         return self._world.place(item)

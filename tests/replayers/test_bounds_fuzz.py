@@ -19,6 +19,7 @@ from consistent_worlds import (
     Ended,
     Imagined,
     LogFacts,
+    RefusingWorld,
     is_consistent,
     neighbour,
     random_world,
@@ -27,18 +28,23 @@ from consistent_worlds import (
     world_around,
 )
 
+from recorders.run_recorder import record_run
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.runs.run import read
+from workbench.beliefs.estimators import estimator
 from workbench.errors import Unsupported
+from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import goal_types
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, ItemType
+from workbench.worlds.maps.navigation import navigate
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
+from workbench.worlds.simulated import SimulatedWorld
 
 ROOM = 1e-6
 """Sums of the same legs in another order."""
@@ -102,6 +108,41 @@ def trial_of(case: Case, houses: Path, *, count: int) -> Trial:
         except Unsupported:
             continue
     raise AssertionError(f"no house of {houses} supports {case.scenario}")
+
+
+def record_with_refusals(trial: Trial, log: Path) -> bool:
+    """Records the trial again where the first container that it searches is shut, the way to the next one blocked,
+    and the first item that it picks stuck; whether it does search and pick."""
+    record_trial(trial, log, force=True)
+    run = read(log)
+    looked = [c for c in read_facts(log).certain if c not in trial.known]
+    picked = [a.items[0] for a in run.actions if a.action == "pick"]
+    world = RefusingWorld(
+        SimulatedWorld(trial.house, navigate(trial.house.plan), known=trial.known),
+        shut=dict.fromkeys(looked[:1], "the door is stuck"),
+        blocked=dict.fromkeys(looked[1:2], "the way is blocked"),
+        stuck=dict.fromkeys(picked[1:2], "it slips"),
+    )
+    events = run_task(
+        world,
+        strategy(str(trial.strategy), origin=NameOrigin.USER),
+        estimator(trial.estimator, origin=NameOrigin.USER),
+        trial.task,
+        costs=trial.costs,
+        seed=trial.seed,
+        stopwatch=lambda: 0.0,
+    )
+    record_run(
+        log,
+        events,
+        info=run.info,
+        place=run.place,
+        task=trial.task,
+        costs=trial.costs,
+        truth=trial.house.contents,
+        force=True,
+    )
+    return bool(looked)
 
 
 def climb_both_ways(facts: LogFacts, name: str, bounds: Bounds, rng: np.random.Generator, *, steps: int) -> Findings:
@@ -236,6 +277,25 @@ def test_worlds_that_break_the_log_are_told_apart(tmp_path: Path) -> None:
 @pytest.mark.timeout(7200)
 def test_no_world_lies_outside_over_the_shipped_houses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _report(list(cases()), shipped_houses(), tmp_path, count=24, capsys=capsys)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_no_world_lies_outside_where_actions_were_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A shut container, a blocked one, and an item that cannot be picked, over logs of deliveries and breakfasts."""
+    log = tmp_path / "run.mcap"
+    refused, worlds = Counter[str](), 0
+    for case in list(cases(scenarios=("deliver-3", "breakfast")))[::3]:
+        if not record_with_refusals(trial_of(case, shipped_houses(), count=24), log):
+            continue
+        facts = read_facts(log)
+        refused.update(shut=len(facts.shut), blocked=len(facts.blocked), stuck=len(facts.stuck))
+        bounds, found = _climbed(log, case.replayed, seed=case.turn, steps=max(1, STEPS // 2))
+        assert not found.outside, f"{case} {bounds.lower} {bounds.upper}: {found.outside[:3]}"
+        worlds += found.worlds
+    assert all(refused[kind] for kind in ("shut", "blocked", "stuck"))
+    with capsys.disabled():
+        print(f"\nrefused: {dict(refused)}, {worlds} worlds")
 
 
 @pytest.mark.slow

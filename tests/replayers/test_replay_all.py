@@ -356,6 +356,25 @@ def test_a_log_of_an_imagined_world_says_that_its_contents_are_imputed(
     assert json.loads(capsys.readouterr().out)["rows"][0]["imputed"] == []
 
 
+def test_a_list_marks_logs_of_imagined_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The toy robot's run leaves two containers open; the log of the replay over the log alone imagines neither."""
+    log, folder = killed_toy_log(tmp_path / "run.mcap"), tmp_path / "replays"
+    (made,) = replay_log(log, writing(folder, ("worst",)))
+    assert isinstance(made, StoredReplay)
+    alone = replay_path(folder, made.sha256, made.run_id, made.strategy)
+    worst = log_path(alone, "worst")
+    assert lios(["list", str(tmp_path), "--json"]) == 0
+    rows = {Path(row["file"]).name: row for row in json.loads(capsys.readouterr().out)["rows"]}
+    assert rows[worst.name]["imputed"] >= 1
+    assert {row["imputed"] for name, row in rows.items() if name != worst.name} == {0}
+    assert lios(["list", str(tmp_path)]) == 0
+    shown = capsys.readouterr()
+    assert "imputed" in shown.out
+    assert "1 of imagined worlds" in shown.err
+    assert lios(["list", str(log)]) == 0
+    assert "imputed" not in capsys.readouterr().out
+
+
 def test_frames_have_a_row_a_replay_and_a_row_a_step(tmp_path: Path) -> None:
     records = [r for r in replay_log(simulated_log(tmp_path / "run.mcap"), wanted()) if isinstance(r, StoredReplay)]
     replays, steps = replays_frame(records), steps_frame(records)
