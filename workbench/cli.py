@@ -36,7 +36,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "evaluate": ("belief", "search", "tasks", "replay", "spot"),
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
-    "site": ("check", "from-log"),
+    "site": ("check", "from-log", "from-graph-nav"),
     "spot": ("simulate", "record", "run"),
 }
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""

@@ -13,7 +13,6 @@ from workbench.planning.solvers.registry import solver_plugin
 from workbench.planning.strategies import EVERYWHERE, canonical_name
 from workbench.plugins import NameOrigin, NotFromLog, quoted
 
-
 NO_PLANNER = ("recorded", "operator")
 """Strategies of logs in which a person, or a planner that is not told, drove the robot."""
 
