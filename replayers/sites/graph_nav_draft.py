@@ -128,7 +128,8 @@ def _chained(graph: map_pb2.Graph, start: str) -> Poses:
         beside.setdefault(a, []).append((b, a_tform_b))
         beside.setdefault(b, []).append((a, np.linalg.inv(a_tform_b)))
     known = {w.id for w in graph.waypoints}
-    poses, queue = {start: np.eye(4)}, [start]
+    poses: Poses = {start: np.eye(4)}
+    queue: list[str] = [start]
     for at in queue:
         for other, step in beside.get(at, ()):
             if other in known and other not in poses:
