@@ -126,7 +126,7 @@ def _chained(graph: map_pb2.Graph, start: str) -> Poses:
     for edge in graph.edges:
         a, b, a_tform_b = edge.id.from_waypoint, edge.id.to_waypoint, _matrix(edge.from_tform_to)
         beside.setdefault(a, []).append((b, a_tform_b))
-        beside.setdefault(b, []).append((a, np.linalg.inv(a_tform_b)))
+        beside.setdefault(b, []).append((a, np.asarray(np.linalg.inv(a_tform_b), dtype=np.float64)))
     known = {w.id for w in graph.waypoints}
     poses: Poses = {start: np.eye(4)}
     queue: list[str] = [start]
