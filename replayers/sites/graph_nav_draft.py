@@ -21,7 +21,7 @@ from workbench.worlds.geometry import Pose
 from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
 
 if TYPE_CHECKING:
-    from bosdyn.api.graph_nav import map_pb2
+    from recorders.spot.client.graph_nav_map import Graph, Waypoint, WaypointSnapshot
 
 Floats = npt.NDArray[np.float64]
 Poses = dict[str, Floats]
@@ -108,19 +108,19 @@ def draft_from_graph_nav(folder: Path) -> GraphNavDraft:
     )
 
 
-def _anchored(graph: map_pb2.Graph) -> Poses:
+def _anchored(graph: Graph) -> Poses:
     """Poses by the map's anchoring; none where a waypoint has no anchor."""
     anchors = {anchor.id: _matrix(anchor.seed_tform_waypoint) for anchor in graph.anchoring.anchors}
     return anchors if {w.id for w in graph.waypoints} <= anchors.keys() else {}
 
 
-def _anchored_tags(graph: map_pb2.Graph) -> dict[int, tuple[float, float, float]]:
+def _anchored_tags(graph: Graph) -> dict[int, tuple[float, float, float]]:
     """Places of tags by the anchoring, which has weighed all sightings; its objects are named by their numbers."""
     places = {o.id: o.seed_tform_object.position for o in graph.anchoring.objects if o.id.isdecimal()}
     return {int(name): (place.x, place.y, place.z) for name, place in sorted(places.items())}
 
 
-def _chained(graph: map_pb2.Graph, start: str) -> Poses:
+def _chained(graph: Graph, start: str) -> Poses:
     """Poses along edges from the start, nearest by number of edges first."""
     beside: dict[str, list[tuple[str, Floats]]] = {}
     for edge in graph.edges:
@@ -138,7 +138,7 @@ def _chained(graph: map_pb2.Graph, start: str) -> Poses:
     return poses
 
 
-def _stops(waypoints: list[map_pb2.Waypoint], poses: Poses) -> tuple[Stop, ...]:
+def _stops(waypoints: list[Waypoint], poses: Poses) -> tuple[Stop, ...]:
     stops: list[Stop] = []
     taken = {"start"}
     for waypoint in waypoints:
@@ -151,7 +151,7 @@ def _stops(waypoints: list[map_pb2.Waypoint], poses: Poses) -> tuple[Stop, ...]:
     return tuple(stops)
 
 
-def _lengths(graph: map_pb2.Graph, places: list[str]) -> Floats:
+def _lengths(graph: Graph, places: list[str]) -> Floats:
     """Shortest lengths along edges, metres, shape (places, places); inf where none connects."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -167,21 +167,17 @@ def _lengths(graph: map_pb2.Graph, places: list[str]) -> Floats:
 
 
 def _snapshots(
-    folder: Path, waypoints: list[map_pb2.Waypoint], poses: Poses
+    folder: Path, waypoints: list[Waypoint], poses: Poses
 ) -> tuple[list[Floats], dict[int, tuple[float, float, float]], int]:
     """Points on the map, z from the floor, shape (points, 3) a snapshot; tags' places; how many are unread."""
-    from bosdyn.api.graph_nav import map_pb2
-    from google.protobuf.message import DecodeError
+    from recorders.spot.client.graph_nav_map import read_snapshot
 
     clouds: list[Floats] = []
     seen: dict[int, list[Floats]] = {}
     unread = 0
     for waypoint in waypoints:
-        file = folder / "waypoint_snapshots" / Path(waypoint.snapshot_id).name
-        snapshot = map_pb2.WaypointSnapshot()
-        try:
-            snapshot.ParseFromString(file.read_bytes())
-        except (OSError, DecodeError):
+        snapshot = read_snapshot(folder, waypoint)
+        if snapshot is None:
             unread += 1
             continue
         seed_tform_ko = poses[waypoint.id] @ _matrix(waypoint.waypoint_tform_ko)
@@ -201,7 +197,7 @@ def _snapshots(
     return clouds, tags, unread
 
 
-def _tags_in(snapshot: map_pb2.WaypointSnapshot) -> list[tuple[int, Floats]]:
+def _tags_in(snapshot: WaypointSnapshot) -> list[tuple[int, Floats]]:
     """Tags of a snapshot with their pose in its odometry frame."""
     from recorders.spot.client.frame_trees import tform
 
@@ -216,7 +212,7 @@ def _tags_in(snapshot: map_pb2.WaypointSnapshot) -> list[tuple[int, Floats]]:
     return found
 
 
-def _points_in(snapshot: map_pb2.WaypointSnapshot) -> Floats | None:
+def _points_in(snapshot: WaypointSnapshot) -> Floats | None:
     """Points of a snapshot in its odometry frame, shape (points, 3); None for another encoding."""
     from recorders.spot.client.frame_trees import tform
 
@@ -230,7 +226,7 @@ def _points_in(snapshot: map_pb2.WaypointSnapshot) -> Floats | None:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-def _grid(graph: map_pb2.Graph, poses: Poses, clouds: list[Floats]) -> OccupancyGrid | None:
+def _grid(graph: Graph, poses: Poses, clouds: list[Floats]) -> OccupancyGrid | None:
     """The map: free is floor that was seen or walked on, without an obstacle over it; the rest is unsurveyed.
 
     None where its extent exceeds MAX_CELLS.
@@ -263,7 +259,7 @@ def _grid(graph: map_pb2.Graph, poses: Poses, clouds: list[Floats]) -> Occupancy
     return OccupancyGrid(origin=(float(low[0]), float(low[1])), resolution_m=RESOLUTION_M, occupied=~free)
 
 
-def _walked(graph: map_pb2.Graph, poses: Poses) -> Floats:
+def _walked(graph: Graph, poses: Poses) -> Floats:
     """Points along all edges, closer together than a cell; shape (points, 2)."""
     parts = [np.array([pose[:2, 3] for pose in poses.values()])]
     for edge in graph.edges:
@@ -276,9 +272,9 @@ def _walked(graph: map_pb2.Graph, poses: Poses) -> Floats:
 
 def _matrix(pose: Any) -> Floats:
     """A bosdyn.api.SE3Pose as a matrix, shape (4, 4)."""
-    from bosdyn.client.math_helpers import SE3Pose
+    from recorders.spot.client.graph_nav_map import matrix
 
-    return np.asarray(SE3Pose.from_proto(pose).to_matrix(), dtype=np.float64)
+    return matrix(pose)
 
 
 def _pose(matrix: Floats) -> Pose:
