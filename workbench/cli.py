@@ -38,7 +38,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "evaluate": ("belief", "search", "tasks", "replay", "spot"),
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
-    "site": ("check", "from-log"),
+    "site": ("check", "from-log", "from-graph-nav"),
     "new": ("planner", "policy", "estimator", "house"),
     "spot": ("simulate", "record", "run"),
 }

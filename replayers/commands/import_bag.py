@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 def import_bag(
     bag: Annotated[Path, Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.")],
-    site: Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")],
+    site: Annotated[
+        str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home; none for a new place.")
+    ] = "",
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("imported.mcap"),
     mapping: Annotated[
         str, Option("--mapping", "-m", help="Mapping file, or a preset: paper, spot_ros2, auto.")
@@ -32,13 +34,16 @@ def import_bag(
 ) -> None:
     """Import a ROS bag: markers become observations, navigation moves, the arm's results picks and places.
 
-    Beliefs and plans, which no bag holds, are computed after the fact and marked so.
+    Beliefs and plans, which no bag holds, are computed after the fact and marked so. Without --site the bag is of a
+    new place: its map, ways, stops and tags are recorded, for a draft of its survey.
 
     Examples:
 
         lios import trial.bag --site home/site.yaml --mapping paper --task deliver.yaml -o trial.mcap
 
         lios import rosbag2_2026_01_05/ --site home/site.yaml -m spot_ros2 --json
+
+        lios import round.bag -o round.mcap && lios site from-log round.mcap -o home
     """
     from recorders.spot.run.site_tasks import site_task
     from replayers.importers.bags import open_bag
@@ -47,19 +52,19 @@ def import_bag(
     from replayers.importers.import_bag import import_bag as read_into_log
     from replayers.importers.mapping import load_mapping
     from workbench.errors import OutputExists, UnknownName
-    from workbench.worlds.sites.site import load_site
+    from workbench.worlds.sites.site import load_site, unsurveyed_site
 
     if clock != "record" and clock != "header" and clock != "auto":
         raise UnknownName("clock", clock, (*CLOCKS, "auto"))
     if output.exists() and not force:
         raise OutputExists(output)
-    place = load_site(site)
+    place = load_site(site) if site else unsurveyed_site()
     with open_bag(bag) as opened:
         plan = ImportPlan(
             site=place,
             mapping=load_mapping(mapping, opened.topics),
             task=None if task is None else site_task(task, place),
-            strategy="" if strategy == "none" else strategy,
+            strategy="" if strategy == "none" or not site else strategy,
             estimator=estimator,
             clock=None if clock == "auto" else clock,
         )
@@ -109,6 +114,7 @@ def _emit(report: ImportReport, plan: ImportPlan, output: Path) -> None:
 
 def _tell(report: ImportReport, plan: ImportPlan, bag: Path, output: Path) -> None:
     from workbench.terminal import counted, emit_table, say
+    from workbench.worlds.sites.site import UNSURVEYED
 
     ended = report.ended
     say(f"{bag} by mapping {plan.mapping.name}: {report.seconds:.0f} s, {sum(report.messages.values())} messages")
@@ -119,7 +125,9 @@ def _tell(report: ImportReport, plan: ImportPlan, bag: Path, output: Path) -> No
     if report.unmapped:
         say(f"Not mapped: {', '.join(report.unmapped[:8])}{', ...' if len(report.unmapped) > 8 else ''}")
     emit_table(_evidence(report), columns=("evidence", "number", "why"))
-    say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
+    draft = f"lios site from-log {output} -o FOLDER"
+    more = draft if plan.site.name == UNSURVEYED else f"lios replay {output} --strategies all"
+    say(f"Recorded to {output}. Next: {more}, or lios view {output}")
 
 
 def _evidence(report: ImportReport) -> list[dict[str, Any]]:

@@ -81,8 +81,8 @@ class McapFiles:
         """One file's messages in time order, holding back as many as the survey found out of order."""
         back_ns, number, newest = self._back_ns[path], 0, 0
         heap: list[tuple[int, int, Raw]] = []
-        for message in messages(path, topics=lambda topic: topic in topics):
-            kind = self._kind_of(message)
+        for message in messages(path):  # by the records, for an index may leave messages out
+            kind = self._kind_of(message) if message.topic in topics else None
             if kind is None:
                 continue
             number, newest = number + 1, max(newest, message.log_time)

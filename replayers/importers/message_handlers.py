@@ -29,11 +29,13 @@ from replayers.importers.look_support import LookSupport
 from replayers.importers.mapping import Mapping
 from replayers.importers.pictures import calibration, compressed, occupancy, packed, turn_of
 from replayers.importers.retrospective_plans import AfterTheFact
+from replayers.importers.tag_scene import tag_scene
 from workbench.execution.events import Event, RunEnded
+from workbench.log_schema.events import NANO
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.house import LocationId
-from workbench.worlds.sites.site import Site
+from workbench.worlds.sites.site import UNSURVEYED, Site
 
 GOAL_WITHIN_M = 1.5
 """A goal this close to a standing pose means that location."""
@@ -72,6 +74,7 @@ class BagDerivation:
     _began: bool = False
     _posed: bool = False
     _framed: set[int] = field(default_factory=set)
+    _drawn: dict[int, int] = field(default_factory=dict)
     _takes: dict[str, Callable[[BagMessage, int], None]] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -151,6 +154,9 @@ class BagDerivation:
         self.support.place(number, frame, at)
         if number not in self.site.tags:
             self.unknown_tags.add(number)
+        if self.site.name == UNSURVEYED and at - self._drawn.get(number, 0) >= NANO:
+            self._drawn[number] = at
+            self._put("/robot/fiducials", tag_scene(number, placed, at), at)
         self.derived.tag(at, number, (float(placed[0, 3]), float(placed[1, 3]), float(placed[2, 3])))
 
     def _goals(self, message: BagMessage, at: int) -> None:

@@ -21,7 +21,13 @@ class NoSuchDecision(NotFound):
     """A log has no decision at that moment."""
 
     def __init__(self, run: Run, what: str) -> None:
-        last = run.plans[-1].decision if run.plans else 0
+        if not run.plans:
+            super().__init__(
+                f"{run.path}: it holds no decision: a robot's acts, and no planner's. "
+                "Import the bag with --task TASK -s model-lios, which computes decisions after the fact."
+            )
+            return
+        last = run.plans[-1].decision
         super().__init__(f"{run.path}: no decision {what}. It has decisions 1 to {last}; see lios info.")
 
 

@@ -67,6 +67,9 @@ class SiteDraft:
     Attributes:
         metres: path lengths between start and stops along what was walked; shape (1 + stops, 1 + stops), inf where
             the walked paths do not connect.
+        start_waypoint: GraphNav's waypoint at the start.
+        lengths_from: whose lengths metres are, where they are better than those of the map; "" to take the map's.
+        drafted_from: what the file says of its origin.
         tags: number and mean position, in metres on the map, of each tag seen.
     """
 
@@ -76,6 +79,9 @@ class SiteDraft:
     tags: dict[int, tuple[float, float, float]]
     corners: tuple[Point, Point]
     grid: OccupancyGrid | None
+    start_waypoint: str = ""
+    lengths_from: str = ""
+    drafted_from: str = "a recording by lios site from-log"
 
 
 @dataclass(slots=True)
@@ -130,7 +136,7 @@ def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
         _as_file(draft, name), sort_keys=False, allow_unicode=True, width=110, default_flow_style=None
     )
     head = (
-        "# Drafted from a recording by lios site from-log. Name the containers, correct type, pose and size,\n"
+        f"# Drafted from {draft.drafted_from}. Name the containers, correct type, pose and size,\n"
         "# draw the rooms, and name the items that carry the tags. Then: lios site check site.yaml\n"
     )
     file = folder / "site.yaml"
@@ -141,12 +147,14 @@ def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
 def _as_file(draft: SiteDraft, name: str) -> dict[str, object]:
     (x0, y0), (x1, y1) = draft.corners
     floor = [[round(x, 2), round(y, 2)] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
-    travel = {} if draft.grid is not None else {"travel": {"file": "travel.csv", "source": "walked in the recording"}}
+    source = draft.lengths_from or ("" if draft.grid is not None else "walked in the recording")
+    travel = {"travel": {"file": "travel.csv", "source": source}} if source else {}
     return {
         "lios_site": 1,
         "name": name,
         **({"map": "map.yaml"} if draft.grid is not None else {}),
         "start": _pose_entry(draft.start),
+        **({"start_waypoint": draft.start_waypoint} if draft.start_waypoint else {}),
         "rooms": [{"id": "room", "kind": "Unknown", "floor": floor}],
         "containers": [_container_entry(stop) for stop in draft.stops],
         "tags": {number: {"item": f"Item|{number}", "type": "Unknown"} for number in draft.tags},

@@ -121,3 +121,28 @@ def test_the_table_names_looks_detections_transforms_and_clock(
     out = capsys.readouterr().out
     for row in ("looks, inconclusive", "detections, not placed", "transforms, static", "clock"):
         assert row in out
+
+
+def test_a_bag_of_a_new_place_needs_no_site_and_makes_a_draft_with_its_own_map(
+    ros2: bool, site: Site, tmp_path: Path
+) -> None:
+    bag = StandingBag(tmp_path / "bag.bag", Standing(ros2=ros2, map_yaw=0.0)).write(site)
+    log = tmp_path / "new.mcap"
+    assert lios(["import", str(bag), "-m", "paper", "-o", str(log)]) == 0
+    assert read(log).info.place == "unsurveyed"
+    grids = [Grid.FromString(m.data) for m in messages(log, topics=lambda topic: topic == "/map")]
+    assert [(grid.pose.position.x, grid.column_count) for grid in grids] == [(10.0, 3)]
+    seen = list(messages(log, topics=lambda topic: topic == "/robot/fiducials"))
+    assert 10 <= len(seen) <= 16, "tags for the draft, at most one a second"
+
+
+def test_a_log_without_a_planner_names_the_way_to_plan(
+    site: Site, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = StandingBag(tmp_path / "a.bag", Standing(ros2=False)).write(site)
+    log = tmp_path / "a.mcap"
+    assert lios(["import", str(bag), "--site", "paper_home", "-s", "none", "-o", str(log)]) == 0
+    assert lios(["plan", str(log)]) == 2
+    assert "-s model-lios" in capsys.readouterr().err
+    assert lios(["doctor", str(log)]) == 0
+    assert "simulated" not in capsys.readouterr().out

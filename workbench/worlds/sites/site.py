@@ -38,6 +38,8 @@ from workbench.worlds.sites.survey_schema import PoseEntry, RoomEntry, SiteFile,
 from workbench.worlds.travel import Paths, TravelCosts
 
 TravelSource = Literal["map", "measured"]
+UNSURVEYED = "unsurveyed"
+"""Name of the site of a place without a survey."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +151,7 @@ def unsurveyed_site() -> Site:
     wide = 50.0
     file = SiteFile(
         lios_site=1,
-        name="unsurveyed",
+        name=UNSURVEYED,
         start=PoseEntry(x_m=0.0, y_m=0.0),
         rooms=(
             RoomEntry(id="room", kind="Unknown", floor=((-wide, -wide), (wide, -wide), (wide, wide), (-wide, wide))),
@@ -157,7 +159,7 @@ def unsurveyed_site() -> Site:
         containers=(),
         travel=TravelEntry(locations=("start",), metres=((0.0,),)),
     )
-    return _site(Path("unsurveyed"), file)
+    return _site(Path(UNSURVEYED), file)
 
 
 def shipped_sites() -> dict[str, Path]:
