@@ -10,6 +10,7 @@ import msgspec
 from google.protobuf.message import Message
 from mcap_protobuf.schema import build_file_descriptor_set
 
+from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import TOPIC_OF, schema_name
 
 
@@ -37,13 +38,13 @@ class ChannelSpec:
 
 @cache
 def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) -> ChannelSpec:
-    """The channel of an event class of the log schema: JSON with its JSON Schema; decisions are marked important."""
+    """The channel of an event class of the log schema: JSON, a JSON Schema that viewers read; important."""
     return ChannelSpec(
         topic=TOPIC_OF[event_class],
         message_encoding="json",
         schema_name=schema_name(event_class),
         schema_encoding="jsonschema",
-        schema_data=msgspec.json.encode(json_schema(event_class)),
+        schema_data=msgspec.json.encode(viewer_schema(json_schema(event_class))),
         latched=latched,
         important=True,
     )
@@ -63,7 +64,7 @@ def protobuf_channel(topic: str, message_class: type[Message], *, latched: bool 
 
 
 def json_schema(event_class: type[msgspec.Struct]) -> dict[str, Any]:
-    """The JSON Schema of a wire class, self-contained, with an object at its root as viewers want it."""
+    """The JSON Schema of a wire class, exact and self-contained, with an object at its root."""
     schema = msgspec.json.schema(event_class)
     definitions = schema["$defs"]
     root = definitions.pop(event_class.__name__)

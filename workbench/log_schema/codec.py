@@ -8,8 +8,9 @@ still compares like with like.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import singledispatch
+from types import MappingProxyType
 from typing import cast
 
 import msgspec
@@ -64,9 +65,18 @@ class UnknownTopic(Malformed):
         super().__init__(f"{topic} is no topic of this vocabulary. Read it raw: replayers.messages.")
 
 
+OPTIONAL: Mapping[type[msgspec.Struct], tuple[str, ...]] = MappingProxyType(
+    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",)}
+)
+"""Fields that may be None."""
+
+
 def encode(event: DomainEvent) -> bytes:
-    """A wire event as JSON; the same event gives the same bytes."""
-    return msgspec.json.encode(event)
+    """A wire event as JSON; the same event gives the same bytes. What is None is left out, as viewers want it."""
+    absent = [name for name in OPTIONAL.get(type(event), ()) if getattr(event, name) is None]
+    if not absent:
+        return msgspec.json.encode(event)
+    return msgspec.json.encode({name: v for name, v in msgspec.structs.asdict(event).items() if name not in absent})
 
 
 def decode(topic: str, data: bytes) -> DomainEvent:

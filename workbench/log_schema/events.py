@@ -123,8 +123,8 @@ class PlanComputed(msgspec.Struct, frozen=True, kw_only=True):
     reason: str
     status: str
     steps: tuple[Step, ...]
-    expected_cost: float | None
-    lower_bound: float | None
+    expected_cost: float | None = None
+    lower_bound: float | None = None
     optimal: bool
     solver: str
     note: str = ""

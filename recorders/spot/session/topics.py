@@ -18,6 +18,7 @@ from functools import cache
 import msgspec
 
 from recorders.mcap_io.channels import ChannelSpec, json_schema
+from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import Stamp
 
 STATUS, CLOCK, GAP, NOTE = "/robot/status", "/robot/clock", "/session/gap", "/session/note"
@@ -80,6 +81,6 @@ def fact_channel(fact_class: type[msgspec.Struct]) -> ChannelSpec:
         message_encoding="json",
         schema_name=f"lios.spot.{fact_class.__name__}",
         schema_encoding="jsonschema",
-        schema_data=msgspec.json.encode(json_schema(fact_class)),
+        schema_data=msgspec.json.encode(viewer_schema(json_schema(fact_class))),
         important=fact_class in (Gap, Note),
     )
