@@ -12,7 +12,7 @@ set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv"
-"$folder/venv/bin/pip" install --quiet --disable-pip-version-check up-fast-downward==1.0.0
+"$folder/venv/bin/pip" install --quiet --disable-pip-version-check up-fast-downward==1.0.0 unified-planning==1.3.0
 cd "$folder"
 cat > show.py <<'PY'
 import re

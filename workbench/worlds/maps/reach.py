@@ -55,8 +55,8 @@ def rooms_reached(plan: FloorPlan, navigation: Navigation, *, robot_radius_m: fl
     around = _passages(plan)
     reached: list[RoomReach] = []
     for index, room in enumerate(plan.rooms):
-        cells = np.count_nonzero(navigation.free & (labels == index))
-        cut_off = _is_cut_off(cells, np.count_nonzero(clear & (labels == index)))
+        cells = int(np.count_nonzero(navigation.free & (labels == index)))
+        cut_off = _is_cut_off(cells, int(np.count_nonzero(clear & (labels == index))))
         containers = [container.id for container in plan.containers if container.room == room.id]
         away = tuple(container for container in containers if container in lost)
         why = ""
@@ -104,7 +104,7 @@ def _why_cut_off(plan: FloorPlan, room: int, robot_radius_m: float) -> str:
     ):
         grid = occupancy_of(plan, resolution_m=FINER_M)
         inside = room_labels(plan, grid) == room
-        cells, clear = (np.count_nonzero(of(grid, radius_m) & inside) for of in (free_cells, clear_cells))
+        cells, clear = (int(np.count_nonzero(of(grid, radius_m) & inside)) for of in (free_cells, clear_cells))
         if not _is_cut_off(cells, clear):
             return why
     return "furniture or walls leave no way in"
