@@ -45,4 +45,6 @@ for search in (
 PY
 seen=$("$folder/venv/bin/python" -W ignore show.py)
 echo "$seen"
-[ "$seen" = "TODO" ]
+[ "$seen" = "0
+2
+refused, exit code 33" ]

@@ -34,6 +34,7 @@ def test_a_plan_that_is_cut_or_foreign_is_not_valid() -> None:
     assert not validated(PROBLEM, foreign)
 
 
+@pytest.mark.slow
 def test_the_command_by_its_json(capsys: pytest.CaptureFixture[str]) -> None:
     words = [
         "evaluate",
