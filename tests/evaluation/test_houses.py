@@ -39,11 +39,14 @@ def test_generate_info_and_stats(tmp_path: Path, capfd: pytest.CaptureFixture[st
     assert run(["houses", "generate", "-n", "2", "--seed", "4", "-o", str(path)]) == 2
     assert "--force" in capfd.readouterr().err
     assert run(["houses", "info", str(path), "--json"]) == 0
-    assert json.loads(capfd.readouterr().out)["reachable_share"] == 1
+    whole = json.loads(capfd.readouterr().out)
+    assert (whole["reachable_share"], whole["rooms_cut_off"]) == (1, 0)
     assert run(["houses", "info", f"{path}:1", "--json"]) == 0
     one = json.loads(capfd.readouterr().out)
     assert one["house"] == "h:1"
     assert len(one["containers_in_order"]) == one["containers"]
+    assert sum(row["containers"] for row in one["reach"]) == one["containers"]
+    assert all(row["free_m2"] > 0 and row["joined"] and not row["why"] for row in one["reach"])
     assert run(["houses", "info", f"{path}:1"]) == 0
     assert "item types" in capfd.readouterr().out
     assert run(["houses", "stats", str(path), "--generated", "1", "--json"]) == 0

@@ -10,6 +10,7 @@ from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
     from workbench.worlds.house import House
+    from workbench.worlds.maps.reach import RoomReach
 
 
 def generate(
@@ -63,7 +64,10 @@ def info(
     assets: Assets = None,
     json: Json = False,
 ) -> None:
-    """Show what is in a house: rooms, containers, items, and which containers cannot be reached.
+    """Show what is in a house: rooms, containers, items, and what cannot be reached and why.
+
+    Rooms are joined by doors or by open walls. A container is reached from within its own room. For what is not
+    reached, the reason is given: furniture, a way narrower than the robot, or the cells of the grid.
 
     Examples:
 
@@ -86,8 +90,11 @@ def info(
         emit_json(answer)
         return
     rows = answer.pop("containers_in_order", None) or answer.pop("houses_with_unreachable", [])
+    reach = answer.pop("reach", [])
     for name, value in answer.items():
         emit_text(f"{name.replace('_', ' '):>24}  {_shown(value)}")
+    if reach:
+        emit_table([{**row, "unreachable": ", ".join(row["unreachable"])} for row in reach], title="Reach of rooms")
     if rows:
         emit_table(rows)
 
@@ -164,10 +171,12 @@ def _one_house(house: House) -> dict[str, Any]:
     from workbench.worlds.generator.statistics import area_m2
     from workbench.worlds.house import LocationId
     from workbench.worlds.maps.navigation import navigate
+    from workbench.worlds.maps.reach import rooms_reached
     from workbench.worlds.names import readable_name
 
     plan = house.plan
-    travel = navigate(plan).travel
+    navigation = navigate(plan)
+    travel = navigation.travel
     kinds = Counter(room.kind for room in plan.rooms)
     start = travel.metres[0]
     return {
@@ -180,6 +189,7 @@ def _one_house(house: House) -> dict[str, Any]:
         "item_types": [readable_name(item_type) for item_type in house.item_types()],
         "farthest_m": round(float(start.max()), 1),
         "unreachable": list(travel.unreachable),
+        "reach": [_reach_row(reach) for reach in rooms_reached(plan, navigation)],
         "containers_in_order": [
             {
                 "container": container.id,
@@ -192,32 +202,66 @@ def _one_house(house: House) -> dict[str, Any]:
     }
 
 
+def _reach_row(reach: RoomReach) -> dict[str, Any]:
+    return {
+        "room": reach.room,
+        "kind": reach.kind,
+        "joined": ", ".join(f"{room} by {by}" for room, by in reach.joined),
+        "free_m2": reach.free_m2,
+        "cut_off": reach.cut_off,
+        "containers": reach.containers,
+        "unreachable": list(reach.unreachable),
+        "why": reach.why,
+    }
+
+
 def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
     from workbench.terminal import progress
     from workbench.worlds.maps.navigation import navigate
+    from workbench.worlds.maps.reach import rooms_reached
     from workbench.worlds.procthor.load import iter_houses
 
-    houses = rooms = containers = items = 0
+    houses = rooms = containers = items = open_plan = rooms_cut_off = 0
     lost: list[dict[str, Any]] = []
     for house in progress(iter_houses(path, assets=assets), title="Reading"):
         houses += 1
         rooms += len(house.plan.rooms)
         containers += len(house.plan.containers)
         items += sum(len(held) for held in house.contents.values())
-        unreachable = navigate(house.plan).travel.unreachable
-        if unreachable:
-            lost.append({"house": house.plan.name, "unreachable": ", ".join(unreachable), "count": len(unreachable)})
-    reached = containers - sum(row["count"] for row in lost)
+        navigation = navigate(house.plan)
+        unreachable = navigation.travel.unreachable
+        reached = rooms_reached(house.plan, navigation)
+        open_plan += any(_joined_by_open_wall_alone(reach) for reach in reached)
+        rooms_cut_off += sum(reach.cut_off for reach in reached)
+        if unreachable or any(reach.cut_off for reach in reached):
+            why = "; ".join(f"{reach.kind} {reach.room}: {reach.why}" for reach in reached if reach.why)
+            lost.append(
+                {
+                    "house": house.plan.name,
+                    "unreachable": ", ".join(unreachable),
+                    "count": len(unreachable),
+                    "why": why,
+                }
+            )
+    used = containers - sum(row["count"] for row in lost)
     return {
         "file": str(path),
         "houses": houses,
         "rooms": rooms,
         "containers": containers,
         "items": items,
-        "reachable_containers": reached,
-        "reachable_share": round(reached / containers, 5) if containers else 1.0,
+        "reachable_containers": used,
+        "reachable_share": round(used / containers, 5) if containers else 1.0,
+        "houses_with_rooms_joined_without_a_door": open_plan,
+        "rooms_cut_off": rooms_cut_off,
         "houses_with_unreachable": lost,
     }
+
+
+def _joined_by_open_wall_alone(reach: RoomReach) -> bool:
+    """Whether some room beside this one is joined to it by an open wall and by no door."""
+    doors = {room for room, by in reach.joined if by == "door"}
+    return any(by == "open wall" and room not in doors for room, by in reach.joined)
 
 
 def _columns(files: list[Path], *, split: str, assets: Path | None) -> dict[str, list[House]]:

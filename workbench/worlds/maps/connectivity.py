@@ -45,7 +45,7 @@ def require_connected(plan: FloorPlan) -> None:
                 joined[root(other)] = first
     for wall in plan.walls:
         if wall.empty:
-            beside = _rooms_beside(wall, plan.rooms)
+            beside = rooms_beside(wall, plan.rooms)
             for other in beside[1:]:
                 joined[root(other)] = root(beside[0])
     groups: dict[RoomId, list[RoomId]] = {}
@@ -87,7 +87,7 @@ def distance_to_segment(point: Point, a: Point, b: Point) -> float:
     return hypot(x - x0 - t * (x1 - x0), y - y0 - t * (y1 - y0))
 
 
-def _rooms_beside(wall: Wall, rooms: Sequence[Room]) -> tuple[RoomId, ...]:
+def rooms_beside(wall: Wall, rooms: Sequence[Room]) -> tuple[RoomId, ...]:
     """The rooms on both sides of a wall, along its length."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)

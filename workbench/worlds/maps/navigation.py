@@ -130,10 +130,7 @@ def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.boo
     """The cells for the robot's centre: far enough from all obstacles, in the largest connected free component."""
     from scipy import ndimage  # imported only if the result is not cached on disk
 
-    clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
-    free = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
-    free[[0, -1], :] = False
-    free[:, [0, -1]] = False
+    free = clear_cells(grid, robot_radius_m)
     labels = np.empty(free.shape, dtype=np.int32)
     ndimage.label(free, output=labels)
     if labels.max() > 1:
@@ -143,6 +140,17 @@ def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.boo
     free = np.ascontiguousarray(free)
     free.flags.writeable = False
     return free
+
+
+def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
+    """The cells far enough from all obstacles for the robot's centre, connected or not; bool, shape of the grid."""
+    from scipy import ndimage
+
+    clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
+    clear = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
+    clear[[0, -1], :] = False
+    clear[:, [0, -1]] = False
+    return clear
 
 
 def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point) -> Point:
