@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from replayers.counterfactual.estimates.intervals import finite
+from replayers.runs.gaps import loss_lines
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
@@ -83,6 +86,7 @@ def compare(
 
         replays_frame(found).to_parquet(folder / "replays.parquet")
         steps_frame(found).to_parquet(folder / "steps.parquet")
+    lost = {record.log: record.lost for record in records if record.lost}
     imagined = sorted({record.log for record in records if record.imputed})
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
@@ -90,10 +94,11 @@ def compare(
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
-                   "imagined_logs": imagined,
+                   "imagined_logs": imagined, "lost": lost,
                    "skipped": [str(error) for error in skipped],
                    "claims": [_claim(j) for j in judged], "seed": seed})  # fmt: skip
         _settle(judged, junit)
+        _end(lost)
         return
     _tell(rows, changed, broken)
     for run in several:
@@ -107,7 +112,16 @@ def compare(
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
     for judgement in judged:
         say(judgement.words)
+    for line in loss_lines(lost):
+        say(line)
     _settle(judged, junit)
+    _end(lost)
+
+
+def _end(lost: dict[str, tuple[str, ...]]) -> None:
+    """Ends with 3 where a log is not whole."""
+    if lost:
+        raise click.exceptions.Exit(3)
 
 
 def _settle(judged: Sequence[Judgement], junit: Path | None) -> None:

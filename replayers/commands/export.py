@@ -37,6 +37,7 @@ def export(
         lios export logs/ -o runs.csv
     """
     from replayers.log_tools.log_paths import find_logs
+    from replayers.runs.gaps import loss_lines, losses_of_logs
     from replayers.tables.export import export as write
     from replayers.tables.export import export_table, table_names
 
@@ -45,15 +46,16 @@ def export(
     if file_format not in ("", "parquet", "csv") or (single and file_format not in ("", suffix)):
         raise BadValue("--format", file_format, suffix if single else "parquet or csv")
     kind = "csv" if "csv" in (file_format, suffix if single else "") else "parquet"
+    logs = find_logs(where)
     names = table_names(table or (("runs",) if single else ()))
     if single:
         name, *more = names
         if more or partition_by:
             raise BadValue("--output", str(output), "a folder for several tables or partitions")
-        done = export_table(find_logs(where), output, table=name, file_format=kind, force=force)
+        done = export_table(logs, output, table=name, file_format=kind, force=force)
     else:
         done = write(
-            find_logs(where),
+            logs,
             output,
             tables=names,
             file_format=kind,
@@ -61,13 +63,16 @@ def export(
             force=force,
             told=lambda tables: progress(tables, title="export", total=len(names)),
         )
+    lost = losses_of_logs(logs)
     if as_json:
         problems = [{"file": problem.path, "reason": problem.reason} for problem in done.problems]
-        emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems})
+        emit_json({"output": str(done.folder), "rows": done.rows, "problems": problems, "lost": lost})
     for name, count in done.rows.items():
         say(f"{name}: {count:,} row{'' if count == 1 else 's'}")
     say(f"Wrote {done.folder} ({'CSV' if kind == 'csv' else 'Parquet'}).")
     for problem in done.problems:
         say(f"left out: {problem.reason}")
-    if done.problems:
+    for line in loss_lines(lost):
+        say(line)
+    if done.problems or lost:
         raise click.exceptions.Exit(3)

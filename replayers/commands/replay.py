@@ -6,6 +6,8 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
@@ -154,6 +156,8 @@ def replay(
     failures = [f"{name} cannot be loaded: {why}" for name, why in not_there.items()] + _unlike(rows) + _broken(rows)
     if failures:
         raise Failed("; ".join(failures))
+    if any(row.get("lost") for row in rows):
+        raise click.exceptions.Exit(3)
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
@@ -216,6 +220,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "recorded_cost": outcome.recorded_cost,
         "reproduced": outcome.reproduced,
         "complete_log": outcome.complete_log,
+        "lost": outcome.lost,
         "imputed": outcome.imputed,
         "reason": outcome.reason,
         "notes": outcome.notes,

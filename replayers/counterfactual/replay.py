@@ -14,8 +14,9 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from replayers.counterfactual.bounds.bounds import NEAR, Bounds
+from replayers.counterfactual.bounds.bounds import NEAR, Bounds, Proof
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
+from replayers.counterfactual.bounds.climb import climbed_ends
 from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
@@ -161,6 +162,9 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         estimate = estimate_of(drawn, done)
         ends = tuple(tree.follow(ground.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
     bounds, standing = _with_all_ends(bounds, standing, ends, tree)
+    if bounds.upper_proof is Proof.NONE:
+        climbed = climbed_ends(tree, standing or bounds, most_stretches=settings.budget.climb)
+        bounds, standing = _with_all_ends(bounds, standing, climbed, tree)
     true = _ended(in_truth(ground, planner)) if ground.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
