@@ -64,12 +64,14 @@ SOLVERS: Mapping[str, str] = MappingProxyType(
         "built-in": "A* over the task's own state space; nothing to install.",
         "sas-blind": "Fast Downward on SAS+, A* without a heuristic.",
         "sas-lmcut": "Fast Downward on SAS+, A* with LM-cut: optimal.",
-        "sas-ff-astar2": "Fast Downward on SAS+, FF heuristic, then A*.",
-        "sas-anytime": "Fast Downward on SAS+, better plans until the time is up.",
+        "sas-ff-astar": "Fast Downward on SAS+, A* with the FF heuristic.",
+        "sas-ff-astar2": "Fast Downward on SAS+, the paper's search: weighted A* (2) with the FF heuristic.",
+        "sas-anytime": "Fast Downward on SAS+, the best plan found in its time.",
         "pddl-blind": "Fast Downward on PDDL, A* without a heuristic.",
         "pddl-lmcut": "Fast Downward on PDDL, A* with LM-cut: optimal.",
-        "pddl-ff-astar2": "Fast Downward on PDDL as in the paper: FF heuristic, then A*.",
-        "pddl-anytime": "Fast Downward on PDDL, better plans until the time is up.",
+        "pddl-ff-astar": "Fast Downward on PDDL, A* with the FF heuristic.",
+        "pddl-ff-astar2": "Fast Downward on PDDL, as the paper plans: weighted A* (2) with the FF heuristic.",
+        "pddl-anytime": "Fast Downward on PDDL, the best plan found in its time.",
     }
 )
 
