@@ -23,7 +23,7 @@ STRATEGIES: Mapping[str, str] = MappingProxyType(
         "scout-lios": "Simulates the next steps in drawn houses and takes the step that came out cheapest.",
         "oracle": "Knows the house; a lower end for comparison, for simulation alone.",
         "marginal-lios": "Variant: find costs of the whole search under the marginal belief.",
-        "full-lios": "Variant: as marginal-lios, with a tour over all containers.",
+        "full-lios": "Variant: as marginal-lios, optimised over all unsearched containers.",
         "most-probable": "Variant: as marginal-lios, searching the most probable container first.",
         "model-lios-per-find": "Variant: model-lios with candidates chosen for each find.",
         "conditioned-lios-per-find": "Variant: conditioned-lios with candidates chosen for each find.",
@@ -37,7 +37,7 @@ POLICIES: Mapping[str, str] = MappingProxyType(
         "lios": "Least expected cost by Eq. 1 of the paper, probabilities taken as independent (paper).",
         "conditioned-lios": "Least expected cost, given that the object exists.",
         "marginal-lios": "Least expected cost under the marginal belief.",
-        "full-lios": "A tour over all containers under the marginal belief.",
+        "full-lios": "Expected cost optimised over all unsearched containers, not a few candidates.",
     }
 )
 
