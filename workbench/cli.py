@@ -39,7 +39,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
     "site": ("check", "from-log", "from-graph-nav"),
-    "new": ("planner", "policy", "estimator", "house"),
+    "new": ("planner", "policy", "estimator", "house", "site"),
     "spot": ("simulate", "record", "run"),
 }
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""
@@ -48,7 +48,7 @@ GROUP_HELP = {
     "evaluate": "Measure beliefs, search policies, planners, solvers, replay, Spot runs.",
     "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
     "houses": "Generate, inspect and compare houses.",
-    "new": "Write a file to start from: planner, policy, estimator, house.",
+    "new": "Write a file to start from: planner, policy, estimator, house, site.",
     "site": "Check or draft the survey file of a real place.",
     "spot": "Simulate, record or run a Spot.",
 }

@@ -23,7 +23,7 @@ STRATEGIES: Mapping[str, str] = MappingProxyType(
         "scout-lios": "Simulates the next steps in drawn houses and takes the step that came out cheapest.",
         "oracle": "Knows the house; a lower end for comparison, for simulation alone.",
         "marginal-lios": "Variant: find costs of the whole search under the marginal belief.",
-        "full-lios": "Variant: as marginal-lios, with a tour over all containers.",
+        "full-lios": "Variant: as marginal-lios, optimised over all unsearched containers.",
         "most-probable": "Variant: as marginal-lios, searching the most probable container first.",
         "model-lios-per-find": "Variant: model-lios with candidates chosen for each find.",
         "conditioned-lios-per-find": "Variant: conditioned-lios with candidates chosen for each find.",
@@ -37,7 +37,7 @@ POLICIES: Mapping[str, str] = MappingProxyType(
         "lios": "Least expected cost by Eq. 1 of the paper, probabilities taken as independent (paper).",
         "conditioned-lios": "Least expected cost, given that the object exists.",
         "marginal-lios": "Least expected cost under the marginal belief.",
-        "full-lios": "A tour over all containers under the marginal belief.",
+        "full-lios": "Expected cost optimised over all unsearched containers, not a few candidates.",
     }
 )
 
@@ -64,12 +64,14 @@ SOLVERS: Mapping[str, str] = MappingProxyType(
         "built-in": "A* over the task's own state space; nothing to install.",
         "sas-blind": "Fast Downward on SAS+, A* without a heuristic.",
         "sas-lmcut": "Fast Downward on SAS+, A* with LM-cut: optimal.",
-        "sas-ff-astar2": "Fast Downward on SAS+, FF heuristic, then A*.",
-        "sas-anytime": "Fast Downward on SAS+, better plans until the time is up.",
+        "sas-ff-astar": "Fast Downward on SAS+, A* with the FF heuristic.",
+        "sas-ff-astar2": "Fast Downward on SAS+, the paper's search: weighted A* (2) with the FF heuristic.",
+        "sas-anytime": "Fast Downward on SAS+, the best plan found in its time.",
         "pddl-blind": "Fast Downward on PDDL, A* without a heuristic.",
         "pddl-lmcut": "Fast Downward on PDDL, A* with LM-cut: optimal.",
-        "pddl-ff-astar2": "Fast Downward on PDDL as in the paper: FF heuristic, then A*.",
-        "pddl-anytime": "Fast Downward on PDDL, better plans until the time is up.",
+        "pddl-ff-astar": "Fast Downward on PDDL, A* with the FF heuristic.",
+        "pddl-ff-astar2": "Fast Downward on PDDL, as the paper plans: weighted A* (2) with the FF heuristic.",
+        "pddl-anytime": "Fast Downward on PDDL, the best plan found in its time.",
     }
 )
 

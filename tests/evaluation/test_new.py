@@ -58,3 +58,15 @@ def test_a_file_that_is_there_stays(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert [p.name for p in tmp_path.iterdir()] == ["test_mine_too.py"]
     assert cli.run(["new", "planner", "mine-too", "-o", str(tmp_path), "--force"]) == 0
     assert "$" not in (tmp_path / "test_mine_too.py").read_text()
+
+
+def test_a_survey_that_would_stop_no_robot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.run(["new", "site", "our-lab"]) == 0
+    assert capsys.readouterr().out.strip() == "our-lab/site.yaml"
+    assert len(Path("our-lab/site.yaml").read_text().splitlines()) <= 15
+    assert cli.run(["site", "check", "our-lab/site.yaml"]) == 0
+    assert cli.run(["new", "site", "our-lab"]) == 2
+    assert cli.run(["new", "site", ".."]) == 2

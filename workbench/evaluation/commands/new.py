@@ -1,4 +1,4 @@
-"""`lios new`: writes a planner, policy or estimator of one's own with its test, or a house."""
+"""`lios new`: writes a planner, policy or estimator of one's own with its test, or a house or survey."""
 
 from __future__ import annotations
 
@@ -56,21 +56,52 @@ def house(
 
         lios new house my-flat && lios record --house my-flat.yaml --find mug -o run.mcap
     """
+    file = output / f"{name}.yaml"
+    _write_place("house.txt", name, file, force=force)
+    _say_next(file, f"lios record --house {file} --find mug -o run.mcap")
+
+
+def site(
+    name: Annotated[str, Argument(help="Its name: letters, digits and hyphens, such as our-lab.")],
+    output: Folder = Path(),
+    force: Force = False,
+) -> None:
+    """Write the survey of a real place of one room, NAME/site.yaml, with comments, to make your own of.
+
+    Examples:
+
+        lios new site our-lab && lios site check our-lab/site.yaml
+    """
+    file = output / name / "site.yaml"
+    _write_place("site.txt", name, file, force=force)
+    _say_next(file, f"lios site check {file}")
+
+
+def _write_place(template: str, name: str, file: Path, *, force: bool) -> None:
+    """Write the file of a house or a site from its template.
+
+    Raises:
+        BadValue: the name cannot be part of a file's.
+        OutputExists: the file exists, and `force` is not given.
+    """
     import re
     from string import Template
 
     from workbench.errors import BadValue, OutputExists
-    from workbench.terminal import emit_text, say
 
     if not re.fullmatch(r"[A-Za-z0-9]+([-_][A-Za-z0-9]+)*", name):
         raise BadValue("NAME", name, "letters, digits and hyphens, such as my-flat")
-    file = output / f"{name}.yaml"
     if file.exists() and not force:
         raise OutputExists(file)
-    output.mkdir(parents=True, exist_ok=True)
-    file.write_text(Template(_template("house.txt")).substitute(module=name), encoding="utf-8", newline="\n")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(Template(_template(template)).substitute(module=name), encoding="utf-8", newline="\n")
+
+
+def _say_next(file: Path, command: str) -> None:
+    from workbench.terminal import emit_text, say
+
     emit_text(str(file))
-    say(f"Next: lios record --house {file} --find mug -o run.mcap")
+    say(f"Next: {command}")
 
 
 def _written(kind: str, name: str, folder: Path, *, force: bool) -> str:
