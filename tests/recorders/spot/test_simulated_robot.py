@@ -24,7 +24,7 @@ from spot_help import placed, robot
 
 from recorders.spot.client.connection import Connection, Credentials, RobotAddress
 from recorders.spot.client.control import Control
-from recorders.spot.client.errors import BadLogin, Estopped, LeaseTaken, RobotUnreachable
+from recorders.spot.client.errors import BadLogin, Estopped, LeaseTaken, NoEstop, RobotUnreachable
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.simulated.services.server import PortTaken, SimulatedSpot
 
@@ -169,9 +169,31 @@ def test_one_commands_and_the_other_waits() -> None:
 
 def test_an_emergency_stop_that_is_not_ours_is_left_alone_and_the_lease_given_back() -> None:
     with robot() as (spot, connection):
+        tablet = EstopEndpoint(connection.client("estop"), "tablet", 600.0)
+        tablet.force_simple_setup()
+        tablet.stop()
         with pytest.raises(Estopped, match="--own-estop"), Control(connection):
             pass
         assert spot.state.leases.owner is None
+        tablet.allow()
+        with Control(connection) as control:
+            assert control.estop_guard == "tablet"
+        with Control(connection, own_estop=True) as control:
+            assert control.estop_guard == "lios-workbench", "asked for, so registered whatever the level is"
+            assert [e.proto.name for e in spot.state.estop.endpoints.values()] == ["lios-workbench"]
+
+
+@pytest.mark.parametrize("reports_none", [True, False])
+def test_a_robot_without_any_emergency_stop_is_not_driven(reports_none: bool) -> None:
+    """A robot without endpoints may report that nothing stops it."""
+    with robot() as (spot, connection):
+        spot.state.estop.open_without_endpoints = reports_none
+        with pytest.raises(NoEstop, match="--own-estop"), Control(connection):
+            pass
+        assert spot.state.leases.owner is None
+        with Control(connection, own_estop=True) as control:
+            assert control.estop_guard == "lios-workbench"
+            assert spot.state.estop.endpoints
 
 
 def test_a_wrong_password_and_nobody_at_the_address(tmp_path: Path) -> None:
