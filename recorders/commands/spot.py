@@ -158,7 +158,8 @@ def record(
     )
     with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
         say(
-            f"Recording {connection.serial} at {robot} to {output}. Keys: n note, m mark, o opened, d done, f failed, q end."
+            f"Recording {connection.serial} at {robot} to {output}. "
+            "Keys: n note, m mark, o opened, d done, f failed, q end."
         )
         report = record_session(connection, wanted, output, force=force)
     if json:
