@@ -145,7 +145,8 @@ def test_leases_only_grow() -> None:
 
 
 def test_the_emergency_stop_needs_an_endpoint_that_answers() -> None:
-    board, check = EstopBoard(), estop_pb2.EstopCheckInResponse
+    assert not EstopBoard().stopped, "without endpoints nothing stops it"
+    board, check = EstopBoard(open_without_endpoints=False), estop_pb2.EstopCheckInResponse
     assert board.stopped
     endpoint = board.register(estop_pb2.EstopEndpoint(name="x"))
     endpoint.timeout.seconds = 5
@@ -410,7 +411,7 @@ def test_a_closed_container_that_nobody_opened_is_not_logged_as_empty(home: Site
         trip.stand(6.0)
         trip.derived.end()
         assert [event.container for event in looked(trip)] == ([closed.id] if said else [])
-        assert [look.container for look in trip.derived.inconclusive][:1] == [closed.id]
+        assert [look.container for look in trip.derived.inconclusive] == ([] if said else [closed.id])
     seen = Trip(home)
     seen.derived.closed_needs_word = True
     seen.walk(closed.id)
