@@ -206,7 +206,8 @@ def run(
 
         lios spot run --robot 192.168.80.3 --site home/site.yaml --task deliver.yaml --strategy model-lios --dry-run
 
-        lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
+        lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop \
+            --furniture-open
     """
     from recorders.spot.client.errors import require_bosdyn
 
