@@ -206,8 +206,7 @@ def run(
 
         lios spot run --robot 192.168.80.3 --site home/site.yaml --task deliver.yaml --strategy model-lios --dry-run
 
-        lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop \
-            --furniture-open
+        lios spot run --robot 127.0.0.1:50443 --certificate spot-simulated.pem --site paper_home --own-estop
     """
     from recorders.spot.client.errors import require_bosdyn
 
