@@ -17,7 +17,7 @@ from workbench.errors import (
     OutputExists,
     UnknownName,
 )
-from workbench.planning.scenarios.paper import ScenarioUnsupported
+from workbench.planning.scenarios.house_items import ScenarioUnsupported
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,13 @@ class SeveralRuns(MalformedFile):
         )
 
 
+class HoldsNoRun(MalformedFile):
+    """An MCAP file that no run was recorded to."""
+
+    def __init__(self, path: Path, lacks: str) -> None:
+        super().__init__(path, f"it holds no run (no {lacks})", "Give a log of lios record, or lios site from-log")
+
+
 class AlreadySeveralRuns(BadValue):
     """A log to merge that is itself of several runs."""
 

@@ -11,22 +11,25 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
 from recorders.sinks.files import PART_METADATA
-from replayers.log_tools.multi_run import SeveralRuns, run_and_name
+from replayers.log_tools.log_paths import shown
+from replayers.log_tools.multi_run import HoldsNoRun, SeveralRuns, run_and_name
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
 from replayers.mcap_io.summary import is_closed, read_index
-from workbench.errors import MalformedFile
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import (
+    POSE_TOPIC,
+    TOPIC_OF,
     TOPICS,
+    TRUTH_TOPIC,
     ActionFinished,
     BeliefUpdate,
     DomainEvent,
@@ -38,6 +41,7 @@ from workbench.log_schema.events import (
     PlanComputed,
     RunInfo,
     Timing,
+    Wire,
 )
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_from_json, task_from_json
 from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
@@ -47,18 +51,6 @@ from workbench.search.costs import ActionCosts
 
 if TYPE_CHECKING:
     from replayers.tables.frames import Tables
-
-Wire = TypeVar("Wire", bound=msgspec.Struct)
-"""A class of the vocabulary."""
-TRUTH_TOPIC = "/search/truth"
-POSE_TOPIC = "/robot/pose"
-
-
-class HoldsNoRun(MalformedFile):
-    """An MCAP file that no run was recorded to."""
-
-    def __init__(self, path: Path, lacks: str) -> None:
-        super().__init__(path, f"it holds no run (no {lacks})", "Give a log of lios record, or lios site from-log")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +103,14 @@ class Run:
         """The run as data frames, each built when first requested."""
         from replayers.tables.frames import RunSource, Tables
 
-        return Tables((RunSource.of(self),))
+        source = RunSource(
+            log=shown(self.path),
+            info=self.info,
+            complete=self.complete,
+            found={event_class: self.events(event_class) for event_class in TOPIC_OF},
+            raw_poses=self.raw_poses,
+        )
+        return Tables((source,))
 
     def events(self, event_class: type[Wire]) -> tuple[Wire, ...]:
         """All events of a class of the vocabulary, in order.

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from replayers.runs.run import Wire
 from replayers.tables.column_types import CategoryColumn, NumberColumn, column_of
 from replayers.tables.schemas import NUMBER, SCHEMAS, TIME, WHOLE
 from replayers.tables.to_pandas import Columns
@@ -27,6 +26,7 @@ from workbench.log_schema.events import (
     PlanComputed,
     RunInfo,
     Timing,
+    Wire,
 )
 
 if TYPE_CHECKING:

@@ -21,18 +21,17 @@ import pandas as pd
 import pyarrow as pa
 
 from replayers.log_tools.log_paths import NoLogs, find_logs, shown
-from replayers.log_tools.multi_run import SeveralRuns, member_name
+from replayers.log_tools.multi_run import HoldsNoRun, SeveralRuns, member_name
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages, metadata
 from replayers.mcap_io.scan import open_log
 from replayers.mcap_io.summary import is_closed
-from replayers.runs.run import POSE_TOPIC, TRUTH_TOPIC, HoldsNoRun, Run, Wire
 from replayers.tables.build import BUILDERS, Source
 from replayers.tables.schemas import SCHEMAS
 from replayers.tables.to_pandas import Columns, arrow_table, data_frame, joined
 from workbench.errors import LiosError
 from workbench.log_schema.codec import UndecodableMessage, decode
-from workbench.log_schema.events import TOPIC_OF, TOPICS, RunInfo
+from workbench.log_schema.events import POSE_TOPIC, TOPIC_OF, TOPICS, TRUTH_TOPIC, RunInfo, Wire
 from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
 from workbench.terminal import counted
 
@@ -223,16 +222,6 @@ class RunSource:
     complete: bool
     found: Mapping[type[msgspec.Struct], Sequence[Any]]
     raw_poses: Sequence[tuple[int, bytes]]
-
-    @classmethod
-    def of(cls, run: Run) -> RunSource:
-        return cls(
-            log=shown(run.path),
-            info=run.info,
-            complete=run.complete,
-            found={event_class: run.events(event_class) for event_class in TOPIC_OF},
-            raw_poses=run.raw_poses,
-        )
 
     def events(self, event_class: type[Wire]) -> Sequence[Wire]:
         return self.found[event_class]

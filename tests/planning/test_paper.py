@@ -8,9 +8,9 @@ import pytest
 from toy import DESK, TABLE, toy_house, toy_travel
 
 from workbench.errors import BadValue, MalformedFile, UnknownName
+from workbench.planning.scenarios.house_items import ScenarioUnsupported
 from workbench.planning.scenarios.paper import (
     SCENARIOS,
-    ScenarioUnsupported,
     family_of,
     make_task,
     scenario_name,

@@ -19,7 +19,7 @@ import replayers
 from recorders.run_recorder import RunRecorder
 from replayers.tables import to_pandas as data_frames
 from replayers.tables.column_types import CategoryColumn, NumberColumn, column_of
-from replayers.tables.frames import RunSource, Tables
+from replayers.tables.frames import Tables
 from replayers.tables.schemas import NUMBER, SCHEMAS, TEXT, TIME, WHOLE, WORD, WORDS, YES
 from workbench.log_schema.events import Stamp
 
@@ -109,7 +109,7 @@ def test_frames_do_not_share_what_users_may_name(tmp_path: Path):
 def test_a_number_beyond_64_bits_leaves_out_its_log_alone(tmp_path: Path):
     run = replayers.read(write_toy_log(tmp_path / "a.mcap"))
     late = replace(run, info=toy_info(started=Stamp(sec=2**62, nsec=0)))
-    tables = Tables([RunSource.of(late), RunSource.of(run)])
+    tables = Tables([*late.tables.sources, *run.tables.sources])
     assert len(tables.runs) == 1
     assert "beyond 64 bits" in tables.problems[0].reason
 

@@ -1,6 +1,6 @@
-"""What stands in a log? One frozen class a topic, written and checked by msgspec, with its JSON Schema.
+"""The vocabulary of a log: one frozen class for each topic, written and checked by msgspec, with its JSON Schema.
 
-Wire names are told in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
+Wire names are listed in docs/log-format.md; stamps are {"sec", "nsec"}. A change of meaning bumps SCHEMA_VERSION and
 brings a reader for the old one.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TypeVar
 
 import msgspec
 
@@ -218,6 +219,10 @@ DomainEvent = (
     Observation | BeliefUpdate | FindCosts | PlanComputed | Timing | ActionFinished | Outcome | GroundTruth | Dropped
 )
 
+TRUTH_TOPIC = "/search/truth"
+POSE_TOPIC = "/robot/pose"
+"""Viewer topic of the robot's pose (foxglove.PoseInFrame), which tables read beside the vocabulary."""
+
 TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
     {
         "/search/observation": Observation,
@@ -227,11 +232,14 @@ TOPICS: Mapping[str, type[msgspec.Struct]] = MappingProxyType(
         "/search/timing": Timing,
         "/search/action": ActionFinished,
         "/search/outcome": Outcome,
-        "/search/truth": GroundTruth,
+        TRUTH_TOPIC: GroundTruth,
         "/recorder/dropped": Dropped,
     }
 )
 """Event classes by topic. The schema's name is "lios." and the class's name."""
+
+Wire = TypeVar("Wire", bound=msgspec.Struct)
+"""A class of the vocabulary."""
 
 TOPIC_OF: Mapping[type[msgspec.Struct], str] = MappingProxyType({cls: topic for topic, cls in TOPICS.items()})
 

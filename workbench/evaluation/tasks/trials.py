@@ -22,7 +22,8 @@ from workbench.execution.events import Event, PlanMade, RunEnded
 from workbench.execution.loop import run_task
 from workbench.execution.start import known_at_start
 from workbench.planning.plans import PlanStatus
-from workbench.planning.scenarios.paper import ScenarioUnsupported, make_task, with_scenario_items
+from workbench.planning.scenarios.house_items import ScenarioUnsupported
+from workbench.planning.scenarios.paper import make_task, with_scenario_items
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin

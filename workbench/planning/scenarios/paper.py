@@ -14,10 +14,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from workbench.errors import BadValue, UnknownName, Unsupported
+from workbench.errors import BadValue, UnknownName
 from workbench.planning.actions import COFFEE_MAKERS, producers
+from workbench.planning.scenarios.house_items import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
 from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Task, find_task
-from workbench.worlds.house import START, ContainerId, House, Item, ItemId, ItemType, LocationId
+from workbench.worlds.house import START, ContainerId, House, ItemType, LocationId
 from workbench.worlds.names import can_carry, readable_name
 from workbench.worlds.travel import TravelCosts
 
@@ -55,22 +56,7 @@ COFFEE_ITEMS = (
     Added(item_type=WATER_BOTTLE, stands=BOTTLE_CONTAINER_TYPES),
 )
 
-SERVING_TYPES = ("DiningTable", "CounterTop", "CoffeeTable", "SideTable", "Desk")
-"""Where breakfast and coffee are served: at the first of these types that the house has."""
-
 MAX_ITEMS = 60
-
-
-class ScenarioUnsupported(Unsupported):
-    """A house lacks what a scenario needs.
-
-    Attributes:
-        house, scenario, lacks: the parts of the message, for statistics.
-    """
-
-    def __init__(self, house: str, scenario: str, lacks: str) -> None:
-        self.house, self.scenario, self.lacks = house, scenario, lacks
-        super().__init__(f"{house} cannot support {scenario}: it has {lacks}. Choose another house.")
 
 
 def make_task(scenario: str, house: House, *, seed: int, travel: TravelCosts | None = None) -> Task:
@@ -128,30 +114,6 @@ def with_scenario_items(scenario: str, house: House, *, seed: int) -> House:
     for added in COFFEE_ITEMS:
         house = add_item(house, added.item_type, added.stands, scenario=scenario, rng=rng)
     return house
-
-
-def add_item(
-    house: House, item_type: ItemType, stands: tuple[str, ...], *, scenario: str, rng: np.random.Generator
-) -> House:
-    """The house with one more item in a container of one of these types, unless it holds one already."""
-    if house.holders(item_type):
-        return house
-    places = [c.id for c in house.plan.containers if c.type in stands]
-    if not places:
-        wanted = ", ".join(readable_name(stand) for stand in stands)
-        raise ScenarioUnsupported(house.plan.name, scenario, f"no {wanted} for the {readable_name(item_type)}")
-    place = places[int(rng.integers(len(places)))]
-    item = Item(id=_added_id(item_type), type=item_type)
-    return replace(house, contents={**house.contents, place: (*house.contents[place], item)})
-
-
-def was_added(house: House, item_type: ItemType) -> bool:
-    """Whether add_item put this item into the house."""
-    return any(item.id == _added_id(item_type) for items in house.contents.values() for item in items)
-
-
-def _added_id(item_type: ItemType) -> ItemId:
-    return ItemId(f"{item_type}|added")
 
 
 def is_scenario_file(scenario: str) -> bool:

@@ -33,7 +33,7 @@ import yaml
 
 from workbench.errors import FileMissing, MalformedFile, UnknownName
 from workbench.planning.actions import EFFECTS, producers
-from workbench.planning.scenarios.paper import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
+from workbench.planning.scenarios.house_items import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
 from workbench.planning.scenarios.support import missing_support
 from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Holding, Task
 from workbench.worlds.house import START, Container, House, ItemType, LocationId

@@ -17,6 +17,7 @@ from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid, distance_to_box, occupancy_of, room_labels
 from workbench.worlds.maps.path_simplification import corner_cells
+from workbench.worlds.maps.travel_cache import Arrays, load_arrays, store_arrays
 from workbench.worlds.travel import TravelCosts
 
 REACH_M = 1.0
@@ -88,15 +89,14 @@ def navigate(plan: FloorPlan, *, resolution_m: float = 0.1, robot_radius_m: floa
         BadValue: the house is too large for a grid, or a setting is out of range.
         NowhereToStand: no free floor is left.
     """
-    from workbench.worlds.maps.travel_cache import load_navigation, store_navigation
-
     if not 0 <= robot_radius_m <= 5:
         raise BadValue("robot_radius_m", robot_radius_m, "from 0 to 5 m")
-    known = load_navigation(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    kept = load_arrays(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    known = None if kept is None else _unpacked(plan, resolution_m, kept)
     if known is not None:
         return known
     navigation = compute(plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
-    store_navigation(navigation, plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
+    store_arrays(_packed(navigation, plan), plan, resolution_m=resolution_m, robot_radius_m=robot_radius_m)
     return navigation
 
 
@@ -176,3 +176,51 @@ def _approach(
     to_x, to_y = container.pose.x_m - at[0], container.pose.y_m - at[1]
     yaw = atan2(to_y, to_x) if hypot(to_x, to_y) > 0 else 0.0
     return Pose(x_m=at[0], y_m=at[1], yaw_rad=yaw)
+
+
+def _packed(navigation: Navigation, plan: FloorPlan) -> Arrays:
+    """What the cache keeps of a navigation; containers as indices of the floor plan."""
+    poses = [(pose.x_m, pose.y_m, pose.yaw_rad) for pose in navigation.standing.values()]
+    order = {container.id: index for index, container in enumerate(plan.containers)}
+    reachable = [order[c.id] for c in plan.containers if LocationId(c.id) in navigation.standing]
+    return {
+        "metres": navigation.travel.metres,
+        "reachable": np.array(reachable, dtype=np.int64),
+        "standing": np.array(poses, dtype=np.float64),
+        "occupied": np.packbits(navigation.grid.occupied),
+        "free": np.packbits(navigation.free),
+        "shape": np.array(navigation.free.shape, dtype=np.int64),
+        "origin": np.array(navigation.grid.origin, dtype=np.float64),
+    }
+
+
+def _unpacked(plan: FloorPlan, resolution_m: float, kept: Arrays) -> Navigation | None:
+    """The navigation that _packed gave these arrays; None where they are not such."""
+    try:
+        return _navigation(plan, resolution_m, kept)
+    except (ValueError, KeyError, IndexError):
+        return None
+
+
+def _navigation(plan: FloorPlan, resolution_m: float, kept: Arrays) -> Navigation:
+    rows, columns = (int(side) for side in kept["shape"])
+
+    def bits(name: str) -> npt.NDArray[np.bool_]:
+        return np.unpackbits(kept[name], count=rows * columns).reshape(rows, columns).astype(np.bool_)
+
+    reached = [plan.containers[index].id for index in kept["reachable"].tolist()]
+    locations = (START, *(LocationId(container) for container in reached))
+    poses = [Pose(x_m=x, y_m=y, yaw_rad=yaw) for x, y, yaw in kept["standing"].tolist()]
+    origin = (float(kept["origin"][0]), float(kept["origin"][1]))
+    free = bits("free")
+    free.flags.writeable = False
+    return Navigation(
+        travel=TravelCosts(
+            locations=locations,
+            metres=kept["metres"],
+            unreachable=tuple(c.id for c in plan.containers if c.id not in set(reached)),
+        ),
+        grid=OccupancyGrid(origin=origin, resolution_m=resolution_m, occupied=bits("occupied")),
+        free=free,
+        standing=dict(zip(locations, poses, strict=True)),
+    )

@@ -11,51 +11,40 @@ import hashlib
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
+import numpy.typing as npt
 
 from workbench.cache import cache_folder
-from workbench.worlds.geometry import Pose
-from workbench.worlds.house import START, FloorPlan, LocationId
-from workbench.worlds.maps.navigation import Navigation
-from workbench.worlds.maps.occupancy import OccupancyGrid
-from workbench.worlds.travel import TravelCosts
+from workbench.worlds.house import FloorPlan
 
 VERSION = 1
 """Version of the computation of travel costs; part of the file names."""
 
 
-def load_navigation(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Navigation | None:
-    """The cached navigation, or None."""
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+def load_arrays(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Arrays | None:
+    """The cached arrays of a floor plan, or None."""
     path = _file(plan, resolution_m, robot_radius_m)
     if path is None or not path.is_file():
         return None
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
-            return _unpacked(plan, resolution_m, {name: kept[name] for name in kept.files})
+            return {name: kept[name] for name in kept.files}
     except (OSError, ValueError, KeyError, IndexError, EOFError, BadZipFile):
         return None
 
 
-def store_navigation(navigation: Navigation, plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> None:
-    """Cache a result; ignored if the folder is not writable."""
+def store_arrays(arrays: Arrays, plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> None:
+    """Cache the arrays of a floor plan; ignored if the folder is not writable."""
     path = _file(plan, resolution_m, robot_radius_m)
     if path is None:
         return
-    poses = [(pose.x_m, pose.y_m, pose.yaw_rad) for pose in navigation.standing.values()]
-    order = {container.id: index for index, container in enumerate(plan.containers)}
-    reachable = [order[c.id] for c in plan.containers if LocationId(c.id) in navigation.standing]
-    arrays = {
-        "metres": navigation.travel.metres,
-        "reachable": np.array(reachable, dtype=np.int64),
-        "standing": np.array(poses, dtype=np.float64),
-        "occupied": np.packbits(navigation.grid.occupied),
-        "free": np.packbits(navigation.free),
-        "shape": np.array(navigation.free.shape, dtype=np.int64),
-        "origin": np.array(navigation.grid.origin, dtype=np.float64),
-    }
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
@@ -76,27 +65,3 @@ def _file(plan: FloorPlan, resolution_m: float, robot_radius_m: float) -> Path |
         return None
     key = hashlib.sha256(msgspec.json.encode((VERSION, plan, resolution_m, robot_radius_m))).hexdigest()
     return folder / "travel" / key[:2] / f"{key[:40]}.npz"
-
-
-def _unpacked(plan: FloorPlan, resolution_m: float, kept: dict[str, np.ndarray]) -> Navigation:
-    rows, columns = (int(side) for side in kept["shape"])
-
-    def bits(name: str) -> np.ndarray:
-        return np.unpackbits(kept[name], count=rows * columns).reshape(rows, columns).astype(np.bool_)
-
-    reached = [plan.containers[index].id for index in kept["reachable"].tolist()]
-    locations = (START, *(LocationId(container) for container in reached))
-    poses = [Pose(x_m=x, y_m=y, yaw_rad=yaw) for x, y, yaw in kept["standing"].tolist()]
-    origin = (float(kept["origin"][0]), float(kept["origin"][1]))
-    free = bits("free")
-    free.flags.writeable = False
-    return Navigation(
-        travel=TravelCosts(
-            locations=locations,
-            metres=kept["metres"],
-            unreachable=tuple(c.id for c in plan.containers if c.id not in set(reached)),
-        ),
-        grid=OccupancyGrid(origin=origin, resolution_m=resolution_m, occupied=bits("occupied")),
-        free=free,
-        standing=dict(zip(locations, poses, strict=True)),
-    )
