@@ -147,7 +147,16 @@ def robot(browser: Browser, folder: Path) -> None:
             stdin=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        run = ("--own-estop", "--estimator", "counts", "--images-hz", "1", "-o", str(folder / "spot.mcap"))
+        run = (
+            "--own-estop",
+            "--furniture-open",
+            "--estimator",
+            "counts",
+            "--images-hz",
+            "1",
+            "-o",
+            str(folder / "spot.mcap"),
+        )
         lios("spot", "run", *reach, *run, env=secret, stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         recorder.wait()
     finally:

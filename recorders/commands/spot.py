@@ -114,7 +114,8 @@ def record(
 ) -> None:
     """Record a Spot session: state, odometry, localisation, tags, pictures, local grid, faults, battery.
 
-    Takes no lease and never delays the robot. Keys: n opens a line for a note, m marks the moment; d ends the
+    Takes no lease and never delays the robot. Keys: n opens a line for a note, m marks the moment, o says
+    that the furniture at hand was opened (else a closed container in which nothing is seen is not logged); d ends the
     session as done, f as failed, q and Ctrl-C by whether the goal is met. User name and password come from
     BOSDYN_CLIENT_USERNAME and BOSDYN_CLIENT_PASSWORD or a prompt.
 
@@ -156,7 +157,10 @@ def record(
         keep_last_s=keep_last,
     )
     with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
-        say(f"Recording {connection.serial} at {robot} to {output}. Keys: n note, m mark, d done, f failed, q end.")
+        say(
+            f"Recording {connection.serial} at {robot} to {output}. "
+            "Keys: n note, m mark, o opened, d done, f failed, q end."
+        )
         report = record_session(connection, wanted, output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
@@ -175,13 +179,18 @@ def run(
     look: Annotated[float, Option("--look", help="Duration of a look in seconds.")] = 6.0,
     images_hz: Annotated[float, Option("--images-hz", help="Pictures per second and camera; 0 for none.")] = 2.0,
     take_lease: Annotated[bool, Option("--take-lease", help="Take the lease from its current owner.")] = False,
-    own_estop: Annotated[bool, Option("--own-estop", help="Set up a separate e-stop endpoint.")] = False,
+    own_estop: Annotated[
+        bool, Option("--own-estop", help="Guard the run by our own e-stop endpoint, instead of the tablet's.")
+    ] = False,
     map_folder: Annotated[
         Path | None, Option("--map", help="GraphNav map to upload first (folder with graph, *_snapshots).")
     ] = None,
     cameras: Annotated[str, Option("--cameras", help="Image sources, comma-separated.")] = (
         "frontleft_fisheye_image,frontright_fisheye_image"
     ),
+    furniture_open: Annotated[
+        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
+    ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
@@ -224,7 +233,7 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=RunSettings(speed_mps=speed, look_s=look),
+        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open),
         rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,

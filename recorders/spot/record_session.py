@@ -136,10 +136,16 @@ def record_session(
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
-        derived = ActionDeriver(site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record)
+        derived = ActionDeriver(
+            site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record, closed_needs_word=True
+        )
         session.watch = derived
         keys: KeyboardOperator = KeyboardOperator(
-            stop, lambda key: _key_pressed(key, keys, session, ending, kept), stop_keys=("\x03",)
+            stop,
+            lambda key: (
+                _tell_opened(session, derived) if key in "oO" else _key_pressed(key, keys, session, ending, kept)
+            ),
+            stop_keys=("\x03",),
         )
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
@@ -148,6 +154,7 @@ def record_session(
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)
+        _tell_inconclusive(session, derived)
         if kept is not None:
             kept.save_the_end(recorder.sink)
         dropped = recorder.sink.dropped if isinstance(recorder.sink, ThreadedSink) else {}
@@ -209,6 +216,22 @@ def _key_pressed(
         say(f"Written: {kept.save()}")
     else:
         ending.by_key(key)
+
+
+def _tell_opened(session: Session, derived: ActionDeriver) -> None:
+    """Key o: the operator says that the container at hand stands open."""
+    at = derived.opened(session.now_ns())
+    text = "no container is at hand" if at is None else f"{at} was opened"
+    if at is not None:
+        session.note(text)
+    say(f"Noted: {text}" if at is not None else f"Nothing noted: {text}")
+
+
+def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
+    for look in derived.inconclusive:
+        session.note(
+            f"Look into {look.container} is inconclusive and counts as not looked: {look.reason}", at_ns=look.end_ns
+        )
 
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:

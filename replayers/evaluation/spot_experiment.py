@@ -174,6 +174,7 @@ def _named(known: Mapping[str, Configuration], name: str, site: Site) -> Configu
 
 def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy: str) -> SpotRow:
     from recorders.spot.client.time_source import SteppedClock
+    from recorders.spot.run.operator import AgreeingOperator
     from recorders.spot.run.run import RobotRun, run_and_record
     from recorders.spot.simulated.session import simulated_robot
     from workbench.errors import OutputExists
@@ -195,7 +196,7 @@ def _run_one(experiment: SpotExperiment, configuration: Configuration, strategy:
         title=f"configuration {configuration.name}: {experiment.task.title}",
     )
     with simulated_robot(site, house, clock=SteppedClock(), seed=experiment.seed) as (_robot, connection):
-        report = run_and_record(connection, run, log, force=experiment.force)
+        report = run_and_record(connection, run, log, operator=AgreeingOperator(), force=experiment.force)
     paper = configuration.paper.get(strategy)
     ended: RunEnded = report.ended
     return SpotRow(

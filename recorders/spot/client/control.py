@@ -27,13 +27,14 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
-from recorders.spot.client.errors import Estopped, LeaseTaken, NotReady, RobotUnreachable
+from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
 SIT_S = 10.0
 ESTOP_TIMEOUT_S, STEPPED_ESTOP_TIMEOUT_S = 9.0, 600.0
 """Seconds of silence after which the e-stop endpoint stops the robot; longer with stepped time, where a slow
 machine must not trigger it."""
+ESTOP_NAME = "lios-workbench"
 READY_S = 30.0
 POLL_S = 0.2
 
@@ -62,14 +63,16 @@ class Control:
     Args:
         connection: the robot.
         take: take the lease from its current owner.
-        own_estop: set up a separate emergency-stop endpoint, which replaces the robot's configuration.
+        own_estop: set up a separate emergency-stop endpoint, whatever the stop level is; it replaces the robot's
+            configuration, also a live endpoint of the tablet.
         stand: power on and stand up; off for tests of the lease alone.
 
     Attributes:
-        lost: an event, set when the lease is lost.
+        without_item: an event, set when the lease is lost.
+        estop_guard: names of the endpoints whose emergency stop guards the run; "" before control is taken.
 
     Raises:
-        LeaseTaken, Estopped, NotReady, RobotUnreachable.
+        LeaseTaken, Estopped, NoEstop, NotReady, RobotUnreachable.
     """
 
     def __init__(
@@ -82,6 +85,7 @@ class Control:
         self._lease: Lease | None = None
         self.without_item = threading.Event()
         self.returned = False
+        self.estop_guard = ""
 
     def __enter__(self) -> Self:
         try:
@@ -151,12 +155,20 @@ class Control:
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")
         status: estop_pb2.EstopSystemStatus = client.get_status(timeout=self._connection.timeout_s)
-        if status.stop_level == estop_pb2.ESTOP_LEVEL_NONE:
-            return
+        guards = ", ".join(e.endpoint.name or e.endpoint.role or "unnamed" for e in status.endpoints)
         if not self._own_estop:
-            raise Estopped(str(self._connection.address))
+            if not status.endpoints:
+                raise NoEstop(str(self._connection.address))
+            if status.stop_level != estop_pb2.ESTOP_LEVEL_NONE:
+                raise Estopped(str(self._connection.address))
+            self.estop_guard = guards
+            log.info("the e-stop of %s guards this run", guards)
+            return
+        if guards:
+            log.warning("--own-estop replaces the e-stop of %s", guards)
         stepped = isinstance(self._connection.clock, Stepped)
-        endpoint = EstopEndpoint(client, "lios-workbench", STEPPED_ESTOP_TIMEOUT_S if stepped else ESTOP_TIMEOUT_S)
+        silent_s = STEPPED_ESTOP_TIMEOUT_S if stepped else ESTOP_TIMEOUT_S
+        endpoint = EstopEndpoint(client, ESTOP_NAME, silent_s)
         try:
             endpoint.force_simple_setup()
         except ROBOT_ERRORS as error:
@@ -164,6 +176,8 @@ class Control:
             raise NotReady(str(self._connection.address), what) from error
         self._estop = EstopKeepAlive(endpoint)
         self._estop.allow()
+        self.estop_guard = ESTOP_NAME
+        log.info("our own e-stop guards this run: it stops the robot %g s after this program falls silent", silent_s)
 
     def _power_on(self) -> None:
         client, state = self._connection.client("power"), self._connection.client("robot-state")

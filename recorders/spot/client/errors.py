@@ -52,6 +52,15 @@ class Estopped(Failed):
         super().__init__(f"{host}: the robot is e-stopped. Release it at the tablet, or give --own-estop.")
 
 
+class NoEstop(Failed):
+    """Nobody can stop the robot: its emergency-stop configuration has no endpoint."""
+
+    def __init__(self, host: str) -> None:
+        super().__init__(
+            f"{host}: no e-stop endpoint guards the robot. Take the e-stop at the tablet, or give --own-estop."
+        )
+
+
 class NotReady(Failed):
     """The robot did not power on, stand up or localise."""
 

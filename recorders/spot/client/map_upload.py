@@ -38,10 +38,14 @@ def read_graph(folder: Path) -> map_pb2.Graph:
 def upload_map(connection: Connection, folder: Path) -> int:
     """Replace the robot's map; returns the number of waypoints. Requires the lease.
 
+    The whole folder is read before the robot's own map is cleared.
+
     Raises:
-        FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it.
+        FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it, or asks for
+            a snapshot that is not of this map.
     """
     graph = read_graph(folder)
+    snapshots, edges = _read_snapshots(graph, folder)
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
         client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
@@ -52,14 +56,27 @@ def upload_map(connection: Connection, folder: Path) -> int:
             timeout=UPLOAD_TIMEOUT_S,
         )
         for name in answer.unknown_waypoint_snapshot_ids:
-            snapshot = _read(map_pb2.WaypointSnapshot(), folder / "waypoint_snapshots" / name)
-            client.upload_waypoint_snapshot(snapshot, timeout=UPLOAD_TIMEOUT_S)
+            client.upload_waypoint_snapshot(snapshots[name], timeout=UPLOAD_TIMEOUT_S)
         for name in answer.unknown_edge_snapshot_ids:
-            edge = _read(map_pb2.EdgeSnapshot(), folder / "edge_snapshots" / name)
-            client.upload_edge_snapshot(edge, timeout=UPLOAD_TIMEOUT_S)
+            client.upload_edge_snapshot(edges[name], timeout=UPLOAD_TIMEOUT_S)
     except ResponseError as error:
         raise MapRefused(str(connection.address), reason_of(error)) from error
+    except KeyError as error:
+        raise MapRefused(str(connection.address), f"it asks for a snapshot {error} that is not of this map") from None
     return len(graph.waypoints)
+
+
+def _read_snapshots(
+    graph: map_pb2.Graph, folder: Path
+) -> tuple[dict[str, map_pb2.WaypointSnapshot], dict[str, map_pb2.EdgeSnapshot]]:
+    """Every snapshot that the graph names, by id: of waypoints, and of edges."""
+    waypoint_ids = sorted({waypoint.snapshot_id for waypoint in graph.waypoints if waypoint.snapshot_id})
+    edge_ids = sorted({edge.snapshot_id for edge in graph.edges if edge.snapshot_id})
+    for name in (*waypoint_ids, *edge_ids):
+        if name in (".", "..") or any(mark in name for mark in ("/", "\\", "\0")):
+            raise MalformedFile(folder / "graph", f"the snapshot id {name!r} is no file name", MAP_FOLDER)
+    snapshots = {i: _read(map_pb2.WaypointSnapshot(), folder / "waypoint_snapshots" / i) for i in waypoint_ids}
+    return snapshots, {i: _read(map_pb2.EdgeSnapshot(), folder / "edge_snapshots" / i) for i in edge_ids}
 
 
 def _read(message: MapPart, path: Path) -> MapPart:

@@ -18,6 +18,10 @@ from workbench.worlds.house import Container
 Position = tuple[float, float, float]
 REACH_UP_M = 0.8
 """A tag up to this many metres above a container's top is on it."""
+_UNSURE = (
+    world_object_pb2.AprilTagProperties.STATUS_AMBIGUOUS,
+    world_object_pb2.AprilTagProperties.STATUS_HIGH_ERROR,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,25 +33,30 @@ class TagSighting:
         position: on the map, metres.
         in_vision: position in the robot's vision frame, for the arm.
         stamp_ns: time of detection in our time.
+        reliable: whether the detector is sure of the tag's pose (neither ambiguous nor of high error).
     """
 
     tag: int
     position: Position
     in_vision: Position
     stamp_ns: int
+    reliable: bool = True
 
 
 def read_tags(
     objects: Iterable[world_object_pb2.WorldObject], map_tform_body: geometry_pb2.SE3Pose, clock: SessionClock
 ) -> tuple[TagSighting, ...]:
-    """The fiducials among world objects, placed by the body's current pose on the map."""
+    """The fiducials among world objects, placed by the body's current pose on the map.
+
+    Their frames are the raw ones: filtered frames are for tags that never move (world_object.proto).
+    """
     placed = SE3Pose.from_proto(map_tform_body)
     found: list[TagSighting] = []
     for thing in objects:
         if not thing.HasField("apriltag_properties"):
             continue
         mark = thing.apriltag_properties
-        name = mark.frame_name_fiducial_filtered or mark.frame_name_fiducial
+        name = mark.frame_name_fiducial or mark.frame_name_fiducial_filtered
         body = tform(thing.transforms_snapshot, BODY_FRAME_NAME, name)
         vision = tform(thing.transforms_snapshot, VISION_FRAME_NAME, name)
         if body is None or vision is None:
@@ -60,6 +69,7 @@ def read_tags(
                 position=(x, y, z),
                 in_vision=(vision.x, vision.y, vision.z),
                 stamp_ns=clock.from_robot(at.seconds * NANO + at.nanos),
+                reliable=mark.fiducial_pose_status not in _UNSURE,
             )
         )
     return tuple(found)

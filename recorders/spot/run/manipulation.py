@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 GRASP_LIMIT_S = 60.0
 ARM_LIMIT_S = 15.0
 ARM_MOVE_S = 2.5
+FRESH_S, FIND_S = 1.0, 3.0
+"""A grasp aims only at a tag seen within FRESH_S; such a sighting is waited for up to FIND_S."""
 ATTEMPTS = 2
 AHEAD_M, REACH_M = 0.65, 0.95
 """Distance limits in metres from the body centre to the gripper: far enough to clear the robot's front, and within
@@ -109,12 +111,18 @@ class ArmManipulator:
         return ""
 
     def _find(self, item: ItemId) -> TagSighting | None:
-        """The current sighting of the item's tag."""
-        for sighting in self._world.sightings() or ():
-            known = self._world.site.tags.get(sighting.tag)
-            if known is not None and known.id == item:
-                return sighting
-        return None
+        """A sighting of the item's tag within the last FRESH_S, of a pose that is sure; None after FIND_S."""
+        world = self._world
+        end_ns = world.now_ns() + round(FIND_S * 1e9)
+        while True:
+            for sighting in world.sightings() or ():
+                known = world.site.tags.get(sighting.tag)
+                fresh = world.now_ns() - sighting.stamp_ns <= round(FRESH_S * 1e9)
+                if known is not None and known.id == item and fresh and sighting.reliable:
+                    return sighting
+            if world.now_ns() > end_ns:
+                return None
+            world.wait(world.settings.poll_s)
 
     def _grasp(self, sighting: TagSighting) -> str:
         world, client = self._world, self._world.connection.client("manipulation")

@@ -27,7 +27,7 @@ _Goal = Callable[[int | None], int]
 """Sends a navigation command, new or renewing the one with this id; returns the id."""
 
 TURN_LIMIT = 1.0
-"""Angular speed limit in radians per second, if speed is limited."""
+"""Angular speed limit in radians per second."""
 MIN_TIME_LIMIT_S = 20.0
 """Time allowance in seconds of every walk, added to walk_factor times its expected time."""
 UNKNOWN_M = 20.0
@@ -69,6 +69,8 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
         except ResponseError as error:
             return f"the robot refuses to go ({reason_of(error)})"
         _note_place(world, walked)
+    if status != answer.STATUS_REACHED_GOAL:
+        world.control.stop()
     return _how_it_ended(status)
 
 
@@ -114,7 +116,7 @@ def _note_place(world: SpotWorld, walked: WalkLog) -> None:
 def navigation_goal(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal:
     """The goal for GraphNav: a waypoint, else a pose in the seed frame at body height."""
     client, timeout_s, lasts_s = world.graph_nav(), world.connection.timeout_s, world.settings.dead_man_s
-    travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(world.settings.speed_mps))
+    travel = GraphNavClient.generate_travel_params(0.25, 0.2, speed_limit(speed_of(world)))
     waypoint = world.site.waypoints.get(location)
     if waypoint:
         return lambda number: client.navigate_to(
@@ -133,13 +135,16 @@ def navigation_goal(world: SpotWorld, location: LocationId, pose: Pose) -> _Goal
 def _expected_s(world: SpotWorld, goal: Pose) -> float:
     body = world.body_pose()
     away_m = UNKNOWN_M if body is None else 2 * hypot(body.position.x - goal.x_m, body.position.y - goal.y_m)
-    return away_m / (world.settings.speed_mps or world.site.robot.speed_mps)
+    return away_m / speed_of(world)
 
 
-def speed_limit(speed_mps: float | None) -> geometry_pb2.SE2VelocityLimit | None:
-    """A speed limit in every direction; None for the robot's default."""
-    if speed_mps is None:
-        return None
+def speed_of(world: SpotWorld) -> float:
+    """The speed limit in m/s that is sent with every command: that of the run, else the site's."""
+    return world.settings.speed_mps or world.site.robot.speed_mps
+
+
+def speed_limit(speed_mps: float) -> geometry_pb2.SE2VelocityLimit:
+    """A speed limit in every direction."""
     top = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=speed_mps, y=speed_mps), angular=TURN_LIMIT)
     least = geometry_pb2.SE2Velocity(linear=geometry_pb2.Vec2(x=-speed_mps, y=-speed_mps), angular=-TURN_LIMIT)
     return geometry_pb2.SE2VelocityLimit(max_vel=top, min_vel=least)

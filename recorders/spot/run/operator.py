@@ -32,7 +32,7 @@ class Operator(Protocol):
     """Answers questions that the robot cannot answer itself.
 
     Attributes:
-        present: whether an operator is present; if not, manual actions count as done.
+        present: whether an operator is present; if not, every question is answered no.
     """
 
     @property

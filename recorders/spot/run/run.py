@@ -116,7 +116,7 @@ def run_and_record(
             force=force,
             background=not stepped,
             receipt_ns=None if stepped else connection.clock.now_ns,
-            settings={"spot": _settings(run)},
+            settings={"spot": {**_settings(run), "estop_guard": control.estop_guard}},
         ) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             if isinstance(operator, KeyboardOperator):
@@ -245,6 +245,7 @@ def _settings(run: RobotRun) -> dict[str, object]:
         "travel": run.site.travel_source,
         "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
         "look_s": driven.look_s,
+        "furniture_open": driven.furniture_open,
         "images_hz": rates.images_hz,
         "cameras": list(rates.cameras),
     }

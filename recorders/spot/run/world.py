@@ -44,7 +44,7 @@ class RunSettings:
     """Settings of motion and perception.
 
     Attributes:
-        speed_mps: speed limit of walking; None for the robot's default.
+        speed_mps: speed limit of walking; None for the site's.
         look_s: duration of a look, within which tags must be seen.
         poll_s: polling interval.
         dead_man_s: time for which the robot walks on without a renewed command.
@@ -52,6 +52,7 @@ class RunSettings:
         walk_factor: time limit of a walk as a multiple of its expected time.
         attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
             people step aside.
+        furniture_open: the operator's word that all closed furniture was opened before the run.
         start_within_m: distance from the surveyed start within which the robot is at it.
         margin_m: distance beyond a container's edge up to which a tag belongs to it.
     """
@@ -66,6 +67,7 @@ class RunSettings:
     retry_s: float = 5.0
     margin_m: float = 0.35
     start_within_m: float = 0.25
+    furniture_open: bool = False
 
 
 @final
@@ -122,7 +124,8 @@ class SpotWorld:
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start_ns = self.now_ns()
         closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
-        if closed and self.operator.present and not self.operator.confirm(f"Open {container}, then press y."):
+        shut = closed and not self.settings.furniture_open
+        if shut and not self.operator.confirm(f"Open {container}, then press y."):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
         found: dict[ItemId, TagSighting] = {}
         box, placed = self.site.plan.container(container), self._localize()
@@ -180,8 +183,11 @@ class SpotWorld:
         self.site = replace(self.site, waypoints=MappingProxyType(ids))
 
     def localize(self) -> bool:
-        """Localise the robot by the nearest fiducial; False if it sees none."""
-        return self._localize()
+        """Localise the robot by the nearest fiducial, also one that says that it is localised; False if it sees none.
+
+        A robot that was carried since keeps its old localisation, and says so with confidence.
+        """
+        return self._localize_by_fiducial()
 
     def start_here(self) -> None:
         """Use the robot's pose as the site's start, if it differs from the survey and there is a map.
@@ -262,6 +268,9 @@ class SpotWorld:
         return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
 
     def _localize(self) -> bool:
+        return self.body_pose() is not None or self._localize_by_fiducial()
+
+    def _localize_by_fiducial(self) -> bool:
         def find() -> None:
             state: robot_state_pb2.RobotState = self.connection.client("robot-state").get_robot_state(
                 timeout=self.connection.timeout_s
@@ -274,8 +283,6 @@ class SpotWorld:
                 timeout=self.connection.timeout_s,
             )
 
-        if self.body_pose() is not None:
-            return True
         try:
             self.call(find)
         except ResponseError:

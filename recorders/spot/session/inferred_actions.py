@@ -63,6 +63,8 @@ class ActionDeriver:
     Args:
         tell: called with every event, in the order of their ends.
         given_moves: do not derive moves, because they are reported by `moved`.
+        closed_needs_word: a closed container in which nothing is seen counts as looked into only if `opened` was
+            called during the visit; else nobody knows whether it was open.
         judge: says which looks are inconclusive; they become no event and are listed in `inconclusive`.
     """
 
@@ -72,6 +74,7 @@ class ActionDeriver:
     tell: Callable[[Event], None]
     given_moves: bool = False
     judge: LookJudge | None = None
+    closed_needs_word: bool = False
     inconclusive: list[InconclusiveLook] = field(default_factory=list)
     knowledge: Knowledge = field(init=False)
     cost: float = 0.0
@@ -86,6 +89,7 @@ class ActionDeriver:
     _tags_here: dict[ItemId, tuple[int, Position]] = field(default_factory=dict)
     _holds: bool = False
     _doubted_on: tuple[LocationId, int] | None = None
+    _opened_on: tuple[LocationId, int] | None = None
     _carried: set[ItemId] = field(default_factory=set)
     _first_ns: int = 0
     _last_ns: int = 0
@@ -116,6 +120,19 @@ class ActionDeriver:
             item = self.site.tags.get(number)
             if item is not None:
                 self._tags_here[item.id] = (stamp_ns, position)
+
+    def opened(self, stamp_ns: int) -> LocationId | None:
+        """Report that the container at hand stands open now; returns it, None if there is none.
+
+        Its look begins now: what was seen before shows the door.
+        """
+        with self._lock:
+            self._heard(stamp_ns)
+            at = self.knowledge.robot_at
+            if at == START:
+                return None
+            self._opened_on, self._doubted_on, self._still_ns = (at, self.visits), None, stamp_ns
+            return at
 
     def holding(self, stamp_ns: int, holds: bool) -> None:
         """Report whether the gripper holds something."""
@@ -241,11 +258,23 @@ class ActionDeriver:
         if visit == self._doubted_on:
             return True
         reason = "" if self.judge is None else self.judge.doubt(visit[0], self._still_ns, now_ns, robot)
+        if not reason and self._may_be_shut(container):
+            reason = "it is closed furniture, nothing was seen in it, and nobody said that it was opened"
         if reason:
             self._doubted_on = visit
             look = InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=reason)
             self.inconclusive.append(look)
         return bool(reason)
+
+    def _may_be_shut(self, container: Container) -> bool:
+        closed = any(entry.closed for entry in self.site.file.containers if entry.id == container.id)
+        said = self._opened_on == (self.knowledge.robot_at, self.visits)
+        return (
+            self.closed_needs_word
+            and closed
+            and not said
+            and not any(self._items_in(container, since_ns=self._still_ns))
+        )
 
     def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
         from shapely import Point as ShapelyPoint

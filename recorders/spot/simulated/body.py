@@ -20,6 +20,8 @@ TURN_RATE = 1.2
 TURN_FIRST_RAD = 0.6
 """Corners sharper than this angle are turned on the spot, others while walking."""
 STAND_S, SIT_S, POWER_ON_S = 1.5, 1.5, 2.0
+TOP_SPEED_MPS = 1.6
+"""Spot's own speed limit (Boston Dynamics), used unless a command has a lower one."""
 BATTERY_S = 90 * 60.0
 """Spot's typical run time (90 minutes, Boston Dynamics)."""
 

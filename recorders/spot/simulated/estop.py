@@ -30,16 +30,23 @@ class Endpoint:
 
 @dataclass(slots=True)
 class EstopBoard:
-    """The configuration and its endpoints. Without an endpoint the robot does not move."""
+    """The configuration and its endpoints.
+
+    Attributes:
+        open_without_endpoints: a robot without endpoints reports ESTOP_LEVEL_NONE and lets its motors run.
+    """
 
     config_id: str = "config-1"
     endpoints: dict[str, Endpoint] = field(default_factory=dict)
     pressed: bool = False
+    open_without_endpoints: bool = True
     _count: itertools.count[int] = field(default_factory=lambda: itertools.count(2))
 
     @property
     def stopped(self) -> bool:
-        return self.pressed or not self.endpoints or not all(e.allows for e in self.endpoints.values())
+        if not self.endpoints:
+            return self.pressed or not self.open_without_endpoints
+        return self.pressed or not all(e.allows for e in self.endpoints.values())
 
     def press(self) -> None:
         self.pressed = True

@@ -17,7 +17,7 @@ from bosdyn.api import power_pb2
 from bosdyn.api.graph_nav import nav_pb2
 
 from recorders.spot.client.time_source import RobotClock
-from recorders.spot.simulated.body import Body, Walk, WalkState
+from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
 from recorders.spot.simulated.estop import EstopBoard
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.leases import LeaseBook
@@ -282,7 +282,7 @@ def new_state(
         site=site,
         house=house,
         clock=clock,
-        body=Body(pose=site.plan.start, speed_mps=site.robot.speed_mps, lived_s=clock.body_s()),
+        body=Body(pose=site.plan.start, speed_mps=TOP_SPEED_MPS, lived_s=clock.body_s()),
         rng=np.random.default_rng(seed),
         things=things,
         faults=sorted(faults, key=lambda fault: fault.at_s),

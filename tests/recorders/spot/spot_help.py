@@ -57,7 +57,7 @@ def run_of(spot: SimulatedSpot, strategy: str = "conditioned-lios", **settings: 
         strategy=strategy,
         estimator="counts",
         rates=FEW,
-        settings=RunSettings(**{"poll_s": 0.5, **settings}),
+        settings=RunSettings(**{"poll_s": 0.5, "furniture_open": True, **settings}),
         truth=spot.state.house.contents,
         own_estop=True,
     )

@@ -55,7 +55,7 @@ def test_spot_run_and_what_can_be_done_with_its_log(
     spot, there = robot
     log = tmp_path / "run.mcap"
     options = ["--estimator", "counts", "--look", "0.3", "--images-hz", "1", "-o", str(log)]
-    assert run(["spot", "run", *there, *options, "--own-estop", "--json"]) == 0
+    assert run(["spot", "run", *there, *options, "--own-estop", "--furniture-open", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["status"] == "done"
     assert answer["lease_returned"]
@@ -74,13 +74,13 @@ def test_a_dry_run_prints_the_first_plan_and_takes_no_lease(
     assert spot.state.leases.number == 0
 
 
-def test_an_engaged_emergency_stop_is_a_line_and_no_traceback(
+def test_a_missing_emergency_stop_is_a_line_and_no_traceback(
     robot: tuple[SimulatedSpot, list[str]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _, there = robot
     assert run(["spot", "run", *there, "--estimator", "counts", "-o", str(tmp_path / "run.mcap")]) == 1
     err = capsys.readouterr().err
-    assert "e-stopped" in err
+    assert "no e-stop endpoint guards the robot" in err
     assert "Traceback" not in err
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from spot_help import placed, robot
 
 from recorders.spot.client.control import Control
@@ -39,12 +41,11 @@ def test_what_the_helper_does_not_open_is_refused_and_not_empty() -> None:
         assert isinstance(refused, ActionRefused)
         assert refused.reason == "nobody opened it"
         assert isinstance(look(Refusing(), opened), LookResult), "nobody is asked for what stands open"
-        assert isinstance(look(NoOperator(), closed), LookResult), (
-            "nobody to ask: what a person would do counts as done"
-        )
-        assert isinstance(look(KeyboardOperator(StopSwitch()), closed), LookResult), (
-            "a keyboard without a terminal is nobody"
-        )
+        for nobody in (NoOperator(), KeyboardOperator(StopSwitch())):
+            assert isinstance(look(nobody, closed), ActionRefused), "what nobody opened is not empty, also unattended"
+        settings = replace(settings, furniture_open=True)
+        assert isinstance(look(NoOperator(), closed), LookResult), "somebody opened it before the run"
+        settings = replace(settings, furniture_open=False)
         helper = AgreeingOperator()
         assert isinstance(look(helper, closed), LookResult)
         assert helper.asked == [f"Open {closed}, then press y."]

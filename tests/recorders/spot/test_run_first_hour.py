@@ -123,13 +123,17 @@ def test_waypoints_may_be_called_by_the_names_that_people_gave_them(tmp_path: Pa
 
 
 def _load(spot: Any, connection: Connection, graph: Any, folder: Path) -> None:
+    _write(graph, folder)
+    with Control(connection, stand=False):
+        upload_map(connection, folder)
+
+
+def _write(graph: Any, folder: Path) -> None:
     (folder / "graph").write_bytes(graph.SerializeToString())
     (folder / "waypoint_snapshots").mkdir(exist_ok=True)
     for waypoint in graph.waypoints:
         snapshot = map_pb2.WaypointSnapshot(id=waypoint.snapshot_id)
         (folder / "waypoint_snapshots" / waypoint.snapshot_id).write_bytes(snapshot.SerializeToString())
-    with Control(connection, stand=False):
-        upload_map(connection, folder)
 
 
 def test_a_robot_that_was_restarted_gets_its_map_again(tmp_path: Path) -> None:
@@ -179,10 +183,71 @@ def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> Non
 
 def test_a_speed_limit_holds_backwards_too() -> None:
     limit = speed_limit(0.4)
-    assert limit is not None
     assert (limit.max_vel.linear.x, limit.min_vel.linear.x) == (0.4, -0.4)
     assert limit.min_vel.angular < 0
-    assert speed_limit(None) is None
+
+
+def test_the_sites_speed_is_sent_with_every_command_to_waypoints_and_poses() -> None:
+    """The robot does not know the site's speed: without a limit it walks at its own, 1.6 m/s."""
+    sent: list[float] = []
+
+    def take(*_: Any, travel_params: Any, **__: Any) -> int:
+        sent.append(travel_params.velocity_limit.max_vel.linear.x)
+        return 1
+
+    with robot() as (spot, connection):
+        assert spot.state.body.speed_mps > spot.state.site.robot.speed_mps
+        client = connection.client("graph-nav-service")
+        client.set_localization(nav_pb2.Localization(), fiducial_init=2)
+        client.navigate_to = client.navigate_to_anchor = take
+        for site in (placed()[0], replace(placed()[0], waypoints={})):
+            world = SpotWorld(connection=connection, control=Control(connection), site=site)
+            navigation_goal(world, LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
+        world.settings = RunSettings(speed_mps=0.3)
+        navigation_goal(world, LocationId("bed"), Pose(x_m=1.0, y_m=2.0))(None)
+    assert sent == pytest.approx([0.5, 0.5, 0.3])
+
+
+def test_a_robot_that_says_that_it_is_localised_is_localised_anew_before_it_moves() -> None:
+    asked: list[int] = []
+    with robot() as (_spot, connection):
+        client = connection.client("graph-nav-service")
+        client.set_localization(nav_pb2.Localization(), fiducial_init=2)
+        real = client.set_localization
+        client.set_localization = lambda *a, **k: asked.append(k["fiducial_init"]) or real(*a, **k)
+        world = SpotWorld(connection=connection, control=Control(connection), site=placed()[0])
+        assert world.localize()
+    assert asked == [2], "by the nearest fiducial"
+
+
+@pytest.mark.parametrize("missing", ["file", "slash"])
+def test_a_map_with_a_part_missing_leaves_the_robots_own_map_alone(missing: str, tmp_path: Path) -> None:
+    with robot() as (_spot, connection):
+        client = connection.client("graph-nav-service")
+        graph = client.download_graph()
+        before = len(graph.waypoints)
+        _write(graph, tmp_path)
+        if missing == "file":
+            (tmp_path / "waypoint_snapshots" / graph.waypoints[0].snapshot_id).unlink()
+        else:
+            graph.waypoints[0].snapshot_id = "../../graph"
+            (tmp_path / "graph").write_bytes(graph.SerializeToString())
+        with pytest.raises((FileMissing, MalformedFile)), Control(connection, stand=False):
+            upload_map(connection, tmp_path)
+        assert len(client.download_graph().waypoints) == before
+
+
+def test_a_snapshot_that_the_map_does_not_name_is_not_read_from_the_disk(tmp_path: Path) -> None:
+    from bosdyn.api.graph_nav import graph_nav_pb2
+
+    (tmp_path / "secret").write_bytes(map_pb2.WaypointSnapshot(id="x").SerializeToString())
+    with robot() as (_spot, connection):
+        client = connection.client("graph-nav-service")
+        _write(client.download_graph(), tmp_path)
+        answer = graph_nav_pb2.UploadGraphResponse(unknown_waypoint_snapshot_ids=["../secret"])
+        client.upload_graph = lambda *_, **__: answer
+        with pytest.raises(MapRefused, match=r"\.\./secret"), Control(connection, stand=False):
+            upload_map(connection, tmp_path)
 
 
 def test_poses_of_the_map_are_sent_at_the_height_of_the_body() -> None:

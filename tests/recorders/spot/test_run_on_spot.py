@@ -167,7 +167,9 @@ def test_without_an_arm_a_helper_hands_things_over(tmp_path: Path) -> None:
     armless = replace(site, robot=replace(site.robot, arm=False))
     helper = AgreeingOperator()
     with robot(site=armless) as (spot, connection):
-        report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap", operator=helper)
+        report = run_and_record(
+            connection, run_of(spot, furniture_open=False), tmp_path / "run.mcap", operator=helper
+        )
     assert report.ended.status == "done", report.ended.reason
     assert any("Put CellPhone|1 on the robot" in asked for asked in helper.asked)
     assert any("Open fridge" in asked for asked in helper.asked)

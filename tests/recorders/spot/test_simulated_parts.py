@@ -8,14 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid_pb2
+from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid_pb2, world_object_pb2
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.lease import Lease
 from bosdyn.client.math_helpers import SE3Pose
+from spot_help import robot
 
 from recorders.spot.client.connection import Credentials, RobotAddress, find_credentials
 from recorders.spot.client.odometer import WalkLog
-from recorders.spot.client.tags import within
+from recorders.spot.client.tags import read_tags, within
 from recorders.spot.client.time_source import SteppedClock
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch
 from recorders.spot.run.site_tasks import delivery_of, site_task
@@ -144,7 +145,8 @@ def test_leases_only_grow() -> None:
 
 
 def test_the_emergency_stop_needs_an_endpoint_that_answers() -> None:
-    board, check = EstopBoard(), estop_pb2.EstopCheckInResponse
+    assert not EstopBoard().stopped, "without endpoints nothing stops it"
+    board, check = EstopBoard(open_without_endpoints=False), estop_pb2.EstopCheckInResponse
     assert board.stopped
     endpoint = board.register(estop_pb2.EstopEndpoint(name="x"))
     endpoint.timeout.seconds = 5
@@ -391,3 +393,46 @@ def test_passing_by_is_no_look(home: Site) -> None:
     trip.walk("desk")
     trip.derived.end()
     assert not [e for e in trip.events if isinstance(e, ContainerObserved)]
+
+
+def test_a_closed_container_that_nobody_opened_is_not_logged_as_empty(home: Site) -> None:
+    closed = next(entry for entry in home.file.containers if entry.closed)
+
+    def looked(trip: Trip) -> list[ContainerObserved]:
+        return [event for event in trip.events if isinstance(event, ContainerObserved)]
+
+    for said in (False, True):
+        trip = Trip(home)
+        trip.derived.closed_needs_word = True
+        trip.walk(closed.id)
+        trip.stand(3.0)
+        if said:
+            assert trip.derived.opened(trip.ns) == closed.id
+        trip.stand(6.0)
+        trip.derived.end()
+        assert [event.container for event in looked(trip)] == ([closed.id] if said else [])
+        assert [look.container for look in trip.derived.inconclusive] == ([] if said else [closed.id])
+    seen = Trip(home)
+    seen.derived.closed_needs_word = True
+    seen.walk(closed.id)
+    number = next(iter(home.tags))
+    seen.stand(6.0, (number, (closed.pose.x_m, closed.pose.y_m, 1.0)))
+    assert [event.items for event in looked(seen)] == [(home.tags[number],)], (
+        "what is seen inside shows that it is open"
+    )
+
+
+@pytest.mark.parametrize(
+    ("status", "reliable"), [("STATUS_OK", True), ("STATUS_AMBIGUOUS", False), ("STATUS_HIGH_ERROR", False)]
+)
+def test_tags_are_read_from_raw_frames_with_the_status_of_their_pose(status: str, reliable: bool) -> None:
+    with robot() as (spot, connection):
+        found = world_object_pb2.WorldObject()
+        mark = found.apriltag_properties
+        mark.tag_id, mark.frame_name_fiducial, mark.frame_name_fiducial_filtered = 7, "raw", "filtered"
+        mark.fiducial_pose_status = world_object_pb2.AprilTagProperties.AprilTagPoseStatus.Value(status)
+        frames = {"raw": ("body", se3(1.0, 0.0, 0.0, 0.0)), "filtered": ("body", se3(2.0, 0.0, 0.0, 0.0))}
+        found.transforms_snapshot.CopyFrom(frame_tree(spot.state.body, frames))
+        (sighting,) = read_tags([found], se3(0.0, 0.0, 0.0, 0.0), connection.clock)
+    assert sighting.position[0] == pytest.approx(1.0)
+    assert sighting.reliable is reliable

@@ -24,8 +24,9 @@ from spot_help import placed, robot
 
 from recorders.spot.client.connection import Connection, Credentials, RobotAddress
 from recorders.spot.client.control import Control
-from recorders.spot.client.errors import BadLogin, Estopped, LeaseTaken, RobotUnreachable
+from recorders.spot.client.errors import BadLogin, Estopped, LeaseTaken, NoEstop, RobotUnreachable
 from recorders.spot.client.time_source import RunningClock
+from recorders.spot.run.navigate import speed_limit
 from recorders.spot.simulated.services.server import PortTaken, SimulatedSpot
 
 
@@ -47,7 +48,7 @@ def test_the_official_client_does_what_hello_spot_does(tmp_path: Path) -> None:
         assert skew.seconds + skew.nanos * 1e-9 == pytest.approx(-7.25, abs=0.005)
         assert {"lease", "graph-nav-service", "world-objects"} <= {service.name for service in client.list_services()}
         assert client.has_arm()
-        assert client.is_estopped()
+        assert not client.is_estopped(), "a robot without endpoints may report that nothing stops it"
         endpoint = EstopEndpoint(client.ensure_client("estop"), "test", 9.0)
         endpoint.force_simple_setup()
         leases = client.ensure_client("lease")
@@ -104,7 +105,9 @@ def test_graph_nav_walks_to_waypoints_along_the_map_and_tags_are_listed() -> Non
         assert len(graph.edges) == len(graph.waypoints) - 1
         anchors = {anchor.id: anchor.seed_tform_waypoint.position for anchor in graph.anchoring.anchors}
         clock.refresh()
-        number = nav.navigate_to("wp-countertop", 100.0)
+        number = nav.navigate_to(
+            "wp-countertop", 100.0, travel_params=nav.generate_travel_params(0.25, 0.2, speed_limit(0.5))
+        )
         answer, steps = graph_nav_pb2.NavigationFeedbackResponse, 0
         while nav.navigation_feedback(number).status == answer.STATUS_FOLLOWING_ROUTE:
             clock.sleep(0.5)
@@ -169,9 +172,31 @@ def test_one_commands_and_the_other_waits() -> None:
 
 def test_an_emergency_stop_that_is_not_ours_is_left_alone_and_the_lease_given_back() -> None:
     with robot() as (spot, connection):
+        tablet = EstopEndpoint(connection.client("estop"), "tablet", 600.0)
+        tablet.force_simple_setup()
+        tablet.stop()
         with pytest.raises(Estopped, match="--own-estop"), Control(connection):
             pass
         assert spot.state.leases.owner is None
+        tablet.allow()
+        with Control(connection) as control:
+            assert control.estop_guard == "tablet"
+        with Control(connection, own_estop=True) as control:
+            assert control.estop_guard == "lios-workbench", "asked for, so registered whatever the level is"
+            assert [e.proto.name for e in spot.state.estop.endpoints.values()] == ["lios-workbench"]
+
+
+@pytest.mark.parametrize("reports_none", [True, False])
+def test_a_robot_without_any_emergency_stop_is_not_driven(reports_none: bool) -> None:
+    """A robot without endpoints may report that nothing stops it."""
+    with robot() as (spot, connection):
+        spot.state.estop.open_without_endpoints = reports_none
+        with pytest.raises(NoEstop, match="--own-estop"), Control(connection):
+            pass
+        assert spot.state.leases.owner is None
+        with Control(connection, own_estop=True) as control:
+            assert control.estop_guard == "lios-workbench"
+            assert spot.state.estop.endpoints
 
 
 def test_a_wrong_password_and_nobody_at_the_address(tmp_path: Path) -> None:
