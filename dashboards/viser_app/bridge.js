@@ -12,6 +12,10 @@
     write.call(input, input.value === words ? words + " " : words);
     input.dispatchEvent(new Event("input", { bubbles: true }));
   };
+  window.liosTab = (label) => {
+    const tab = [...document.querySelectorAll('[role="tab"]')].find((t) => t.textContent.trim() === label);
+    if (tab && tab.getAttribute("aria-selected") !== "true") tab.click();
+  };
   const asked = window.location.search;
   let tries = 0;
   const arrive = () => {
