@@ -12,6 +12,7 @@ import viser
 from dashboards.model.clock import Clock
 from dashboards.model.container_history import container_history
 from dashboards.model.first_stop_costs import first_looks
+from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
@@ -214,7 +215,7 @@ class Controls:
         self._slider.step, self._slider.precision = step, digits
         self._slider.max = round(ceil(round(clock.end / step, 6)) * step, digits)
         self._options.offer(clock.timelines[0].item_types)
-        names = [t.run.info.strategy for t in clock.timelines]
+        names = run_names([t.run for t in clock.timelines])
         self._set("title", title(clock.timelines[0]))
         self._names = names
         self._list_runs()
@@ -240,7 +241,7 @@ class Controls:
             self._show_container(session, scene)
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
-        self._draw("comparison", lambda: comparison(session.clock, scenes, self._names))
+        self._draw("comparison", lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()))
         ended = any(t.ends_unseen for t in session.clock.timelines)
         self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
@@ -251,6 +252,10 @@ class Controls:
         if self._play.label != label:
             self._play.label = label
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
+
+    def _not_shown(self) -> int:
+        """How many of the logs that can be opened are not on show."""
+        return len(self._session.library.paths) - len(self._session.clock.timelines)
 
     def _show_cameras(self, stamp_ns: int) -> None:
         """The window of pictures: shown only when the run has cameras and the option is on."""

@@ -19,6 +19,7 @@ import viser
 from dashboards.library.library import Library
 from dashboards.model.clock import Alignment, Clock
 from dashboards.model.container_pick import container_met
+from dashboards.model.run_names import run_names
 from dashboards.model.scene import AUTOMATIC, Scene, scene_at
 from dashboards.model.timeline import Timeline
 from dashboards.model.unopened import unopened
@@ -305,7 +306,7 @@ class Session:
             self._walls = ""
         self.stage.cast(
             [run_colour(i) for i in range(len(timelines))],
-            [t.run.info.strategy for t in timelines],
+            run_names([t.run for t in timelines]),
             [t.plan == plan for t in timelines],
         )
         if elsewhere and not first:
