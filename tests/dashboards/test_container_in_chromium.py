@@ -52,10 +52,9 @@ def test_a_click_in_the_table_opens_the_container(
     page.wait_for_function("location.search.includes('container=DiningTable')")
     page.wait_for_timeout(1500)
     page.screenshot(path=tmp_path / "container.png")
-    again = open_view(browser, page.url, width=width, height=height)
-    again.get_by_role("tab", name="Container", exact=True).click()
-    expect(again.locator(".lp.container:visible")).to_contain_text("Ground truth at the start")
-    again.close()
+    page.reload()
+    page.get_by_role("tab", name="Container", exact=True).click()
+    expect(page.locator(".lp.container:visible")).to_contain_text("Ground truth at the start")
     page.close()
 
 
