@@ -82,7 +82,7 @@ def trial_for(
     wish: TaskRequest,
     house: House,
     *,
-    strategy: str,
+    strategy: str | Strategy,
     estimator: str = "best",
     seed: int = 0,
     most_known: float | None = None,

@@ -3,6 +3,7 @@
 import replayers
 run = replayers.read("run.mcap")
 table = replayers.read_many("logs/**")
+replays = replayers.replay("run.mcap", ["greedy", "lios"])
 """
 
 from __future__ import annotations
@@ -11,18 +12,43 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from replayers.batch.replays import Replays, compare, look_next, replay
+    from replayers.batch.verify import Verification, verify
+    from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.mcap_io.reader import messages
     from replayers.runs.run import Run, read
+    from replayers.tables.export import export
     from replayers.tables.frames import read_many
 
 _WHERE = {
-    "read": "replayers.runs.run",
+    "ReplaySettings": "replayers.counterfactual.prepared_log",
+    "Replays": "replayers.batch.replays",
     "Run": "replayers.runs.run",
-    "read_many": "replayers.tables.frames",
+    "Verification": "replayers.batch.verify",
+    "compare": "replayers.batch.replays",
+    "export": "replayers.tables.export",
+    "look_next": "replayers.batch.replays",
     "messages": "replayers.mcap_io.reader",
+    "read": "replayers.runs.run",
+    "read_many": "replayers.tables.frames",
+    "replay": "replayers.batch.replays",
+    "verify": "replayers.batch.verify",
 }
 
-__all__ = ["Run", "messages", "read", "read_many"]
+__all__ = [
+    "ReplaySettings",
+    "Replays",
+    "Run",
+    "Verification",
+    "compare",
+    "export",
+    "look_next",
+    "messages",
+    "read",
+    "read_many",
+    "replay",
+    "verify",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,7 +12,7 @@ import pytest
 
 from workbench import cli
 from workbench.errors import BadValue, Failed, LiosError, Lossy, UnknownName
-from workbench.terminal import counted, emit_table, patience, say
+from workbench.terminal import counted, emit_table, patience, say, wide_tables
 
 
 def _entries() -> list[str]:
@@ -52,7 +52,8 @@ def on_a_terminal(columns: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
         {"strategy": "conditioned-lios", "status": "undetermined", "bounds": "both sides reached", "upper": 1234.5},
         {"strategy": "lios", "status": "done", "bounds": "exact", "upper": 2.0},
     ]
-    emit_table(rows)
+    with wide_tables():
+        emit_table(rows)
     shown = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
     return [line.rstrip() for line in shown.splitlines()]
 

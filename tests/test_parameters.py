@@ -102,3 +102,29 @@ def test_a_plug_in_may_be_click_s(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     monkeypatch.setattr("workbench.cli.entry_points", lambda group: [Entry()])
     assert run(["mine"]) == 0
     assert capsys.readouterr().out == "mine was called\n"
+
+
+def _two_options(
+    one: Annotated[str, Option("--one", "-o", help="A name.")] = "",
+    names: Annotated[str, Option("--names", help="Names separated by commas.")] = "",
+    many: Annotated[list[str] | None, Option("--many", help="Repeat for several.")] = None,
+    flag: Annotated[bool, Option("--flag", help="A switch.")] = False,
+) -> tuple[str, str, list[str] | None, bool]:
+    return one, names, many, flag
+
+
+@pytest.mark.parametrize("line", [["--one", "a", "--one", "b"], ["-oa", "--one=b"], ["-o", "a", "-o", "a"]])
+def test_a_second_value_of_an_option_that_takes_one_is_refused(line: list[str]) -> None:
+    command = command_of("two", _two_options, help="")
+    with pytest.raises(click.UsageError, match=r"--one is given twice\. It takes one value\."):
+        command.main(line, standalone_mode=False)
+
+
+def test_it_says_how_a_list_is_given() -> None:
+    with pytest.raises(click.UsageError, match="with commas between them"):
+        command_of("two", _two_options, help="").main(["--names", "a", "--names", "b"], standalone_mode=False)
+
+
+def test_what_takes_several_still_does() -> None:
+    line = ["--many", "a", "--many", "b", "--flag", "--flag", "--one", "x"]
+    assert command_of("two", _two_options, help="").main(line, standalone_mode=False) == ("x", "", ["a", "b"], True)

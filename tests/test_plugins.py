@@ -36,6 +36,7 @@ from workbench.evaluation.tasks.store import TrialStore
 from workbench.planning.solvers.registry import installed_solver, solver
 from workbench.planning.strategies import needs_truth, strategy, strategy_names
 from workbench.plugins import NameOrigin, NotFromLog, PluginNotLoaded, installed_module, plugin
+from workbench.registered_names import KINDS
 from workbench.search.policies.registry import policy
 from workbench.worlds.house import ItemType
 
@@ -110,7 +111,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 SLOW = ("figures", "report")
 """Met with one log of all names' kinds instead of each."""
 
-NO_LOGS = {"demo", "record", "train", "import", "view", "render", "site.check"}
+NO_LOGS = {"demo", "record", "train", "import", "view", "render", "site.check", *KINDS}
 """Commands that read none, and view and render, which open the log as the test of the dashboard does."""
 
 
@@ -225,7 +226,7 @@ def test_the_answer_is_one_line_with_the_name_and_what_to_give(
 def test_every_command_is_walked_or_reads_no_log() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     others = {name for name in project["entry-points"]["lios.commands"] if name.startswith(("evaluate.", "houses."))}
-    others |= {name for name in project["entry-points"]["lios.commands"] if name.startswith("spot.")}
+    others |= {name for name in project["entry-points"]["lios.commands"] if name.startswith(("spot.", "new."))}
     assert set(project["entry-points"]["lios.commands"]) == set(COMMANDS) | NO_LOGS | others
 
 

@@ -19,9 +19,10 @@ import click
 from click.shell_completion import get_completion_class
 
 from workbench import __version__
+from workbench.debugging import debugging
 from workbench.errors import LiosError, WrongKind
 from workbench.parameters import command_of
-from workbench.terminal import emit_text, say
+from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train"),
@@ -29,6 +30,7 @@ PANELS: dict[str, tuple[str, ...]] = {
     "Look": ("view", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
     "Places": ("houses", "site", "spot"),
+    "Yours": ("new", "strategies", "policies", "estimators", "scenarios", "solvers"),
 }
 """The help group of each command; plug-in commands are listed under "More"."""
 
@@ -37,6 +39,7 @@ ORDER_WITHIN: dict[str, tuple[str, ...]] = {
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
     "site": ("check", "from-log"),
+    "new": ("planner", "policy", "estimator", "house"),
     "spot": ("simulate", "record", "run"),
 }
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""
@@ -45,6 +48,7 @@ GROUP_HELP = {
     "evaluate": "Measure beliefs, search policies, planners, replay, Spot runs.",
     "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
     "houses": "Generate, inspect and compare houses.",
+    "new": "Write a file to start from: planner, policy, estimator, house.",
     "site": "Check or draft the survey file of a real place.",
     "spot": "Simulate, record or run a Spot.",
 }
@@ -183,6 +187,7 @@ def app() -> Commands:
                 expose_value=False,
                 help='Print what makes Tab complete commands and options: eval "$(lios --completion bash)"',
             ),
+            click.Option(["--wide"], is_flag=True, expose_value=False, help="Show every column of a table."),
             click.Option(["--debug"], is_flag=True, expose_value=False, help="Show tracebacks."),
         ],
     )
@@ -199,7 +204,10 @@ def main(argv: list[str] | None = None) -> None:
         if "--debug" in args:
             logging.basicConfig(format="%(message)s")
             logging.getLogger("lios").setLevel(logging.DEBUG)
-        code = run([a for a in args if a != "--debug"], debug="--debug" in args)
+            stack.enter_context(debugging())
+        if "--wide" in args:
+            stack.enter_context(wide_tables())
+        code = run([a for a in args if a not in ("--debug", "--wide")], debug="--debug" in args)
         sys.exit(_flush_output(code))
 
 

@@ -11,12 +11,16 @@ from __future__ import annotations
 import inspect
 import math
 import types
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import click
+from click.shell_completion import CompletionItem
+
+from workbench.registered_names import KIND_OF_OPTION, completions
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -92,7 +96,13 @@ def _parameter(given: inspect.Parameter, hint: Any) -> click.Parameter:
         attributes |= {"type": _type(given.name, kind, how.min, how.max), "multiple": several}
     plain = given.name.replace("_", "-")
     spellings = how.spellings or (f"--{plain}/--no-{plain}" if kind is bool else f"--{plain}",)
+    if kind is str and not KIND_OF_OPTION.keys().isdisjoint(spellings):
+        attributes["shell_complete"] = _complete_name
     return click.Option([given.name, *spellings], help=how.help, show_default=given.default != "", **attributes)
+
+
+def _complete_name(_: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    return [CompletionItem(value) for value in completions(tuple(param.opts), incomplete)]
 
 
 def _kind(hint: Any) -> tuple[type, bool]:
@@ -140,6 +150,16 @@ def _finite(number: float, param: click.Parameter | None, ctx: click.Context | N
     return number
 
 
+class GivenTwice(click.BadOptionUsage):
+    """An option that takes one value was given several."""
+
+    def __init__(self, option: click.Option, ctx: click.Context) -> None:
+        name = max(option.opts, key=len)
+        several = "commas" in (option.help or "") or "comma-separated" in (option.help or "")
+        how = "one value; give several names in it, with commas between them" if several else "one value"
+        super().__init__(name, f"{name} is given twice. It takes {how}.", ctx)
+
+
 class _ExplainedArgument(click.Argument):
     """An argument with a sentence of help, also where click has none for arguments (before 8.5)."""
 
@@ -152,7 +172,17 @@ class _ExplainedArgument(click.Argument):
 
 
 class _Explained(click.Command):
-    """A command whose help tells its arguments before its options."""
+    """A command whose help tells its arguments before its options, and that refuses to forget a value."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """As click, which otherwise keeps the last of several values of an option that takes one, without a word."""
+        if not ctx.resilient_parsing:
+            given, _, order = self.make_parser(ctx).parse_args(args=list(args))
+            del given
+            for param, count in Counter(order).items():
+                if count > 1 and isinstance(param, click.Option) and not (param.multiple or param.is_flag):
+                    raise GivenTwice(param, ctx)
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         params = self.get_params(ctx)

@@ -135,8 +135,16 @@ def plugin(kind: PluginKind, name: str, *, origin: NameOrigin, known: Iterable[s
 
 
 def installed_names(kind: PluginKind) -> tuple[str, ...]:
-    """The entry points of a kind's group, sorted by name."""
-    return tuple(sorted({entry.name for entry in _installed(kind)}))
+    """The names of a kind's installed plug-ins, sorted."""
+    return tuple(entry.name for entry in installed_entries(kind))
+
+
+def installed_entries(kind: PluginKind) -> tuple[EntryPoint, ...]:
+    """The entry points of a kind's group, one for each name, sorted by name."""
+    found: dict[str, EntryPoint] = {}
+    for entry in _installed(kind):
+        found.setdefault(entry.name, entry)
+    return tuple(found[name] for name in sorted(found))
 
 
 def installed_module(name: str) -> ModuleSpec | None:

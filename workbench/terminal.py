@@ -3,11 +3,15 @@ terminal only."""
 
 from __future__ import annotations
 
+import csv
+import re
 import sys
 import threading
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -17,9 +21,15 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from workbench.errors import OutputExists
+
 T = TypeVar("T")
+_wide: ContextVar[bool] = ContextVar("wide", default=False)
 UNBROKEN_WORD_LENGTHS = (18, 12, 8, 4)
-"""Word lengths that a table keeps unbroken; the first value that fits the terminal's width is used."""
+"""On a terminal too narrow for two columns: word lengths that a table keeps unbroken; the first that fits is used."""
+FEWEST_COLUMNS = 2
+"""What a table of a narrow terminal keeps, however long its words."""
+WIDE = "--wide"
 COMPILING_MESSAGE = (
     "Still working. The first use on a machine compiles the search once, which takes up to half a minute."
 )
@@ -59,18 +69,66 @@ def emit_text(text: str) -> None:
     sys.stdout.flush()
 
 
-def emit_table(rows: Sequence[Mapping[str, Any]], *, columns: Sequence[str] | None = None, title: str = "") -> None:
+@contextmanager
+def wide_tables() -> Generator[None]:
+    """Meanwhile tables leave no column out, however narrow the terminal."""
+    token = _wide.set(True)
+    try:
+        yield
+    finally:
+        _wide.reset(token)
+
+
+def emit_table(
+    rows: Sequence[Mapping[str, Any]],
+    *,
+    columns: Sequence[str] | None = None,
+    title: str = "",
+    minor: Sequence[str] = (),
+) -> None:
     """Print rows as a table on standard output; numbers right-aligned, missing values as a dash.
 
-    On a narrow terminal, sentences wrap first, then the column separators are dropped, then long names are broken
-    over several lines; nothing is truncated.
+    On a narrow terminal, sentences wrap first, then the column separators are dropped, then columns are left out; a
+    line on standard error names them, and --wide shows them. Names and numbers are not broken; paths only after a
+    slash. In a pipe or file, nothing is left out.
+
+    Args:
+        minor: columns that are left out first, in this order; then those farthest to the right.
     """
     names = list(columns or (rows[0].keys() if rows else ()))
     console = _Console(file=sys.stdout)
+    breaks = console.is_terminal
+    shown = [_Column.of(name, [row.get(name) for row in rows], breaks_paths=breaks) for name in names]
     if not console.is_terminal:
-        console = _Console(file=sys.stdout, width=max(120, 18 * len(names)))
-    shown = [_Column.of(name, [row.get(name) for row in rows]) for name in names]
-    console.print(_table(shown, title, console.width))
+        unbroken = sum(column.least() for column in shown) + 3 * len(shown) + 1
+        console = _Console(file=sys.stdout, width=max(120, 18 * len(names), unbroken))
+    kept, first_out = list(shown), [shown[names.index(name)] for name in minor if name in names]
+    while len(kept) > FEWEST_COLUMNS and not _wide.get() and not _fits(kept, console.width):
+        kept.remove(first_out.pop(0) if first_out else kept[-1])
+    console.print(_table(kept, title, console.width))
+    if len(kept) < len(shown):
+        left_out = ", ".join(column.heading for column in shown if column not in kept)
+        say(f"Not shown for want of room: {left_out}. {WIDE} shows every column.")
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, Any]], *, force: bool = False) -> None:
+    """Write rows as CSV, every column of the first row, numbers in full; values of several parts as JSON.
+
+    Raises:
+        OutputExists: the file exists and `force` is not given.
+    """
+    if path.exists() and not force:
+        raise OutputExists(path)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(rows[0].keys() if rows else ())
+        for row in rows:
+            table.writerow([_csv_cell(row.get(name)) for name in rows[0]])
+
+
+def signed_percentage(share: float | None) -> str | None:
+    """ "+13.7 %" for 0.137; None for None."""
+    return None if share is None else f"{100 * share:+.1f} %"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,37 +138,81 @@ class _Column:
     heading: str
     cells: tuple[str, ...]
     numeric: bool
+    breaks_paths: bool
 
     @classmethod
-    def of(cls, name: str, values: Sequence[Any]) -> _Column:
-        numeric = any(isinstance(value, int | float) for value in values)
-        return cls(heading=name.replace("_", " "), cells=tuple(map(_shown, values)), numeric=numeric)
+    def of(cls, name: str, values: Sequence[Any], *, breaks_paths: bool) -> _Column:
+        numeric = any(isinstance(value, int | float) or _is_percentage(value) for value in values)
+        return cls(
+            heading=name.replace("_", " "),
+            cells=tuple(map(_shown, values)),
+            numeric=numeric,
+            breaks_paths=breaks_paths,
+        )
 
-    def least(self, longest: int) -> int:
-        """The smallest width at which no number, and no word of up to `longest` characters, is broken."""
-        heading = min(longest, _longest_word([self.heading]))
-        inside = _longest_word(self.cells)
-        return max(heading, inside if self.numeric else min(longest, inside), 1)
+    def least(self, longest: int | None = None) -> int:
+        """The smallest width at which no number and no name is broken.
+
+        Args:
+            longest: words longer than this may be broken; None for none but paths, after a slash.
+        """
+        heading = _longest_word([self.heading], paths=True)
+        inside = _longest_word(self.cells, paths=not self.breaks_paths)
+        if longest is not None and not self.numeric:
+            inside = min(longest, inside)
+        return max(heading if longest is None else min(longest, heading), inside, 1)
 
 
-def _longest_word(texts: Iterable[str]) -> int:
-    return max((cell_len(word) for text in texts for word in text.split()), default=0)
+def _is_percentage(value: object) -> bool:
+    return isinstance(value, str) and re.fullmatch(r"[+-]?\d+(\.\d+)? %", value) is not None
+
+
+def _longest_word(texts: Iterable[str], *, paths: bool) -> int:
+    """The length of the longest word; where paths are not kept whole, of the longest piece of a word."""
+    words = (word for text in texts for word in text.split())
+    return max((cell_len(piece) for word in words for piece in ([word] if paths else _pieces(word))), default=0)
+
+
+def _pieces(word: str) -> list[str]:
+    """What a word may be broken into: a path after each slash, any other word not at all."""
+    return re.findall(r"[^/]*/|[^/]+", word)
+
+
+def _broken_at_slashes(cell: str, width: int) -> str:
+    """The cell, with a line break after a slash wherever a path is longer than the column."""
+    if "/" not in cell or max(map(cell_len, cell.split()), default=0) <= width:
+        return cell
+    words: list[str] = []
+    for word in cell.split(" "):
+        lines = [""]
+        for piece in _pieces(word):
+            if lines[-1] and cell_len(lines[-1]) + cell_len(piece) > width:
+                lines.append("")
+            lines[-1] += piece
+        words.append("\n".join(lines))
+    return " ".join(words)
+
+
+def _fits(columns: Sequence[_Column], width: int) -> bool:
+    """Whether a table without column separators fits with no name broken."""
+    return sum(column.least() for column in columns) <= width - 2 * len(columns) + 2
 
 
 def _table(columns: Sequence[_Column], title: str, width: int) -> Table:
     """The first layout that fits the width: with column separators, without them, with broken words."""
     rules: box.Box | None = box.HEAVY_HEAD
-    room, least = width - 3 * len(columns) - 1, [column.least(UNBROKEN_WORD_LENGTHS[0]) for column in columns]
+    room, least = width - 3 * len(columns) - 1, [column.least() for column in columns]
     if sum(least) > room:
         rules, room = None, width - 2 * len(columns) + 2
-        tries = ([column.least(longest) for column in columns] for longest in UNBROKEN_WORD_LENGTHS)
+        tries = ([column.least(longest) for column in columns] for longest in (None, *UNBROKEN_WORD_LENGTHS))
         least = next((some for some in tries if sum(some) <= room), [1] * len(columns))
+    widths = _widths(columns, least, room)
     table = Table(title=title or None, title_justify="left", box=rules, pad_edge=rules is not None)
-    for column, widest in zip(columns, _widths(columns, least, room), strict=True):
+    for column, widest in zip(columns, widths, strict=True):
         justify = "right" if column.numeric else "left"
         table.add_column(escape(column.heading), justify=justify, overflow="fold", width=widest)
     for cells in zip(*(column.cells for column in columns), strict=True):
-        table.add_row(*map(escape, cells))
+        table.add_row(*(escape(_broken_at_slashes(c, widest)) for c, widest in zip(cells, widths, strict=True)))
     return table
 
 
@@ -170,6 +272,12 @@ def _as_text(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_as_text(part) for part in value]
     return value
+
+
+def _csv_cell(value: Any) -> Any:
+    if value is None or isinstance(value, str | int | float):
+        return value
+    return msgspec.json.encode(value).decode()
 
 
 def _shown(value: Any) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import click
+
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
 
@@ -25,6 +27,7 @@ def capsule(
     """
     from dashboards.capsule.write import write_capsule
     from dashboards.library.same_place import other_houses, read_together
+    from replayers.runs.gaps import loss_lines, losses
     from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 
@@ -33,6 +36,7 @@ def capsule(
     timelines = read_together(logs)
     size = write_capsule(timelines, output, force=force)
     elsewhere = other_houses(timelines)
+    lost = losses(timeline.run for timeline in timelines)
     if as_json:
         emit_json(
             {
@@ -40,7 +44,12 @@ def capsule(
                 "bytes": size,
                 "runs": len(timelines) - len(elsewhere),
                 "left_out": [str(t.run.path) for t in elsewhere],
+                "lost": lost,
             }
         )
     else:
         say(f"Wrote {output} ({size / 1e6:.2f} MB). Open it in a browser; it needs no network.")
+    for line in loss_lines(lost):
+        say(line)
+    if lost:
+        raise click.exceptions.Exit(3)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import click
+
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
 
@@ -28,12 +30,17 @@ def figures(
     """
     from dashboards.figures.files import write_figures
     from dashboards.library.same_place import read_together, same_house
+    from replayers.runs.gaps import loss_lines, losses
     from workbench.terminal import emit_json, say
 
-    written = write_figures(
-        same_house(read_together(logs)), output, formats=tuple(format_ or ("pdf", "png")), force=force
-    )
+    timelines = same_house(read_together(logs))
+    written = write_figures(timelines, output, formats=tuple(format_ or ("pdf", "png")), force=force)
+    lost = losses(timeline.run for timeline in timelines)
     if as_json:
-        emit_json({"files": [str(path) for path in written]})
+        emit_json({"files": [str(path) for path in written], "lost": lost})
     else:
         say(f"Wrote {len(written)} figures to {output}.")
+    for line in loss_lines(lost):
+        say(line)
+    if lost:
+        raise click.exceptions.Exit(3)

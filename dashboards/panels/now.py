@@ -6,6 +6,7 @@ from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
 from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
 from dashboards.panels.markup import chip, dot, name, number, percent, text
+from replayers.runs.gaps import gaps_of
 from workbench.worlds.names import readable_name
 
 SAME = 0.05
@@ -18,9 +19,9 @@ def title(timeline: Timeline) -> str:
     info = timeline.run.info
     parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", info.source]
     notes = [] if timeline.run.complete else ["This log stops short of its end; it is shown as far as it goes."]
-    if timeline.run.damage:
-        count = len(timeline.run.damage)
-        notes.append(f"{count} damaged {'place was' if count == 1 else 'places were'} skipped; see lios doctor.")
+    lost = gaps_of(timeline.run).lost
+    if lost:
+        notes.append(f"This log is not whole: {'; '.join(lost)}; see lios doctor.")
     if not timeline.decisions:
         notes.append("This log holds no decisions.")
     if not timeline.item_types:

@@ -5,6 +5,7 @@ Every length that a message claims is first compared with its bytes; what does n
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,19 @@ NUMBERS = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8
 """foxglove.PackedElementField.NumericType as numpy types."""
 DEPTH_U16, RAW = 5, 2
 """bosdyn.api.Image: PIXEL_FORMAT_DEPTH_U16 and FORMAT_RAW."""
+NO_DEPTH = (0, 65535)
+"""Pixels of a depth picture that hold no depth: nothing measured, and farther than the camera can tell."""
 NOTHING: Points = np.zeros((0, 3), dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lens:
+    """A pinhole lens in pixels: focal lengths, and the index of the pixel on the optical axis."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
 
 
 def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Points:
@@ -38,21 +51,45 @@ def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Points:
 
 def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:
     """The points of a Spot's depth picture (bosdyn.api.ImageResponse) on the map; none for another picture."""
-    image, lens = response.shot.image, response.source.pinhole.intrinsics
+    image, lens = response.shot.image, scaled_lens(response.source, response.shot.image)
     cells = image.rows * image.cols
     if image.pixel_format != DEPTH_U16 or image.format != RAW or not cells or len(image.data) != 2 * cells:
         return NOTHING
-    if not (lens.focal_length.x > 0 and lens.focal_length.y > 0):
+    if lens is None:
         return NOTHING
     sensor = spot_pose(response.shot.transforms_snapshot, response.shot.frame_name_image_sensor, "odom")
     map_from_odom = frames.on_map("odom", stamp_ns)
     if sensor is None or map_from_odom is None:
         return NOTHING
-    depth = np.frombuffer(image.data, dtype="<u2").astype(np.float64) / (response.source.depth_scale or 1000.0)
+    values = np.frombuffer(image.data, dtype="<u2")
+    depth = values.astype(np.float64) / (response.source.depth_scale or 1000.0)
     row, column = np.divmod(np.arange(cells), image.cols)
-    x = (column + 0.5 - lens.principal_point.x) / lens.focal_length.x * depth
-    y = (row + 0.5 - lens.principal_point.y) / lens.focal_length.y * depth
-    return placed(np.column_stack([x, y, depth])[depth > 0], map_from_odom @ sensor)
+    x = (column - lens.cx) / lens.fx * depth
+    y = (row - lens.cy) / lens.fy * depth
+    return placed(np.column_stack([x, y, depth])[~np.isin(values, NO_DEPTH)], map_from_odom @ sensor)
+
+
+def scaled_lens(source: Any, image: Any) -> Lens | None:
+    """The pinhole lens of a Spot's camera in the pixels of a picture; None without one.
+
+    The SDK counts pixels by their index: the ray through pixel (column, row) is ((column - cx) / fx,
+    (row - cy) / fy). A resized picture keeps the centre of its first pixel half a pixel from its edge.
+
+    Args:
+        source: bosdyn.api.ImageSource, with the lens at full size.
+        image: bosdyn.api.Image, resized or not.
+    """
+    lens = source.pinhole.intrinsics
+    if not (lens.focal_length.x > 0 and lens.focal_length.y > 0):
+        return None
+    wide = image.cols / source.cols if source.cols else 1.0
+    high = image.rows / source.rows if source.rows else 1.0
+    return Lens(
+        fx=lens.focal_length.x * wide,
+        fy=lens.focal_length.y * high,
+        cx=(lens.principal_point.x + 0.5) * wide - 0.5,
+        cy=(lens.principal_point.y + 0.5) * high - 0.5,
+    )
 
 
 def placed(points: npt.NDArray[np.float64], pose: Matrix) -> Points:

@@ -224,9 +224,10 @@ TIMES = ("replan_p50_s", "replan_p95_s")
 
 def _show(answer: dict[str, Any], output: Path | None) -> None:
     from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-    from workbench.terminal import counted, emit_table, say
+    from workbench.terminal import counted, emit_table, say, signed_percentage
 
-    emit_table(answer["rows"], columns=(*SHOWN, *TIMES))
+    shown = [row | {"against_model_lios": signed_percentage(row["against_model_lios"])} for row in answer["rows"]]
+    emit_table(shown, columns=(*SHOWN, *TIMES))
     for pair in answer["pairs"]:
         if pair["b"] != "model-lios" or pair["a"] == "conditioned-lios":
             share = ends_in_words(pair["share_ci95"], "+.1f", scale=100)

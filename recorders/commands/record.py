@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 def record(
     house: Annotated[
         str,
-        Option("--house", help="houses:9 (a shipped one), FILE:INDEX or a house's .json; default: houses:0."),
+        Option(
+            "--house",
+            help="houses:9 (a shipped one), FILE:INDEX, FILE.json, FILE.yaml (lios new house); default: houses:0.",
+        ),
     ] = "",
     find: Annotated[str, Option("--find", help="Item type to find and bring back to the start.")] = "",
     scenario: Annotated[str, Option("--scenario", help="A scenario by name: deliver-3, breakfast, coffee, ...")] = "",
@@ -50,31 +53,45 @@ def record(
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
-    from recorders.simulated_run import TaskRequest, record_trial, trial_for
+    import recorders
     from recorders.sinks.files import LogFiles, Split
     from workbench.errors import Failed, OutputExists
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
     from workbench.terminal import patience, say
-    from workbench.worlds.procthor.assets import assets_for
-    from workbench.worlds.procthor.load import load_house
-    from workbench.worlds.shipped import shipped_houses
 
     if output.exists() and not force and split_mb is None and split_s is None:
         raise OutputExists(output)
-    wish = TaskRequest(find=find, scenario=scenario, task_file=task)
-    address = house or f"{shipped_houses()}:0"
-    place = load_house(address, assets=assets_for(address, assets))
-    trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
     split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
     files = None if split.never else LogFiles(output, split=split, force=force)
     by = resolved_name(strategy)
-    words = f"{trial.task.title or trial.task.scenario} in {place.plan.name} by {by}, seed {trial.seed}"
+    trials: list[Trial] = []
+
+    def begun(trial: Trial) -> None:
+        trials.append(trial)
+        what = trial.task.title or trial.task.scenario
+        if not json:
+            say(f"{what} in {trial.house.plan.name} by {by}, seed {trial.seed}")
+
     with patience():
-        end = record_trial(trial, output, force=force, sink=files, begun=None if json else lambda: say(words))
+        end = recorders.record(
+            output,
+            house=house or "houses:0",
+            find=find,
+            scenario=scenario,
+            task=task,
+            strategy=strategy,
+            estimator=estimator,
+            seed=seed,
+            known=known,
+            assets=assets,
+            force=force,
+            sink=files,
+            begun=begun,
+        )
     parts = None if files is None else files.parts
     if json:
-        _emit(trial, by, end, output, parts)
+        _emit(trials[0], by, end, output, parts)
     else:
         _tell(end, output, parts)
     if end.status is RunStatus.PLANNER_FAILED:

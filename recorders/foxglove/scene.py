@@ -59,13 +59,13 @@ def timestamp(stamp_ns: int) -> Timestamp:
     return Timestamp(seconds=stamp_ns // NANO, nanos=stamp_ns % NANO)
 
 
-def map_grid(occupancy: OccupancyGrid, stamp_ns: int) -> Grid:
-    """The occupancy grid with one byte per cell: 0 free, 100 occupied."""
+def map_grid(occupancy: OccupancyGrid, stamp_ns: int, *, yaw_rad: float = 0.0) -> Grid:
+    """The occupancy grid with one byte per cell: 0 free, 100 occupied; rows turned by yaw_rad about its origin."""
     cells = occupancy.occupied.astype(np.uint8) * 100
     return Grid(
         timestamp=timestamp(stamp_ns),
         frame_id=MAP_FRAME,
-        pose=_pose(Pose(x_m=occupancy.origin[0], y_m=occupancy.origin[1]), -0.01),
+        pose=_pose(Pose(x_m=occupancy.origin[0], y_m=occupancy.origin[1], yaw_rad=yaw_rad), -0.01),
         column_count=cells.shape[1],
         cell_size=Vector2(x=occupancy.resolution_m, y=occupancy.resolution_m),
         row_stride=cells.shape[1],

@@ -9,9 +9,9 @@ rests on sampled worlds, so it is an estimate; the bounds show afterwards what a
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +48,26 @@ class LookValue:
     chance_found: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContainerLook:
+    """The most informative look of one log.
+
+    Attributes:
+        log: the log's path.
+        value: which container, and what a look into it is expected to reveal.
+        words: the same as a phrase.
+    """
+
+    log: str
+    value: LookValue
+    words: str
+
+    @property
+    def container(self) -> str:
+        """The container to look into."""
+        return self.value.container
+
+
 def rank_looks(worlds: SampledWorlds, costs: Mapping[str, Floats], asked: Collection[str]) -> tuple[LookValue, ...]:
     """Open containers, the most informative first.
 
@@ -79,7 +99,9 @@ def rank_looks(worlds: SampledWorlds, costs: Mapping[str, Floats], asked: Collec
     return tuple(sorted(looks, key=lambda look: (-round(look.settles, 9), -round(look.narrows, 9), look.container)))
 
 
-def best_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: ReplaySettings) -> list[dict[str, Any]]:
+def best_looks(
+    outcomes: Iterable[object], files: Sequence[Path], settings: ReplaySettings
+) -> tuple[ContainerLook, ...]:
     """The most informative look for each replayed log, from the costs stored with its replays."""
     from replayers.batch.store import StoredReplay
     from replayers.counterfactual.prepared_log import prepare_log
@@ -89,7 +111,7 @@ def best_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: ReplayS
     for outcome in outcomes:
         if isinstance(outcome, StoredReplay) and outcome.drawn:
             by_log.setdefault(outcome.sha256, []).append(outcome)
-    found: list[dict[str, Any]] = []
+    found: list[ContainerLook] = []
     for path in files:
         try:
             run = read(path, with_truth=settings.with_truth)
@@ -102,8 +124,8 @@ def best_looks(outcomes: Iterable[Any], files: Sequence[Path], settings: ReplayS
         costs = {r.strategy: np.array(r.drawn) for r in replays}
         looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
         if looks:
-            found.append({"log": str(path), **asdict(looks[0]), "words": _words(looks[0])})
-    return found
+            found.append(ContainerLook(log=str(path), value=looks[0], words=_words(looks[0])))
+    return tuple(found)
 
 
 def _words(look: LookValue) -> str:

@@ -13,11 +13,20 @@ from workbench.planning.solvers.registry import solver_plugin
 from workbench.planning.strategies import EVERYWHERE, canonical_name
 from workbench.plugins import NameOrigin, NotFromLog, quoted
 
+NO_PLANNER = ("recorded", "operator")
+"""Strategies of logs in which a person, or a planner that is not told, drove the robot."""
+
 
 class UnknownRecordedStrategy(NotFound):
     """A log whose strategy, or its solver, is neither built in nor installed."""
 
     def __init__(self, run: Run) -> None:
+        if run.info.strategy in NO_PLANNER:
+            super().__init__(
+                f"{run.path}: it holds what a robot did, not the strategy of a planner. "
+                "Name one with --strategy, for instance -s model-lios."
+            )
+            return
         super().__init__(
             f"{run.path}: the strategy that recorded it, {quoted(run.info.strategy)}, is not known here: it is "
             "neither built in nor installed, and a log runs no other code. Name it with --strategy module:Class (or "

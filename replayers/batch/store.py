@@ -132,6 +132,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
         if_beliefs_stand: bounds that hold as if open containers held nothing but the task's types; None where the
             bounds hold without that.
         imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
+        lost: what is missing from the log, one line each.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -172,6 +173,7 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     steady_beliefs: bool
     steps: tuple[StepRow, ...]
     notes: tuple[str, ...]
+    lost: tuple[str, ...] = ()
     imputed: tuple[str, ...] = ()
 
 
@@ -220,6 +222,7 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         steady_beliefs=ground.steady,
         steps=tuple(_step(e) for e in made.events if isinstance(e, ActionEnded)),
         notes=made.notes,
+        lost=evidence.gaps.lost,
         imputed=evidence.imputed,
     )
 

@@ -51,6 +51,11 @@ MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
 """The same for a robot's log: there the walked distance is measured, while a replay reads it off the map."""
 
 
+FORMER_SOLVERS = {"sas-ff-astar2": "sas-ff-astar", "pddl-ff-astar2": "pddl-ff-astar"}
+"""Solvers that once ran another search under the name, with the name which that search has now."""
+FORMER_NOTE = "recorded when ff-astar2 was the search that is now ff-astar; verified with {}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Divergence:
     """Where a replay first differs from its log.
@@ -120,7 +125,24 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     if is_foreign(name, origin=origin):
         with Sandboxed(name, origin=origin) as planner:
             return _compared(run, tuple(again(planner)), notes)
-    return _compared(run, again(strategy(name, origin=origin)), notes)
+    verified = _compared(run, again(strategy(name, origin=origin)), notes)
+    former = FORMER_SOLVERS.get(name.partition("@")[2])
+    if verified.same or former is None:
+        return verified
+    planner = strategy(f"{name.partition('@')[0]}@{former}", origin=origin)
+    earlier = _compared(_with_solver_named(run, former), again(planner), (*notes, FORMER_NOTE.format(former)))
+    return earlier if earlier.same else verified
+
+
+def _with_solver_named(run: Run, name: str) -> Run:
+    """The run, its outside plans said to be made by that solver."""
+    outside = {*FORMER_SOLVERS}
+    return replace(
+        run,
+        plans=tuple(
+            msgspec.structs.replace(plan, solver=name) if plan.solver in outside else plan for plan in run.plans
+        ),
+    )
 
 
 def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:

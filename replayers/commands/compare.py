@@ -7,11 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from replayers.counterfactual.estimates.intervals import finite
+from replayers.runs.gaps import loss_lines
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
 if TYPE_CHECKING:
+    from replayers.batch.claims import Judgement
     from replayers.batch.compare import RunInSeveralLogs, StrategyComparison
     from replayers.batch.store import StoredReplay
 
@@ -24,6 +28,15 @@ def compare(
     frames: Annotated[
         bool, Option("--frames", help="Write replays.parquet and steps.parquet into the folder.")
     ] = False,
+    fail_if: Annotated[
+        list[str] | None,
+        Option(
+            "--fail-if",
+            help='Exit with 1 if this is shown: "A > B" (A costs more), with "by bounds" or "by interval" (default) '
+            "after it; repeat for several.",
+        ),
+    ] = None,
+    junit: Annotated[Path | None, Option("--junit", help="Write the outcome of --fail-if as JUnit XML.")] = None,
     seed: Annotated[int, Option("--seed", help="Seed of the intervals.")] = 0,
     json: Json = False,
 ) -> None:
@@ -37,15 +50,21 @@ def compare(
         lios compare replays/
 
         lios compare replays/ -k model-lios --frames --json
+
+        lios compare replays/ --fail-if "conditioned-lios > model-lios by bounds" --junit claims.xml
     """
     import numpy as np
 
+    from replayers.batch.claims import judge, parse_claim
     from replayers.batch.compare import changed_houses, runs_once
     from replayers.batch.compare import compare as compared
     from replayers.batch.store import replays_in
-    from workbench.errors import MalformedFile
+    from workbench.errors import BadValue, MalformedFile
     from workbench.terminal import counted, emit_json, say
 
+    claims = [parse_claim(text) for text in fail_if or ()]
+    if junit is not None and not claims:
+        raise BadValue("--junit", str(junit), "given together with --fail-if")
     skipped: list[MalformedFile] = []
     found = list(replays_in(folder, on_skipped=skipped.append))
     records, several = runs_once(found)
@@ -56,6 +75,7 @@ def compare(
     if not records:
         raise MalformedFile(folder, _not_counted(several[0]), JOIN)
     pairs = compared(records, rng=np.random.default_rng(seed))
+    judged = [judge(claim, pairs) for claim in claims]
     met = tuple(pair for pair in pairs if match.lower() in f"{pair.a} {pair.b}".lower())
     if pairs and not met:
         names = sorted({name for pair in pairs for name in (pair.a, pair.b)})
@@ -66,6 +86,7 @@ def compare(
 
         replays_frame(found).to_parquet(folder / "replays.parquet")
         steps_frame(found).to_parquet(folder / "steps.parquet")
+    lost = {record.log: record.lost for record in records if record.lost}
     imagined = sorted({record.log for record in records if record.imputed})
     changed, broken, unlike = changed_houses(records), _broken(records), _not_reproduced(records)
     rows = [_row(pair) for pair in pairs]
@@ -73,8 +94,11 @@ def compare(
         emit_json({"rows": rows, "changed_houses": changed, "replays": len(found), "broken": broken,
                    "not_reproduced": unlike,
                    "runs_in_several_logs": [{"run_id": s.run_id, "logs": s.logs, "kept": s.kept} for s in several],
-                   "imagined_logs": imagined,
-                   "skipped": [str(error) for error in skipped], "seed": seed})  # fmt: skip
+                   "imagined_logs": imagined, "lost": lost,
+                   "skipped": [str(error) for error in skipped],
+                   "claims": [_claim(j) for j in judged], "seed": seed})  # fmt: skip
+        _settle(judged, junit)
+        _end(lost)
         return
     _tell(rows, changed, broken)
     for run in several:
@@ -86,6 +110,44 @@ def compare(
         say(f"note: {log} is left out: {reason}")
     if frames:
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
+    for judgement in judged:
+        say(judgement.words)
+    for line in loss_lines(lost):
+        say(line)
+    _settle(judged, junit)
+    _end(lost)
+
+
+def _end(lost: dict[str, tuple[str, ...]]) -> None:
+    """Ends with 3 where a log is not whole."""
+    if lost:
+        raise click.exceptions.Exit(3)
+
+
+def _settle(judged: Sequence[Judgement], junit: Path | None) -> None:
+    """Write the judgements where they are wanted.
+
+    Raises:
+        Failed: a claim of --fail-if holds.
+    """
+    from replayers.batch.claims import junit_xml
+    from workbench.errors import Failed
+
+    if junit is not None:
+        junit.write_text(junit_xml(judged), encoding="utf-8")
+    shown = [judgement.words for judgement in judged if judgement.holds]
+    if shown:
+        raise Failed("; ".join(shown))
+
+
+def _claim(judgement: Judgement) -> dict[str, Any]:
+    return {
+        "claim": judgement.claim.text,
+        "by": judgement.claim.evidence,
+        "holds": judgement.holds,
+        "difference_low": finite(judgement.low),
+        "difference_high": finite(judgement.high),
+    }
 
 
 def _not_counted(run: RunInSeveralLogs) -> str:
@@ -106,7 +168,9 @@ def _tell(rows: list[dict[str, Any]], changed: Sequence[str], broken: list[dict[
     from workbench.terminal import emit_table, say
 
     if rows:
-        emit_table([_shown(row) for row in rows], title="a against b; negative differences mean that a is cheaper")
+        title = "a against b; negative differences mean that a is cheaper"
+        minor = ("true difference", "drawn difference", "chance a is cheaper", "equal")
+        emit_table([_shown(row) for row in rows], title=title, minor=minor)
         drew = [row[f"{kind}_ci95_resamples"] for row in rows for kind in ("drawn", "true")]
         if words := intervals_in_words(kind for kind in drew if kind):
             say(words)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
@@ -24,6 +24,9 @@ def import_bag(
         str, Option("--strategy", "-s", help='Whose plans to compute after the fact; "none" for none.')
     ] = "model-lios",
     estimator: Annotated[str, Option("--estimator", help="Estimator of the beliefs: counts, fcnn, best.")] = "best",
+    clock: Annotated[
+        str, Option("--clock", help="Whose times are used: record, header; auto takes headers where they agree.")
+    ] = "auto",
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -39,12 +42,15 @@ def import_bag(
     """
     from recorders.spot.run.site_tasks import site_task
     from replayers.importers.bags import open_bag
+    from replayers.importers.clocks import CLOCKS
     from replayers.importers.import_bag import ImportPlan
     from replayers.importers.import_bag import import_bag as read_into_log
     from replayers.importers.mapping import load_mapping
-    from workbench.errors import OutputExists
+    from workbench.errors import OutputExists, UnknownName
     from workbench.worlds.sites.site import load_site
 
+    if clock != "record" and clock != "header" and clock != "auto":
+        raise UnknownName("clock", clock, (*CLOCKS, "auto"))
     if output.exists() and not force:
         raise OutputExists(output)
     place = load_site(site)
@@ -55,6 +61,7 @@ def import_bag(
             task=None if task is None else site_task(task, place),
             strategy="" if strategy == "none" else strategy,
             estimator=estimator,
+            clock=None if clock == "auto" else clock,
         )
         report = read_into_log(opened, plan, output, force=force)
     if json:
@@ -75,9 +82,25 @@ def _emit(report: ImportReport, plan: ImportPlan, output: Path) -> None:
             "status": report.ended.status,
             "seconds": report.seconds,
             "searches": report.ended.searches,
+            "walked_m": report.walked_m,
+            "looks": {
+                "conclusive": report.ended.searches,
+                "inconclusive": [asdict(look) for look in report.inconclusive],
+            },
+            "detections": {
+                "placed": report.detections_placed,
+                "late": report.detections_late,
+                "not_placed": sum(report.detections_not_placed.values()),
+                "reasons": report.detections_not_placed,
+            },
+            "transforms": {"static": report.static_transforms, "late": report.detections_late},
+            "poses_not_placed": report.poses_not_placed,
+            "clock": asdict(report.clock),
             "moves": report.moves,
             "messages": report.messages,
             "unmapped": list(report.unmapped),
+            "skipped": report.skipped,
+            "profiles": list(report.profiles),
             "unknown_tags": list(report.unknown_tags),
             "ended": asdict(report.ended),
         }
@@ -85,13 +108,37 @@ def _emit(report: ImportReport, plan: ImportPlan, output: Path) -> None:
 
 
 def _tell(report: ImportReport, plan: ImportPlan, bag: Path, output: Path) -> None:
-    from workbench.terminal import say
+    from workbench.terminal import counted, emit_table, say
 
     ended = report.ended
     say(f"{bag} by mapping {plan.mapping.name}: {report.seconds:.0f} s, {sum(report.messages.values())} messages")
-    say(f"{ended.searches} containers looked into, {ended.travel_m:.1f} m walked; {ended.status}: {ended.reason}")
+    looked = counted(ended.searches, "container")
+    say(f"{looked} looked into, {report.walked_m:.1f} m walked; {ended.status}: {ended.reason}")
     if report.unknown_tags:
         say(f"Tags that the site does not name: {', '.join(map(str, report.unknown_tags))}")
     if report.unmapped:
         say(f"Not mapped: {', '.join(report.unmapped[:8])}{', ...' if len(report.unmapped) > 8 else ''}")
+    emit_table(_evidence(report), columns=("evidence", "number", "why"))
     say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")
+
+
+def _evidence(report: ImportReport) -> list[dict[str, Any]]:
+    """What the bag supports, and what it does not, a row each."""
+    doubts: dict[str, list[str]] = {}
+    for look in report.inconclusive:
+        doubts.setdefault(look.reason, []).append(look.container)
+    clock = report.clock
+    rows: list[tuple[str, int | str, str]] = [("looks", report.ended.searches, "")]
+    rows += [("looks, inconclusive", len(where), f"{', '.join(where)}: {why}") for why, where in doubts.items()]
+    rows.append(("detections, placed", report.detections_placed, ""))
+    rows += [("detections, not placed", number, why) for why, number in report.detections_not_placed.items()]
+    if report.detections_late:
+        rows.append(("detections, placed late", report.detections_late, "their transforms are more than 1 s older"))
+    rows.append(("transforms, static", report.static_transforms, "they hold for all time"))
+    rows += [
+        ("poses, not placed", number, f"{why}, not on the map") for why, number in report.poses_not_placed.items()
+    ]
+    rows.append(("clock", clock.name, clock.note))
+    rows += [("topics, not read", topic, why) for topic, why in report.skipped.items()]
+    rows += [("profile", repr(name), "not one of ROS; read by each topic's own schema") for name in report.profiles]
+    return [dict(zip(("evidence", "number", "why"), row, strict=True)) for row in rows]

@@ -43,11 +43,14 @@ def _answer(found: Description) -> dict[str, Any]:
         "size_bytes": found.size_bytes,
         "library": index.header.library if index.header else "",
         "profile": index.header.profile if index.header else "",
-        "closed": found.indexed,
+        "closed": found.closed,
+        "indexed": found.indexed,
         "damages": found.loss.count,
         "messages": index.messages,
         "start_ns": index.first_ns,
         "end_ns": index.last_ns,
+        "origin_ns": found.origin.stamp_ns,
+        "seconds_from": found.origin.kind,
         "duration_s": found.duration_s,
         "chunks": len(index.chunks),
         "compression_ratio": found.compression_ratio,
@@ -85,8 +88,10 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         lines.append(("outcome", end))
     elif found.runs:
         lines.append(("runs", f"{found.runs}; lios log split --by run takes them apart"))
-    state = "closed" if found.indexed else "not closed; lios recover rebuilds its index"
-    if found.loss.count and found.indexed:
+    state = "closed" if found.closed else "not closed; lios recover rebuilds its index"
+    if found.closed and not found.indexed:
+        state += ", without a whole index: all of it was read"
+    if found.loss.count and found.closed:
         state += f"; {found.loss.count} damages, see lios doctor"
     ratio = "" if found.compression_ratio is None else f", compressed {found.compression_ratio:.1f} times"
     lines += [
@@ -94,11 +99,19 @@ def _lines(found: Description) -> list[tuple[str, str]]:
         ("library", index.header.library if index.header else "unknown"),
         ("messages", f"{index.messages:,} in {len(index.chunks)} chunks{ratio}"),
         ("start", _when(index.first_ns)),
-        ("duration", f"{found.duration_s:.3f} s"),
+        ("duration", f"{found.duration_s:.3f} s from {_origin(found)}"),
         ("attachments", ", ".join(f"{a.name} ({a.data_size:,} bytes)" for a in index.attachments) or "none"),
         ("metadata", ", ".join(sorted(found.metadata)) or "none"),
     ]
     return lines
+
+
+def _origin(found: Description) -> str:
+    origin = found.origin
+    if not origin.earlier:
+        return origin.kind
+    earlier = f"{origin.earlier} message{'' if origin.earlier == 1 else 's'}"
+    return f"{origin.kind} at {_when(origin.stamp_ns)}, without {earlier} long before"
 
 
 def _rounded(number: str) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from workbench.errors import BadValue
 from workbench.options import Json
 from workbench.parameters import Argument, Option
@@ -59,6 +61,7 @@ def list_logs(
     answers = [_answer(row) for row in wanted]
     if as_json:
         emit_json({"rows": answers})
+        _end(wanted)
         return
     columns = ["file", "place", "scenario", "strategy", "status", "cost", "searches", "duration_s", "problem"]
     if not any(row.problem for row in wanted):
@@ -66,6 +69,13 @@ def list_logs(
     emit_table(answers, columns=columns)
     problems = sum(bool(row.problem) for row in wanted)
     say(f"{len(wanted)} of {len(rows)} logs" + (f", {problems} with a problem" if problems else ""))
+    _end(wanted)
+
+
+def _end(rows: list[LogRow]) -> None:
+    """Ends with 3 where a log of a run is not whole."""
+    if any(row.problem and row.run_id for row in rows):
+        raise click.exceptions.Exit(3)
 
 
 def _answer(row: LogRow) -> dict[str, Any]:

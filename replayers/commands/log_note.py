@@ -33,7 +33,7 @@ def note(
 
     if text or at or until or author:
         add_note(log, text, at=at, until=until, author=author)
-    found, start_ns = notes_of(log), describe(log).index.first_ns
+    found, start_ns = notes_of(log), describe(log).origin.stamp_ns
     if as_json:
         emit_json({"file": str(log), "notes": [asdict(one) for one in found]})
         return

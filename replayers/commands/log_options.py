@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from workbench.errors import BadValue, NotFound
 from workbench.parameters import Argument, Option
-from workbench.terminal import progress, say
+from workbench.terminal import counted, progress, say
 
 if TYPE_CHECKING:
     from recorders.mcap_io.chunk import Compression
@@ -67,9 +67,12 @@ def wanted_of(
 
     named = [topic.strip() for topic in topics.split(",") if topic.strip()]
     included, excluded = include or [], exclude or []
-    found = describe(log).index if start or end or named or included or excluded else None
-    first_ns = 0 if found is None else found.first_ns
+    about = describe(log) if start or end or named or included or excluded else None
+    found = about.index if about else None
+    first_ns = 0 if about is None else about.origin.stamp_ns
     start_ns = moment(start, start_ns=first_ns, option="--start") if start else 0
+    if about is not None and about.origin.earlier and (start or end):
+        say(f"Seconds count from {about.origin.kind}; {counted(about.origin.earlier, 'message')} long before it.")
     end_ns = moment(end, start_ns=first_ns, option="--end") if end else None
     if end_ns is not None and end_ns <= start_ns:
         raise BadValue("--end", end, "after --start")

@@ -6,11 +6,14 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
 if TYPE_CHECKING:
+    from replayers.batch.next_look import ContainerLook
     from replayers.batch.replay_all import LogFailed
     from replayers.batch.store import StoredReplay
 
@@ -73,6 +76,13 @@ def replay(
             help="With -o, also record the run in consistent worlds: best, worst, drawn (separated by commas).",
         ),
     ] = "",
+    in_process: Annotated[
+        bool,
+        Option(
+            "--in-process",
+            help="Run your own planner in this process, without a time limit: breakpoint() stops in it.",
+        ),
+    ] = False,
     workers: Annotated[
         int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
@@ -96,8 +106,8 @@ def replay(
     if verify:
         _verify(logs, _recorded_as(strategies), json=json)
         return
-    from replayers.batch.replay_all import LogFailed, ReplayRequest, logs_among, replay_all, strategies_named
-    from replayers.batch.split_runs import join_first, parts_of_one_run
+    import replayers
+    from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import Budget
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
@@ -105,12 +115,6 @@ def replay(
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
 
-    given = logs_among(logs)
-    parts = parts_of_one_run(given)
-    files = tuple(log for log in given if log not in parts)
-    named = strategies_named(strategies, with_truth=with_truth)
-    not_there = _not_there(named)
-    names = tuple(name for name in named if name not in not_there)
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
@@ -119,32 +123,31 @@ def replay(
         assumptions=Assumptions(inventory=not no_inventory, unique=unique),
         with_truth=with_truth,
         timeout_s=timeout,
+        in_process=in_process,
         seed=seed,
     )
-    wanted = ReplayRequest(
-        strategies=names,
+    made = replayers.replay(
+        logs,
+        strategies,
         settings=settings,
         output=output,
-        write_logs=output is not None,
         worlds=_worlds_named(write, output),
-        origin=NameOrigin.USER,
+        workers=workers,
+        told=lambda replays, total: progress(replays, title="replaying", total=total),
     )
-    replays = replay_all(files, wanted, workers=workers)
-    outcomes = list(progress(replays, title="replaying", total=len(files) * len(names)))
-    outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_there.items()]
-    outcomes += [LogFailed(log=str(part), strategy="", reason=join_first(part, of)) for part, of in parts.items()]
+    outcomes, not_there = list(made.outcomes), made.not_loaded
     failed = [o for o in outcomes if isinstance(o, LogFailed)]
     if len(failed) == len(outcomes):
         _refuse(failed)
     rows = [_row(o) for o in outcomes]
-    next_look = _look_next(outcomes, files, settings) if look_next else None
+    next_look = [_look(look) for look in replayers.look_next(made)] if look_next else None
     if json:
         answer: dict[str, Any] = {"rows": rows, "pairs": _pairs(outcomes), "seed": seed}
         if next_look is not None:
             answer["look_next"] = next_look
         emit_json(answer)
     else:
-        _show(rows, next_look, several=len(given) > 1)
+        _show(rows, next_look, several=len({o.log for o in outcomes}) > 1)
     for failure in failed:
         if failure.reason.startswith(failure.log):
             say(failure.reason)
@@ -153,22 +156,8 @@ def replay(
     failures = [f"{name} cannot be loaded: {why}" for name, why in not_there.items()] + _unlike(rows) + _broken(rows)
     if failures:
         raise Failed("; ".join(failures))
-
-
-def _not_there(names: tuple[str, ...]) -> dict[str, str]:
-    """Plug-in planners that cannot be loaded, with the reasons; raises where there is no other strategy."""
-    from replayers.counterfactual.sandbox import is_foreign, require_planner, why_not_loaded
-    from workbench.planning.strategies import StrategyNotLoaded
-    from workbench.plugins import NameOrigin
-
-    for name in names:
-        require_planner(name)
-    foreign = [name for name in names if is_foreign(name, origin=NameOrigin.USER)]
-    found = {name: why for name in foreign if (why := why_not_loaded(name))}
-    if len(found) == len(names):
-        name, why = next(iter(found.items()))
-        raise StrategyNotLoaded(name, why)
-    return found
+    if any(row.get("lost") for row in rows):
+        raise click.exceptions.Exit(3)
 
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
@@ -231,6 +220,7 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "recorded_cost": outcome.recorded_cost,
         "reproduced": outcome.reproduced,
         "complete_log": outcome.complete_log,
+        "lost": outcome.lost,
         "imputed": outcome.imputed,
         "reason": outcome.reason,
         "notes": outcome.notes,
@@ -295,7 +285,7 @@ def _show(rows: list[dict[str, Any]], next_look: list[dict[str, Any]] | None, *,
     for column in ("if beliefs stand", "in truth", "seconds"):
         if all(line[column] is None for line in shown):
             shown = [{k: v for k, v in line.items() if k != column} for line in shown]
-    emit_table(shown)
+    emit_table(shown, minor=("90 % of drawn worlds", "seconds", "if beliefs stand", "not opened", "bounds"))
     conditional = any(row.get("if_beliefs_stand") for row in rows)
     for note, logs in _notes(rows).items():
         if conditional or not note.endswith(LEARNS):
@@ -374,10 +364,10 @@ def _refuse(failed: list[LogFailed]) -> None:
     )
 
 
-def _look_next(outcomes: list[Any], files: tuple[Path, ...], settings: Any) -> list[dict[str, Any]]:
-    from replayers.batch.next_look import best_looks
+def _look(look: ContainerLook) -> dict[str, Any]:
+    from dataclasses import asdict
 
-    return best_looks(outcomes, files, settings)
+    return {"log": look.log, **asdict(look.value), "words": look.words}
 
 
 def _recorded_as(strategies: str) -> str:

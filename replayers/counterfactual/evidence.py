@@ -21,13 +21,31 @@ from replayers.counterfactual.evidence_rules import (
     refused_targets,
     successful_manipulations,
 )
+from replayers.runs.gaps import Gaps, gaps_of
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
-from workbench.log_schema.events import ROUNDED_BEFORE, RunInfo
+from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
+
+
+class PartOfRun(Unsupported):
+    """One part of a split recording, which shows neither what was before nor what came after it."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(
+            f"{run.path}: one part of a run that was split into several files. "
+            "Join them first: lios log merge ALL PARTS -o WHOLE.mcap"
+        )
+
+
+class StartUnknown(Unsupported):
+    """A log that lost what the robot knew at the start: no strategy can be run from there."""
+
+    def __init__(self, run: Run, why: str) -> None:
+        super().__init__(f"{run.path}: {why}. Replay the log as it was recorded, before it was filtered or damaged.")
 
 
 class NoTaskAttempted(Unsupported):
@@ -46,6 +64,7 @@ class Evidence:
 
     Attributes:
         path, sha256, info, complete: which log; whether it was closed in order.
+        gaps: what is missing from it; nothing above rests on that.
         known: containers whose contents the robot knew before it started.
         contents: every container whose contents are certain (the known ones too), as at the start of the run.
         shut: containers that could not be searched, with the reason; they refuse again.
@@ -64,6 +83,7 @@ class Evidence:
     sha256: str
     info: RunInfo
     complete: bool
+    gaps: Gaps = field(default_factory=Gaps)
     place: Place
     task: Task
     costs: ActionCosts
@@ -102,11 +122,19 @@ def evidence_of(run: Run) -> Evidence:
 
     Raises:
         NoTaskAttempted: a session without a task.
+        PartOfRun: one of several parts of a run.
+        StartUnknown: what the robot knew at the start is missing.
     """
     if run.task.goal == AllOf(parts=()):
         raise NoTaskAttempted(run)
+    gaps = gaps_of(run)
+    if run.part and (run.part != "0" or not run.complete or gaps.lost):
+        raise PartOfRun(run)
+    if gaps.start_unknown:
+        raise StartUnknown(run, gaps.start_unknown)
     containers = tuple(c.id for c in run.place.plan.containers)
-    contents, odd = contents_at_start(run.observations, run.actions, containers)
+    seen = tuple(o for o in run.observations if _is_certain(o, gaps))
+    contents, odd = contents_at_start(seen, run.actions, containers)
     rounded = run.info.schema_version < ROUNDED_BEFORE
     probabilities, steady, strange = first_belief(run.beliefs, containers, rounded=rounded)
     cut = () if run.complete else ("the log is cut off: what it holds is replayed",)
@@ -117,6 +145,7 @@ def evidence_of(run: Run) -> Evidence:
         sha256=run.sha256,
         info=run.info,
         complete=run.complete,
+        gaps=gaps,
         place=run.place,
         task=run.task,
         costs=run.costs,
@@ -128,11 +157,27 @@ def evidence_of(run: Run) -> Evidence:
         walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
         done=successful_manipulations(run.actions),
         first_belief=probabilities,
-        steady=steady,
+        steady=steady and not gaps.beliefs,
         rounded=rounded,
         imputed=imputed,
-        notes=(*cut, *_imagined(imputed), *odd, *strange),
+        notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
     )
+
+
+def _is_certain(seen: Observation, gaps: Gaps) -> bool:
+    """Whether an observation shows contents as at the start: nothing that is missing can have changed them."""
+    if seen.known_at_start:
+        return True
+    late = gaps.actions_after_ns is not None and seen.stamp.ns > gaps.actions_after_ns
+    return not late and seen.container not in gaps.not_looked
+
+
+def _gap_notes(gaps: Gaps, dropped: int) -> tuple[str, ...]:
+    if not gaps.lost:
+        return ()
+    unused = "1 search proves nothing" if dropped == 1 else f"{dropped} searches prove nothing"
+    after = f"; with that missing, {unused} and counts as not made" if dropped else ""
+    return (f"the log is not whole: {'; '.join(gaps.lost)}{after}",)
 
 
 def _imagined(imputed: tuple[ContainerId, ...]) -> tuple[str, ...]:

@@ -17,6 +17,8 @@ LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
 """What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
 on a filling of a container that nobody opened."""
 
+ELSEWHERE = ""
+"""Where an item stood at first that was carried before the log first shows it."""
 Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 """A manipulation: its kind, its place, its items."""
@@ -29,7 +31,7 @@ def contents_at_start(
     observations: Iterable[Observation], actions: Iterable[ActionFinished], containers: tuple[ContainerId, ...]
 ) -> tuple[dict[ContainerId, tuple[Item, ...]], tuple[str, ...]]:
     """Contents of each searched container at the start of the run, and notes on what was odd."""
-    placed = _first_pick_times(actions)
+    handled = _first_handled(actions)
     home: dict[str, str] = {}
     contents: dict[ContainerId, tuple[Item, ...]] = {}
     notes: dict[str, None] = {}
@@ -41,8 +43,8 @@ def contents_at_start(
         again = container in contents
         items: list[Item] = []
         for item in seen.items:
-            first = home.setdefault(item.id, seen.container)
-            carried = item.id in placed and placed[item.id] <= seen.stamp.ns
+            carried = item.id in handled and handled[item.id] <= seen.stamp.ns
+            first = home.setdefault(item.id, ELSEWHERE if carried else seen.container)
             if first != seen.container and not carried:
                 notes[f"{item.id} was seen in {first} and in {container}; it is read as standing in {first}"] = None
             if first == seen.container and not any(i.id == item.id for i in items):
@@ -106,11 +108,11 @@ def first_belief(
     return MappingProxyType(first), steady, tuple(strange)
 
 
-def _first_pick_times(actions: Iterable[ActionFinished]) -> dict[str, int]:
-    """When each item was first picked up, in nanoseconds since the epoch."""
+def _first_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:
+    """When each item was first picked up or put down, in nanoseconds since the epoch."""
     handled: dict[str, int] = {}
     for action in actions:
-        if action.action == "pick" and action.success:
+        if action.action in ("pick", "place") and action.success:
             for item in action.items:
                 handled.setdefault(item, action.stamp.ns)
     return handled

@@ -51,6 +51,8 @@ class ReplaySettings:
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
         timeout_s: the longest that a planner from outside may take for one decision.
+        in_process: planners from outside run in this process, without a time limit, so that a debugger stops in
+            them; no answer depends on it, so it is in no replay's key.
         seed: of the drawn worlds. The strategies' own seed is the run's.
     """
 
@@ -61,6 +63,7 @@ class ReplaySettings:
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
     timeout_s: float = 10.0
+    in_process: bool = field(default=False, repr=False)
     seed: int = 0
 
 

@@ -14,15 +14,16 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from replayers.counterfactual.bounds.bounds import NEAR, Bounds
+from replayers.counterfactual.bounds.bounds import NEAR, Bounds, Proof
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
+from replayers.counterfactual.bounds.climb import climbed_ends
 from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
-from replayers.counterfactual.sandbox import Sandboxed, is_foreign
+from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
@@ -137,7 +138,8 @@ def replay_on(
     if needs_truth(strategy_name):
         return _in_truth_only(ground, strategy_name, origin)
     if is_foreign(strategy_name, origin=origin):
-        with Sandboxed(strategy_name, origin=origin, timeout_s=ground.settings.timeout_s) as planner:
+        limit_s, here = ground.settings.timeout_s, ground.settings.in_process
+        with foreign_planner(strategy_name, origin=origin, timeout_s=limit_s, in_process=here) as planner:
             return replay_strategy(ground, planner, worlds=worlds)
     return replay_strategy(ground, strategy(strategy_name, origin=origin), worlds=worlds)
 
@@ -160,6 +162,9 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         estimate = estimate_of(drawn, done)
         ends = tuple(tree.follow(ground.worlds.chooser(int(world))) for world in (drawn.argmin(), drawn.argmax()))
     bounds, standing = _with_all_ends(bounds, standing, ends, tree)
+    if bounds.upper_proof is Proof.NONE:
+        climbed = climbed_ends(tree, standing or bounds, most_stretches=settings.budget.climb)
+        bounds, standing = _with_all_ends(bounds, standing, climbed, tree)
     true = _ended(in_truth(ground, planner)) if ground.truth is not None and not tree.guesses else None
     made = Replay(
         strategy=planner.name,
@@ -195,7 +200,7 @@ def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
         ground.estimator,
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
         seed=evidence.info.seed,
-        merge=built_in is not None and not isinstance(planner, Sandboxed),
+        merge=built_in is not None and not is_from_outside(planner),
         steady=ground.steady,
         exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
         reads_beliefs=uses_beliefs(planner, evidence.task.goal),

@@ -17,8 +17,9 @@ from importlib.machinery import PathFinder
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from types import MappingProxyType
-from typing import Any, Self, final
+from typing import Any, Self, cast, final
 
+from workbench.debugging import show_traceback
 from workbench.errors import LiosError
 from workbench.planning.guarded import decision_error, exception_text
 from workbench.planning.plans import Plan, PlanStatus
@@ -90,13 +91,73 @@ def require_planner(name: str) -> None:
             raise StrategyNotLoaded(name, f"there is no module {top} here or installed")
 
 
-def why_not_loaded(name: str) -> str:
+def why_not_loaded(name: str, *, in_process: bool = False) -> str:
     """Why no planner loads under a user's name: a misspelt class, a module that raises; empty where one does.
 
     One that asks for the truth is there; what becomes of it is a replay's status.
     """
-    with Sandboxed(name, origin=NameOrigin.USER) as planner:
+    kind = InThisProcess if in_process else Sandboxed
+    with kind(name, origin=NameOrigin.USER) as planner:
         return "" if planner.asked_for_truth else planner.why_broken
+
+
+def foreign_planner(
+    name: str, *, origin: NameOrigin, timeout_s: float, in_process: bool
+) -> Sandboxed | InThisProcess:
+    """A planner from outside, in a process of its own or, for a debugger, in this one."""
+    if in_process:
+        return InThisProcess(name, origin=origin)
+    return Sandboxed(name, origin=origin, timeout_s=timeout_s)
+
+
+def is_from_outside(planner: Strategy) -> bool:
+    """Whether a planner was made by foreign_planner."""
+    return isinstance(planner, Sandboxed | InThisProcess)
+
+
+@final
+class InThisProcess:
+    """A planner from outside in this process and without a time limit, so that a debugger stops in it.
+
+    Otherwise as Sandboxed: what it raises, and what is no decision, become a decision without a plan.
+
+    Args:
+        name, origin: as for Sandboxed.
+    """
+
+    def __init__(self, name: str, *, origin: NameOrigin) -> None:
+        found = strategy_plugin(name, origin=origin)
+        with found.import_path():
+            kind, made = _tried(lambda: load_foreign(found))
+        self._planner = cast("Strategy | None", made if kind == "ok" else None)
+        self.name = self._planner.name if self._planner is not None else name
+        self.why_broken = "" if kind == "ok" else str(made)
+        self.asked_for_truth = kind == "cheated"
+
+    def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
+        """The types for which it requests beliefs; none if it cannot say."""
+        planner = self._planner
+        if planner is None:
+            return ()
+        kind, answer = _tried(lambda: planner.relevant_types(task))
+        if kind != "ok" or not isinstance(answer, tuple):
+            self.why_broken = self.why_broken or (str(answer) if kind != "ok" else "its relevant_types are no tuple")
+            return ()
+        return tuple(ItemType(str(t)) for t in cast("tuple[object, ...]", answer))
+
+    def decide(self, view: View) -> Decision:
+        planner = self._planner
+        if planner is None or self.why_broken:
+            kind, answer = "broken", self.why_broken
+        else:
+            kind, answer = _tried(lambda: planner.decide(view))
+        return _decision(kind, answer, self.name)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
 
 
 @final
@@ -144,10 +205,7 @@ class Sandboxed:
 
     def decide(self, view: View) -> Decision:
         kind, answer = self._ask("decide", view, self._timeout_s)
-        why = str(answer) if kind != "ok" else decision_error(answer)
-        if not why:
-            return answer
-        return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=why, solver=self._name))
+        return _decision(kind, answer, self._name)
 
     def close(self) -> None:
         """Ends its process. Safe to call twice."""
@@ -209,6 +267,12 @@ class Sandboxed:
         return "gone", why
 
 
+def _decision(kind: str, answer: Any, name: str) -> Decision:
+    """The answer, or a decision without a plan that says why it is none."""
+    why = str(answer) if kind != "ok" else decision_error(answer)
+    return answer if not why else Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=why, solver=name))
+
+
 def _serve(pipe: Connection, spec: str, origin: NameOrigin, folder: str) -> None:
     """The child process: loads the planner, then answers one request after the other.
 
@@ -261,6 +325,7 @@ def _tried(ask: Callable[[], object]) -> tuple[str, object]:
     except AskedForTruth as error:
         return "cheated", str(error)
     except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+        show_traceback(error)
         return "raised", exception_text(error)
 
 

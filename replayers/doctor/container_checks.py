@@ -7,7 +7,7 @@ can do without (an index) is at most a loss, a fault that it would misread (a wr
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -19,11 +19,13 @@ from replayers.doctor.findings import Findings, Level
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.records import HEAD, ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
 from replayers.mcap_io.scan import Damage, scan
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import read_summary
 
 DATA_END_BYTES = 4
+Tell = Callable[[str], None]
 PROFILES = ("", "ros1", "ros2")
 RECOVER = "Save what is intact: lios recover"
+REWRITE = "Readers walk the whole file; with an index it opens faster: lios log compact"
 
 
 @dataclass(slots=True)
@@ -83,7 +85,7 @@ def _take(walk: ContainerScan, offset: int, record: Record) -> Iterator[Message 
     findings = walk.findings
     if walk.data_end is not None and not isinstance(record, Footer):
         return  # the summary is compared as a whole
-    if walk.indexes_of is not None and not isinstance(record, MessageIndex):
+    if walk.indexes_of is not None and isinstance(record, ChunkRecord | RawMessage | DataEnd):
         _check_indexes_complete(walk)
     match record:
         case Header():
@@ -198,7 +200,7 @@ def _check_index(walk: ContainerScan, offset: int, record: MessageIndex) -> None
 def _check_indexes_complete(walk: ContainerScan) -> None:
     if walk.indexes_of is not None and walk.indexes_of[1] and not walk.damaged:
         where = f"chunk at byte {walk.indexes_of[0]}"
-        walk.findings.add(Level.WARNING, where, "messages without a message index", RECOVER, kind="no message index")
+        walk.findings.add(Level.INFO, where, "messages without a message index", REWRITE, kind="no message index")
     walk.indexes_of = None
 
 
@@ -218,7 +220,7 @@ def _check_end(walk: ContainerScan, stream: BinaryIO) -> None:
     if stream.read() != MAGIC:
         findings.error("end", "the closing magic is missing or something follows it", RECOVER)
     if walk.footer.summary_start == 0:
-        findings.add(Level.WARNING, "summary", "the file has no index", RECOVER)
+        findings.add(Level.INFO, "summary", "the file has no index", REWRITE)
         return
     stream.seek(walk.data_end[0])
     if (
@@ -226,7 +228,7 @@ def _check_end(walk: ContainerScan, stream: BinaryIO) -> None:
         or walk.footer.summary_start != stream.tell() + DATA_END_BYTES
     ):
         findings.error("summary", "it does not begin where the data end", RECOVER)
-    index = read_index(stream)
+    index = read_summary(stream)
     if index is None:
         findings.error("summary", "the index at the end is damaged", RECOVER)
     elif not walk.damaged:
@@ -254,30 +256,53 @@ def _compare(walk: ContainerScan, index: LogIndex) -> None:
     def differ(what: str) -> None:
         findings.error("summary", what, RECOVER, kind="summary")
 
+    def lacks(what: str) -> None:
+        findings.add(Level.INFO, "summary", f"it has no {what}, which are optional", REWRITE, kind=f"no {what}")
+
+    _compare_statistics(walk, index, differ, lacks)
+    _compare_chunks(walk, index, differ, lacks)
+    for said, seen, name in (
+        ({a.offset: a.name for a in index.attachments}, walk.attachments, "attachments"),
+        ({m.offset: m.name for m in index.metadata}, walk.metadata, "metadata records"),
+    ):
+        if seen and not said:
+            lacks(f"index of {name}")
+        elif said != seen:
+            differ(f"its index of {name} does not fit the file")
+    if walk.channels and not index.channels:
+        lacks("channels")
+    for channel in walk.channels.values() if index.channels else ():
+        if index.channels.get(channel.id) != channel:
+            differ(f"channel {channel.id} is missing or another one")
+    if walk.schemas and not index.schemas:
+        lacks("schemas")
+
+
+def _compare_statistics(walk: ContainerScan, index: LogIndex, differ: Tell, lacks: Tell) -> None:
     statistics = index.statistics
-    if statistics is not None:
-        counts = {channel: count for channel, count in statistics.channel_message_counts.items() if count}
-        if counts != walk.counts:
-            differ("its message counts are not those of the file")
-        for name, said, seen in (
-            ("chunks", statistics.chunk_count, len(walk.chunks)),
-            ("attachments", statistics.attachment_count, len(walk.attachments)),
-            ("metadata records", statistics.metadata_count, len(walk.metadata)),
-        ):
-            if said != seen:
-                differ(f"it counts {said} {name}, and there are {seen}")
+    if statistics is None:
+        lacks("statistics")
+        return
+    counts = {channel: count for channel, count in statistics.channel_message_counts.items() if count}
+    if counts and counts != walk.counts:  # an empty map says that they were not counted
+        differ("its message counts are not those of the file")
+    for name, said, seen in (
+        ("messages", statistics.message_count, sum(walk.counts.values())),
+        ("chunks", statistics.chunk_count, len(walk.chunks)),
+        ("attachments", statistics.attachment_count, len(walk.attachments)),
+        ("metadata records", statistics.metadata_count, len(walk.metadata)),
+    ):
+        if said != seen:
+            differ(f"it counts {said} {name}, and there are {seen}")
+
+
+def _compare_chunks(walk: ContainerScan, index: LogIndex, differ: Tell, lacks: Tell) -> None:
+    if walk.chunks and not index.chunks:
+        lacks("chunk indexes")
+        return
     if sorted(c.chunk_start_offset for c in index.chunks) != sorted(walk.chunks):
         differ("its chunk offsets are not those of the file")
     for chunk in index.chunks:
         first, last, messages = walk.chunks.get(chunk.chunk_start_offset, (0, 0, 0))
         if messages and (chunk.message_start_time, chunk.message_end_time) != (first, last):
             differ(f"its times of the chunk at byte {chunk.chunk_start_offset} are wrong")
-    for said, seen, name in (
-        ({a.offset: a.name for a in index.attachments}, walk.attachments, "attachments"),
-        ({m.offset: m.name for m in index.metadata}, walk.metadata, "metadata records"),
-    ):
-        if said != seen:
-            differ(f"its index of {name} does not fit the file")
-    for channel in walk.channels.values():
-        if index.channels.get(channel.id) != channel:
-            differ(f"channel {channel.id} is missing or another one")

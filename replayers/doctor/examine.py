@@ -34,6 +34,7 @@ class Examination:
         loss_window_measured: whether it is the former, measured from the log.
         longest_chunk_s: the longest span of log time in one chunk.
         messages: how many are intact.
+        source: where the run comes from: simulation, spot, import, ...; "" where the log does not say.
     """
 
     file: Path
@@ -44,6 +45,7 @@ class Examination:
     longest_chunk_s: float
     messages: int
     holds_run: bool
+    source: str = ""
 
 
 def examine(path: Path | str, *, told: Told = iter) -> Examination:
@@ -79,6 +81,7 @@ def examine(path: Path | str, *, told: Told = iter) -> Examination:
         findings=tuple(findings.all()),
         loss_window_s=longest_s if measured or promised_s is None else promised_s,
         loss_window_measured=measured,
+        source="" if checks.info is None else checks.info.source,
         longest_chunk_s=longest_s,
         messages=count,
         holds_run=checks.holds_run,

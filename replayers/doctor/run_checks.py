@@ -12,7 +12,7 @@ from recorders.run_recorder import COMPUTER_CLOCK, WORLD_CLOCK
 from recorders.sinks.files import PART_METADATA
 from replayers.doctor.event_checks import EventChecks
 from replayers.doctor.findings import Findings, Level
-from replayers.log_tools.recover import RECOVERED_METADATA
+from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from replayers.mcap_io.messages import Message
 from workbench.errors import LiosError
 from workbench.log_schema.codec import decode
@@ -50,6 +50,7 @@ class RunChecks:
     def finish(self, *, cut_off: bool, damaged: bool) -> None:
         """The checks that need the whole file."""
         findings = self.findings
+        self._check_recovered()
         if not self.holds_run:
             if self.domain_messages and not (cut_off or RECOVERED_METADATA in self.metadata):
                 findings.error("metadata", f"events of a run, but no metadata {INFO_METADATA}", REPLAYABLE)
@@ -89,6 +90,16 @@ class RunChecks:
         recorder = self.settings.get("recorder")
         sync_s = recorder.get("sync_s") if isinstance(recorder, dict) else None
         return float(sync_s) if isinstance(sync_s, int | float) else None
+
+    def _check_recovered(self) -> None:
+        facts = self.metadata.get(RECOVERED_METADATA, {})
+        if facts.get("lossy") != "true":
+            return
+        saved, expected = facts.get("messages", "?"), facts.get("expected")
+        of = f" of {expected[:20]}" if expected else ""
+        damages = facts.get("damages", "?")[:20]
+        what = f"recovered from a log with {damages} damages: {saved[:20]}{of} messages were saved"
+        self.findings.add(Level.LOSS, "metadata", what, "What was lost is not in this file", kind="recovered")
 
     def _metadata(self, record: Metadata) -> None:
         self.metadata[record.name] = record.metadata

@@ -38,16 +38,20 @@ class Result:
     words: str = ""
 
 
-def stamp_of(message: Any, otherwise_ns: int) -> int:
-    """The message's own stamp in nanoseconds; without one, the time when it was recorded."""
-    header = getattr(message, "header", None)
-    stamp = getattr(header, "stamp", None)
+def own_stamp(message: Any) -> tuple[int, bool]:
+    """The message's own stamp in nanoseconds, and whether it has a header; of tf, its last transform's.
+
+    A stamp of zero or below counts as 0: not set.
+    """
+    transforms = getattr(message, "transforms", None)
+    if transforms is not None:
+        return own_stamp(transforms[-1]) if len(transforms) else (0, False)
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
     if stamp is None:
-        return otherwise_ns
+        return 0, False
     seconds = getattr(stamp, "sec", getattr(stamp, "secs", 0))
     nanos = getattr(stamp, "nanosec", getattr(stamp, "nsecs", 0))
-    own = int(seconds) * NANO + int(nanos)
-    return own if own > 0 else otherwise_ns
+    return max(0, int(seconds) * NANO + int(nanos)), True
 
 
 def markers(message: Any) -> Iterator[Marker]:

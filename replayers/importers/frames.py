@@ -18,10 +18,21 @@ class FrameBuffer:
     """Child frames with their parent and the transform between them."""
 
     _links: dict[str, tuple[str, Matrix]] = field(default_factory=dict)
+    _stamps: dict[str, int] = field(default_factory=dict)
 
-    def add(self, parent: str, child: str, transform: Any) -> None:
-        """Takes a geometry_msgs/Transform."""
+    def add(self, parent: str, child: str, transform: Any, *, stamp_ns: int | None = None) -> None:
+        """Takes a geometry_msgs/Transform; without a stamp it is static."""
+        if stamp_ns is not None:
+            self._stamps[plain(child)] = stamp_ns
         self._links[plain(child)] = (plain(parent), matrix_of(transform.translation, transform.rotation))
+
+    def set(self, parent: str, child: str, parent_tform_child: Matrix) -> None:
+        """Takes a transform as a matrix, shape (4, 4)."""
+        self._links[child] = (parent, parent_tform_child)
+
+    def parent_of(self, child: str) -> tuple[str, Matrix]:
+        """A frame's parent and parent_tform_child. Raises KeyError for a frame without one."""
+        return self._links[child]
 
     @property
     def names(self) -> frozenset[str]:
@@ -51,6 +62,12 @@ class FrameBuffer:
     def links(self) -> list[tuple[str, str, Matrix]]:
         """(parent, child, parent_tform_child) of everything known, by child."""
         return [(parent, child, transform) for child, (parent, transform) in sorted(self._links.items())]
+
+    def age_ns(self, frame: str, stamp_ns: int) -> int:
+        """How much older than a time the oldest transform above a frame is; 0 where all are static or newer."""
+        return max(
+            [0, *(stamp_ns - self._stamps[name] for name in self._chain(plain(frame)) if name in self._stamps)]
+        )
 
     def _chain(self, frame: str) -> dict[str, Matrix]:
         """Every ancestor of a frame with ancestor_tform_frame, the frame itself first."""

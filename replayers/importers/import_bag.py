@@ -11,15 +11,15 @@ import msgspec
 from recorders.code_revision import revision
 from recorders.run_recorder import RunRecorder
 from recorders.spot.run.site_tasks import session_task
-from replayers.importers import decoding
+from recorders.spot.session.inferred_actions import InconclusiveLook
+from replayers.importers.bag_survey import survey_bag
 from replayers.importers.bags import Bag
-from replayers.importers.frames import FrameBuffer, plain
-from replayers.importers.mapping import BagFrames, Mapping
+from replayers.importers.clocks import BagClock, ClockName
+from replayers.importers.mapping import Mapping
 from replayers.importers.message_handlers import BagDerivation
 from replayers.importers.retrospective_plans import AFTER_THE_FACT, AfterTheFact
 from workbench import __version__
 from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.errors import Malformed
 from workbench.execution.events import RunEnded
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.log_schema.place import Place
@@ -30,20 +30,6 @@ from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.sites.site import Site
 
 
-class RobotNotLocated(Malformed):
-    """A bag that does not say where the robot was on the map."""
-
-    def __init__(self, path: Path, mapping: Mapping, topics: tuple[str, ...], seen: list[str]) -> None:
-        frames = mapping.frames
-        listed = ", ".join(topics[:8]) + (", ..." if len(topics) > 8 else "")
-        linked = f" Frames: {', '.join(seen[:8])}{', ...' if len(seen) > 8 else ''}." if seen else ""
-        super().__init__(
-            f"{path}: nothing places the robot on the map: no tf from {frames.map} to {frames.body}, no mapped pose "
-            f"topic (mapping {mapping.name}).{linked} Topics: {listed}. "
-            "Map a pose topic, or correct the mapping's frames."
-        )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportPlan:
     """How to import a bag.
@@ -51,6 +37,7 @@ class ImportPlan:
     Attributes:
         task: what the robot was to do; None when unknown.
         strategy, estimator: whose beliefs and plans are computed after the fact; "" for none.
+        clock: whose times are used; None for header stamps unless they are of another clock or jump back.
     """
 
     site: Site
@@ -58,18 +45,45 @@ class ImportPlan:
     task: Task | None = None
     strategy: str = "model-lios"
     estimator: str = "best"
+    clock: ClockName | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportReport:
-    """The result of an import: messages by role, events, and unmapped topics."""
+    """The result of an import.
+
+    Attributes:
+        ended: the end of the run.
+        seconds: time between its first and last message.
+        messages: number by role.
+        unmapped: topics without a role.
+        skipped: topics that could not be read, with the reason.
+        profiles: profiles of MCAP files other than ROS's own.
+        walked_m: length of the whole way in metres.
+        inconclusive: looks that count as not looked.
+        detections_placed, detections_late: tags placed on the map, and those of them by an old transform.
+        detections_not_placed: number by reason.
+        static_transforms: frames with a static transform.
+        poses_not_placed: number of poses by topic and frame, where the frame does not lead to the map.
+        clock: whose times were used.
+    """
 
     ended: RunEnded
     seconds: float
     messages: dict[str, int]
     unmapped: tuple[str, ...]
+    skipped: dict[str, str]
+    profiles: tuple[str, ...]
     moves: int
     unknown_tags: tuple[int, ...]
+    walked_m: float
+    inconclusive: tuple[InconclusiveLook, ...]
+    detections_placed: int
+    detections_late: int
+    detections_not_placed: dict[str, int]
+    static_transforms: int
+    poses_not_placed: dict[str, int]
+    clock: BagClock
 
 
 def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False) -> ImportReport:
@@ -81,13 +95,14 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         OutputExists: the log is there and force is not set.
     """
     task = plan.task or session_task()
-    roles = {topic: role for topic in bag.topics if (role := plan.mapping.role_of(topic)) is not None}
+    roles = {topic: role for topic in bag.counts if (role := plan.mapping.role_of(topic)) is not None}
     strategy = strategy_named(plan.strategy, origin=NameOrigin.USER) if plan.strategy else None
     estimator = estimator_named(plan.estimator, origin=NameOrigin.USER) if plan.strategy else None
-    mapping = _resolve_frames(bag, plan, roles)
+    survey, frames, clock = survey_bag(bag, plan.mapping, roles, plan.clock)
+    mapping = msgspec.structs.replace(plan.mapping, frames=frames)
     with RunRecorder(
         output,
-        info=_info(bag, plan, task, estimator.name if estimator else plan.estimator),
+        info=_info(bag, plan, task, estimator.name if estimator else plan.estimator, clock.start_ns),
         place=Place.of(plan.site.plan, plan.site.ways),
         task=task,
         costs=ROBOT_COSTS,
@@ -100,50 +115,39 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
                 "computed_after_the_fact": ["belief", "find_cost", "plan"] if strategy else [],
                 "strategy": plan.strategy,
                 "note": AFTER_THE_FACT,
+                "clock": clock.name,
             }
         },
     ) as recorder:
         thinker = AfterTheFact(
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
         )
-        importer = BagDerivation(plan.site, mapping, recorder, thinker, task, given_moves="results" in roles.values())
+        given = "results" in roles.values()
+        importer = BagDerivation(plan.site, mapping, recorder, thinker, task, given, survey, clock)
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
-        ended = importer.derived.end()
+        ended = importer.end()
     return ImportReport(
         ended=ended,
         seconds=importer.derived.spans_s,
         messages=dict(sorted(importer.counts.items())),
-        unmapped=tuple(topic for topic in bag.topics if topic not in roles),
+        unmapped=tuple(topic for topic in bag.counts if topic not in roles),
+        skipped=bag.skipped,
+        profiles=bag.profiles,
         moves=importer.moves,
         unknown_tags=tuple(sorted(importer.unknown_tags)),
+        walked_m=importer.derived.walked_m,
+        inconclusive=tuple(importer.derived.inconclusive),
+        detections_placed=importer.support.placed,
+        detections_late=importer.support.late,
+        detections_not_placed=dict(sorted(importer.support.not_placed.items())),
+        static_transforms=len(survey.static),
+        poses_not_placed={f"{topic} in frame {f}": n for (topic, f), n in sorted(importer.misframed.items())},
+        clock=clock,
     )
 
 
-def _resolve_frames(bag: Bag, plan: ImportPlan, roles: dict[str, str]) -> Mapping:
-    """The mapping with the frames as the bag calls them.
-
-    Reads tf and poses once, so that no log is begun for a bag that does not say where the robot was.
-    """
-    frames, names = FrameBuffer(), plan.mapping.frames
-    topics = tuple(topic for topic, role in sorted(roles.items()) if role in ("tf", "tf_static", "pose"))
-    for message in bag.messages(topics):
-        posed = None
-        if roles[message.topic] == "pose":
-            posed = decoding.body_pose(message.message)
-        else:
-            for link in message.message.transforms:
-                frames.add(link.header.frame_id, link.child_frame_id, link.transform)
-        found = BagFrames(map=frames.named(names.map), odom=frames.named(names.odom), body=frames.named(names.body))
-        known = frames.lookup(found.map, found.body) is not None
-        if posed is not None:
-            known = known or plain(posed[0]) == found.map or frames.lookup(found.map, posed[0]) is not None
-        if known:
-            return msgspec.structs.replace(plan.mapping, frames=found)
-    raise RobotNotLocated(bag.path, plan.mapping, bag.topics, sorted(frames.names))
-
-
-def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str) -> RunInfo:
+def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str, start_ns: int) -> RunInfo:
     code = revision()
     name = f"{bag.path.name}|{bag.start_ns}|{sorted(bag.counts.items())}"
     return RunInfo(
@@ -154,7 +158,7 @@ def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str) -> RunInfo:
         strategy="recorded",
         estimator=estimator,
         seed=0,
-        started=Stamp.of(bag.start_ns),
+        started=Stamp.of(start_ns),
         title=f"{task.title} ({bag.path.name})",
         source="import",
         code_version=__version__,

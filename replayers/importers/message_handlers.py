@@ -9,23 +9,27 @@ from typing import Any, final
 
 from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.Pose_pb2 import Pose as PoseMessage
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.message import Message
 
-from recorders.foxglove.scene import map_grid, timestamp
+from recorders.foxglove.scene import map_grid, timestamp, words
 from recorders.mcap_io.channels import protobuf_channel
 from recorders.run_recorder import RunRecorder
 from recorders.spot.session.inferred_actions import ActionDeriver
 from replayers.importers import decoding
+from replayers.importers.bag_survey import LATCHED_ROLES, BagSurvey
 from replayers.importers.bags import BagMessage
+from replayers.importers.clocks import BagClock
 from replayers.importers.frames import FrameBuffer, Matrix, plain, quaternion_of
+from replayers.importers.look_support import LookSupport
 from replayers.importers.mapping import Mapping
-from replayers.importers.pictures import calibration, compressed, occupancy, packed
+from replayers.importers.pictures import calibration, compressed, occupancy, packed, turn_of
 from replayers.importers.retrospective_plans import AfterTheFact
-from workbench.execution.events import Event
+from workbench.execution.events import Event, RunEnded
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS
 from workbench.worlds.house import LocationId
@@ -52,7 +56,11 @@ class BagDerivation:
     thinker: AfterTheFact
     task: Task
     given_moves: bool
+    survey: BagSurvey
+    clock: BagClock
     frames: FrameBuffer = field(default_factory=FrameBuffer)
+    support: LookSupport = field(init=False)
+    misframed: dict[tuple[str, str], int] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     unknown_tags: set[int] = field(default_factory=set)
     moves: int = 0
@@ -63,14 +71,29 @@ class BagDerivation:
     _calibrated: set[str] = field(default_factory=set)
     _began: bool = False
     _posed: bool = False
+    _framed: set[int] = field(default_factory=set)
     _takes: dict[str, Callable[[BagMessage, int], None]] = field(init=False)
 
     def __post_init__(self) -> None:
         def tell(event: Event) -> None:
             self.thinker.hear(self.derived, event)
 
+        for child, (parent, transform) in sorted(self.survey.static.items()):
+            self.frames.set(parent, child, transform)
+        self.support = LookSupport(
+            site=self.site,
+            frames=self.frames,
+            map_frame=plain(self.mapping.frames.map),
+            detects=self.survey.detects,
+            detected_in=frozenset(self.survey.detected_in),
+        )
         self.derived = ActionDeriver(
-            site=self.site, task=self.task, costs=ROBOT_COSTS, tell=tell, given_moves=self.given_moves
+            site=self.site,
+            task=self.task,
+            costs=ROBOT_COSTS,
+            tell=tell,
+            given_moves=self.given_moves,
+            judge=self.support,
         )
         self._takes = {
             "markers": self._markers,
@@ -80,7 +103,7 @@ class BagDerivation:
             "places": lambda m, at: self._record_manipulation(m, at, "place"),
             "handling": lambda m, at: self._record_manipulation(m, at, "either"),
             "tf": self._tf,
-            "tf_static": self._tf,
+            "tf_static": self._tf_static,
             "pose": self._pose,
             "odometry": self._odometry,
             "map": self._map,
@@ -90,21 +113,42 @@ class BagDerivation:
 
     def take(self, role: str, message: BagMessage) -> None:
         self.counts[role] = self.counts.get(role, 0) + 1
-        at = decoding.stamp_of(message.message, message.stamp_ns)
+        own, _ = decoding.own_stamp(message.message)
+        at = self.clock.time_of(message.stamp_ns, own, latched=role in LATCHED_ROLES)
         if not self._began:
             self._began = True
             self.thinker.begin(self.derived, at)
+        looks = len(self.derived.inconclusive)
         self._takes[role](message, at)
+        self._tell_doubts(looks, at)
+
+    def end(self) -> RunEnded:
+        """Ends the run."""
+        looks = len(self.derived.inconclusive)
+        ended = self.derived.end()
+        self._tell_doubts(looks, ended.stamp_ns)
+        return ended
+
+    def _tell_doubts(self, since: int, at: int) -> None:
+        """Notes the inconclusive looks from the given number on as words of the log."""
+        for look in self.derived.inconclusive[since:]:
+            text = f"Look into {look.container} is inconclusive and counts as not looked: {look.reason}"
+            self._put("/log", words(text, at, level=Log.WARNING, name="import"), at)
 
     def _markers(self, message: BagMessage, at: int) -> None:
         for marker in decoding.markers(message.message):
             if marker.pose is None:
+                if marker.number not in self._framed:
+                    self.support.miss(marker.number, f"tag {marker.number} without a pose", at)
                 continue
-            placed = self._on_map(marker.frame, marker.pose)
-            if placed is not None:
-                self._tag(marker.number, placed, at)
+            placed = self._on_map(marker.frame, marker.pose) if marker.frame else None
+            if placed is None:
+                self.support.miss(marker.number, plain(marker.frame), at)
+            else:
+                self._tag(marker.number, placed, at, marker.frame)
 
-    def _tag(self, number: int, placed: Matrix, at: int) -> None:
+    def _tag(self, number: int, placed: Matrix, at: int, frame: str) -> None:
+        self.support.place(number, frame, at)
         if number not in self.site.tags:
             self.unknown_tags.add(number)
         self.derived.tag(at, number, (float(placed[0, 3]), float(placed[1, 3]), float(placed[2, 3])))
@@ -161,27 +205,45 @@ class BagDerivation:
 
     def _tf(self, message: BagMessage, at: int) -> None:
         for link in message.message.transforms:
-            self.frames.add(link.header.frame_id, link.child_frame_id, link.transform)
-        last = decoding.stamp_of(message.message.transforms[-1], at) if len(message.message.transforms) else at
+            self.frames.add(link.header.frame_id, link.child_frame_id, link.transform, stamp_ns=at)
         for link in message.message.transforms:
             number = self.mapping.tag_of(plain(link.child_frame_id))
-            placed = None if number is None else self.frames.lookup(self.mapping.frames.map, link.child_frame_id)
-            if number is not None and placed is not None:
-                self._tag(number, placed, last)
-        self._put("/tf", self._transforms(message.message, last), last)
-        if not self._posed:
-            placed = self.frames.lookup(self.mapping.frames.map, self.mapping.frames.body)
-            if placed is not None:
-                self._at(placed, last)
+            if number is None:
+                continue
+            self._framed.add(number)
+            placed = self.frames.lookup(self.mapping.frames.map, link.child_frame_id)
+            if placed is None:
+                self.support.miss(number, plain(link.header.frame_id), at)
+            else:
+                self._tag(number, placed, at, link.child_frame_id)
+        self._put("/tf", self._transforms(message, at), at)
+        self._by_tf(at)
+
+    def _tf_static(self, message: BagMessage, at: int) -> None:
+        """Passes static transforms on; they hold from the beginning, by the first pass."""
+        for link in message.message.transforms:
+            self.frames.add(link.header.frame_id, link.child_frame_id, link.transform)
+        self._put("/tf", self._transforms(message, at), at)
+
+    def _by_tf(self, at: int) -> None:
+        """Places the robot by tf, where no pose topic does."""
+        if self._posed:
+            return
+        placed = self.frames.lookup(self.mapping.frames.map, self.mapping.frames.body)
+        if placed is not None:
+            self._at(placed, at)
 
     def _pose(self, message: BagMessage, at: int) -> None:
         posed = decoding.body_pose(message.message)
         if posed is None:
             return
         placed = self._on_map(posed[0], posed[1])
-        if placed is not None:
-            self._posed = True
-            self._at(placed, at)
+        if placed is None:
+            where = (message.topic, plain(posed[0]))
+            self.misframed[where] = self.misframed.get(where, 0) + 1
+            return
+        self._posed = True
+        self._at(placed, at)
 
     def _at(self, placed: Matrix, at: int) -> None:
         self._put("/robot/pose", _in_frame(placed, "map", at), at)
@@ -195,7 +257,7 @@ class BagDerivation:
     def _map(self, message: BagMessage, at: int) -> None:
         grid = occupancy(message.message)
         if grid is not None:
-            self._put("/map", map_grid(grid, at), at, latched=True)
+            self._put("/map", map_grid(grid, at, yaw_rad=turn_of(message.message)), at, latched=True)
 
     def _images(self, message: BagMessage, at: int) -> None:
         raw = hasattr(message.message, "encoding")
@@ -227,22 +289,27 @@ class BagDerivation:
         best = min(away, default=None)
         return best[1] if best is not None and best[0] <= GOAL_WITHIN_M else None
 
-    def _transforms(self, message: Any, at: int) -> FrameTransforms:
+    def _transforms(self, message: BagMessage, at: int) -> FrameTransforms:
         """tf with the mapping's frames under our names: map, odom, base_link."""
         ours = self.mapping.frames
         names = {plain(ours.map): "map", plain(ours.odom): "odom", plain(ours.body): "base_link"}
         return FrameTransforms(
             transforms=[
                 FrameTransform(
-                    timestamp=timestamp(decoding.stamp_of(link, at)),
+                    timestamp=timestamp(self._time_of(link, message)),
                     parent_frame_id=names.get(plain(link.header.frame_id), plain(link.header.frame_id)),
                     child_frame_id=names.get(plain(link.child_frame_id), plain(link.child_frame_id)),
                     translation=_vector(link.transform.translation),
                     rotation=_quaternion(link.transform.rotation),
                 )
-                for link in message.transforms
+                for link in message.message.transforms
             ]
         )
+
+    def _time_of(self, link: Any, message: BagMessage) -> int:
+        own, _ = decoding.own_stamp(link)
+        latched = self.mapping.role_of(message.topic) in LATCHED_ROLES
+        return self.clock.time_of(message.stamp_ns, own, latched=latched)
 
     def _put(self, topic: str, message: Message, at: int, *, latched: bool = False) -> None:
         channel = protobuf_channel(topic, type(message), latched=latched)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from math import atan2
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 from recorders.foxglove.scene import timestamp
+from replayers.importers.frames import matrix_of
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.maps.rotated_grid import is_occupied
 
 MODES = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
 """Encodings of raw images that can be compressed, with their bytes per pixel."""
@@ -73,7 +76,10 @@ def calibration(message: Any, stamp_ns: int) -> CameraCalibration:
 
 
 def occupancy(message: Any) -> OccupancyGrid | None:
-    """A nav_msgs/OccupancyGrid; unknown cells count as occupied. None when its sizes do not match."""
+    """A nav_msgs/OccupancyGrid in the frame of its own rows; unknown cells count as occupied.
+
+    None when its sizes do not match.
+    """
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)
     if info.width * info.height != cells.size or cells.size == 0 or not info.resolution > 0:
@@ -82,5 +88,11 @@ def occupancy(message: Any) -> OccupancyGrid | None:
     return OccupancyGrid(
         origin=(float(info.origin.position.x), float(info.origin.position.y)),
         resolution_m=float(info.resolution),
-        occupied=(values >= 50) | (values < 0),
+        occupied=is_occupied(values),
     )
+
+
+def turn_of(message: Any) -> float:
+    """The yaw of a nav_msgs/OccupancyGrid's rows on the map, in radians; a zero quaternion counts as none."""
+    matrix = matrix_of(message.info.origin.position, message.info.origin.orientation)
+    return atan2(float(matrix[1, 0]), float(matrix[0, 0]))

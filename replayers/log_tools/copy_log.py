@@ -12,11 +12,12 @@ from typing import Self, final
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.mcap_io.chunk import Compression
-from recorders.mcap_io.file import CannotCreate
+from recorders.mcap_io.file import CannotCreate, remove_abandoned_drafts
 from recorders.mcap_io.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
+from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import Failed, OutputExists, WrongKind
 
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
@@ -68,6 +69,7 @@ class Copier:
             )
         except CannotCreate as error:
             raise CannotCreate(self.path, error.reason) from error
+        remove_abandoned_drafts(self.path)
         self._ids: dict[ChannelKey, int] = {}
 
     def __enter__(self) -> Self:
@@ -169,7 +171,8 @@ class ReadLoss:
 
 def contents(path: Path | str, loss: ReadLoss) -> Iterator[Message | Attachment | Metadata | Header]:
     """Everything in a log that is not bookkeeping, in the order of the file; damage goes to `loss`."""
-    content = ChunkMessages(on_damage=loss.add)
+    channels, schemas = _known_declarations(path)
+    content = ChunkMessages(on_damage=loss.add, channels=channels, schemas=schemas)
     with open_log(path) as stream:
         for offset, record in scan(stream, path=path, on_damage=loss.add):
             if isinstance(record, DataEnd):
@@ -179,6 +182,16 @@ def contents(path: Path | str, loss: ReadLoss) -> Iterator[Message | Attachment 
             else:
                 yield from content.messages_of(offset, record)
         loss.messages += content.messages_lost
+
+
+def _known_declarations(path: Path | str) -> tuple[dict[int, Channel], dict[int, Schema]]:
+    """Channels and schemas by the summary; of a log without one, by all of it: a lost chunk may have held the only
+    declaration before its messages."""
+    with open_log(path) as stream:
+        summary, closed = read_summary(stream), is_closed(stream)
+    if summary is not None and summary.channels:
+        return summary.channels, summary.schemas
+    return ({}, {}) if closed else declarations(path)
 
 
 def profile_of(path: Path | str) -> str:

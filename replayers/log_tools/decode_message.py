@@ -9,8 +9,6 @@ from typing import Any, final
 
 import msgspec
 from google.protobuf.json_format import MessageToDict
-from google.protobuf.message import DecodeError
-from mcap.exceptions import McapError
 from mcap.records import Schema
 
 from replayers.mcap_io.messages import Message
@@ -39,15 +37,8 @@ class MessageDecoder:
             decoder = self._decoder(message)
             if decoder is not None:
                 return self._plain(decoder(message.data))
-        except (
-            msgspec.MsgspecError,
-            DecodeError,
-            McapError,
-            UnicodeDecodeError,
-            ValueError,
-            RecursionError,
-        ) as error:
-            return {"undecodable": str(error)[:200], **self._bytes(message.data)}
+        except Exception as error:  # noqa: BLE001  a schema from elsewhere can break its parser in any way
+            return {"undecodable": f"{type(error).__name__}: {error}"[:200], **self._bytes(message.data)}
         return self._bytes(message.data)
 
     def line(self, message: Message) -> dict[str, Any]:
@@ -66,7 +57,10 @@ class MessageDecoder:
             return None
         key = (message.channel.message_encoding, schema.id, hash(schema.data))
         if key not in self._decoders:
-            self._decoders[key] = _decoder_for(message.channel.message_encoding, schema)
+            try:
+                self._decoders[key] = _decoder_for(message.channel.message_encoding, schema)
+            except Exception as error:  # noqa: BLE001  as above
+                self._decoders[key] = _broken_schema(error)
         return self._decoders[key]
 
     def _plain(self, value: Any) -> Any:
@@ -86,6 +80,16 @@ class MessageDecoder:
         return {"bytes": len(data)}
 
 
+def _broken_schema(error: Exception) -> Callable[[bytes], Any]:
+    """A decoder that gives the reason why there is none; the schema is parsed once, not for every message."""
+    why = f"its schema cannot be used ({type(error).__name__}: {error})"
+
+    def refuse(data: bytes) -> Any:
+        raise ValueError(why)
+
+    return refuse
+
+
 def _decoder_for(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None:
     if encoding == "protobuf" and schema.encoding == "protobuf":
         from mcap_protobuf.decoder import DecoderFactory
@@ -93,7 +97,9 @@ def _decoder_for(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None
         decode = DecoderFactory().decoder_for(encoding, schema)
         if decode is None:
             return None
-        return lambda data: MessageToDict(decode(data), preserving_proto_field_name=True)
+        return lambda data: MessageToDict(
+            decode(data), preserving_proto_field_name=True, always_print_fields_with_no_presence=True
+        )
     if encoding == "cdr":
         try:
             from mcap_ros2.decoder import DecoderFactory as RosDecoders
@@ -105,10 +111,12 @@ def _decoder_for(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None
 
 
 def _ros(value: Any) -> Any:
-    """A ROS message as plain values."""
-    slots = getattr(type(value), "__slots__", None)
-    if slots and not isinstance(value, str | bytes | int | float):
-        return {name: _ros(getattr(value, name)) for name in slots}
+    """A ROS message as plain values; one without fields is an empty object."""
+    if value is None or isinstance(value, bool | int | float | str | bytes | bytearray):
+        return value
     if isinstance(value, list | tuple):
         return [_ros(part) for part in value]
-    return value
+    if isinstance(value, dict):
+        return {name: _ros(part) for name, part in value.items()}
+    names = getattr(type(value), "__slots__", None) or getattr(value, "__dict__", ())
+    return {name: _ros(getattr(value, name)) for name in names}

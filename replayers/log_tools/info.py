@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, ChunkIndex, DataEnd, Header, Metadata, MetadataIndex
 
 from recorders.mcap_io.index import LogIndex
 from replayers.log_tools.copy_log import ReadLoss
 from replayers.log_tools.multi_run import run_and_name
+from replayers.log_tools.time_origin import TimeOrigin, time_origin
 from replayers.mcap_io.records import ChunkRecord, RawMessage, Record, UnreadableRecord, records_in
-from replayers.mcap_io.scan import open_log, record_at, scan
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.scan import Damage, open_log, record_at, scan
+from replayers.mcap_io.summary import has_counts, is_closed, read_index
 from workbench.errors import LiosError
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.run_info import INFO_METADATA, OUTCOME_METADATA, info_from_metadata
@@ -25,8 +27,11 @@ class Description:
     """A log at a glance.
 
     Attributes:
-        indexed: the log was closed, and the description comes from its index; otherwise the whole file was read.
+        closed: the file has its end, as a recorder that was not killed writes it.
+        indexed: the description comes from the index; otherwise the whole file was read, because it was not closed
+            or its index does not hold everything.
         metadata: the last record of each name.
+        origin: the moment from which its seconds count.
         info: identity of the run; None in a log that holds none.
         outcome: as the recorder wrote it at the end; empty where the recording stopped earlier.
     """
@@ -34,10 +39,12 @@ class Description:
     path: Path
     size_bytes: int
     index: LogIndex
+    closed: bool
     indexed: bool
     loss: ReadLoss
     metadata: dict[str, dict[str, str]]
     info: RunInfo | None
+    origin: TimeOrigin
 
     @property
     def outcome(self) -> dict[str, str]:
@@ -51,7 +58,7 @@ class Description:
 
     @property
     def duration_s(self) -> float:
-        return (self.index.last_ns - self.index.first_ns) / 1e9
+        return (self.index.last_ns - self.origin.stamp_ns) / 1e9
 
     @property
     def compression_ratio(self) -> float | None:
@@ -87,9 +94,9 @@ def describe(path: Path | str) -> Description:
     found: dict[str, dict[str, str]] = {}
     with open_log(path) as stream:
         size = os.fstat(stream.fileno()).st_size
-        index = read_index(stream)
-        indexed = index is not None
-        if index is None:
+        index, closed = read_index(stream), is_closed(stream)
+        indexed = index is not None and has_counts(index)
+        if index is None or not indexed:
             index = LogIndex()
             for offset, record in scan(stream, path=path, on_damage=loss.add):
                 if isinstance(record, DataEnd):
@@ -102,14 +109,17 @@ def describe(path: Path | str) -> Description:
                 record = record_at(stream, entry.offset, on_damage=loss.add)
                 if isinstance(record, Metadata):
                     found[record.name] = record.metadata
+    info = _identity(found)
     return Description(
         path=path,
         size_bytes=size,
         index=index,
+        closed=closed,
         indexed=indexed,
         loss=loss,
         metadata=found,
-        info=_identity(found),
+        info=info,
+        origin=time_origin(path, index, info),
     )
 
 
@@ -126,8 +136,8 @@ def _count(index: LogIndex, offset: int, record: Record, loss: ReadLoss) -> None
         try:
             for _, inner in records_in(record.unpack_anyhow()):
                 _count(index, offset, inner, loss)
-        except UnreadableRecord:
-            loss.count += 1
+        except UnreadableRecord as error:
+            loss.add(Damage(offset, f"chunk: {error}", opcode=Opcode.CHUNK))
             return
         index.chunks.append(
             ChunkIndex(

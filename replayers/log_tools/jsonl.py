@@ -7,11 +7,11 @@ from pathlib import Path
 
 import msgspec
 
-from recorders.mcap_io.file import CannotCreate
-from replayers.log_tools.copy_log import NoRoom, ReadLoss
+from recorders.mcap_io.file import CannotCreate, remove_abandoned_drafts
+from replayers.log_tools.copy_log import NoRoom, ReadLoss, contents
 from replayers.log_tools.decode_message import MessageDecoder
 from replayers.log_tools.rewrite import Rewritten, Told, require_distinct_output
-from replayers.mcap_io.reader import messages
+from replayers.mcap_io.messages import Message
 from workbench.errors import OutputExists, WrongKind
 
 
@@ -28,13 +28,14 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
     if output.exists() and not force:
         raise OutputExists(output)
     shown, loss, count = MessageDecoder(whole=True), ReadLoss(), 0
-    found = messages(log, on_damage=loss.add)
+    found = (part for part in contents(log, loss) if isinstance(part, Message))
     draft = output.with_name(f".{output.name}.{os.getpid()}.part")
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
         stream = open(draft, "wb")  # noqa: SIM115
     except OSError as error:
         raise CannotCreate(output, error.strerror or str(error)) from error
+    remove_abandoned_drafts(output)
     try:
         with stream:
             for message in told(found):

@@ -11,14 +11,20 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
+from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
+from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from workbench.cache import cache_folder
 from workbench.errors import LiosError
 
-LIST_VERSION = 2
+if TYPE_CHECKING:
+    from replayers.log_tools.info import Description
+
+LIST_VERSION = 3
 STAT_WORKERS = 8
 UNDECIDED = "undetermined"
 """The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
@@ -103,12 +109,27 @@ def row_of(path: Path) -> LogRow:
         duration_s=round(found.duration_s, 3),
         messages=found.index.messages,
         size_bytes=found.size_bytes,
-        closed=found.indexed,
+        closed=found.closed,
         source=info.source if info else "",
         run_id=info.run_id if info else "",
         started_ns=info.started.ns if info else 0,
-        problem="" if info else f"holds {found.runs or 'no'} run{'s' if found.runs else ''}",
+        problem=_problem(found),
     )
+
+
+def _problem(found: Description) -> str:
+    """What keeps a log from being a whole run, as far as its index and its metadata tell."""
+    if found.info is None:
+        return f"holds {found.runs or 'no'} run{'s' if found.runs else ''}"
+    recovered, part = found.metadata.get(RECOVERED_METADATA, {}), found.metadata.get(PART_METADATA, {})
+    damages = sum(damage.loses_content and not damage.cut_off for damage in found.loss.damages)
+    if damages:
+        return f"{damages} place{'' if damages == 1 else 's'} could not be read"
+    if recovered.get("lossy") == "true":
+        return f"recovered: {recovered.get('damages', '?')} places were lost"
+    if part and (part.get("part") != "0" or not found.outcome):
+        return f"part {shown(part.get('part', '?'))} of a split run"
+    return ""
 
 
 def cache_path(folder: Path) -> Path | None:

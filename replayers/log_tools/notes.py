@@ -19,10 +19,11 @@ from recorders.mcap_io.channels import protobuf_channel
 from recorders.mcap_io.file import LogInUse
 from recorders.mcap_io.index import LogIndex
 from recorders.mcap_io.writer import McapWriter
+from replayers.log_tools.info import describe
 from replayers.log_tools.time_argument import moment
 from replayers.mcap_io.reader import messages
 from replayers.mcap_io.scan import open_log
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import has_counts, is_closed, read_index
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.events import NANO
@@ -37,6 +38,16 @@ class NotClosed(Malformed):
     def __init__(self, path: Path) -> None:
         super().__init__(
             f"{path}: it is still being recorded, or was cut off. Make its index first: lios recover {path}"
+        )
+
+
+class IncompleteIndex(Malformed):
+    """A closed log whose index does not list everything: one more chunk in it would hide the others from readers."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(
+            f"{path}: its index does not hold everything, and a note there would hide messages from other readers. "
+            f"Copy it with a whole index first: lios log compact {path} -o FILE"
         )
 
 
@@ -67,7 +78,8 @@ def add_note(
         now_ns: when the note is written.
 
     Raises:
-        NotClosed: the log has no index.
+        NotClosed: the log has no end yet.
+        IncompleteIndex: its index does not list everything.
         LogInUse: another process has been writing to it for longer than a note takes.
         CannotCreate: there is no permission to write to it.
         DiskFull: no space is left; the log is unchanged.
@@ -86,8 +98,8 @@ def add_note(
 
 def _added(path: Path, text: str, *, at: str, until: str, author: str, now_ns: int | None) -> Note:
     index, size = _index_of(path)
-    start_ns = _within(index, at, "--at") if at else index.last_ns
-    end_ns = _within(index, until, "--until") if until else start_ns
+    start_ns = _within(path, index, at, "--at") if at else index.last_ns
+    end_ns = _within(path, index, until, "--until") if until else start_ns
     if end_ns < start_ns:
         raise BadValue("--until", until, "at or after --at")
     note = Note(
@@ -139,16 +151,20 @@ def _index_of(path: Path) -> tuple[LogIndex, int]:
     with open_log(path) as stream:
         size = stream.seek(0, io.SEEK_END)
         index = read_index(stream)
-    if index is None:
+        closed = is_closed(stream) and stream.seek(0, io.SEEK_END) == size  # else somebody is writing
+    if not closed:
         raise NotClosed(path)
+    if index is None or not has_counts(index) or any(not chunk.message_index_offsets for chunk in index.chunks):
+        raise IncompleteIndex(path)
     return index, size
 
 
-def _within(index: LogIndex, text: str, option: str) -> int:
+def _within(path: Path, index: LogIndex, text: str, option: str) -> int:
     """A moment within the log: a note far from it would stretch the time span of the log."""
-    stamp_ns = moment(text, start_ns=index.first_ns, option=option)
+    origin_ns = describe(path).origin.stamp_ns
+    stamp_ns = moment(text, start_ns=origin_ns, option=option)
     if index.messages and not index.first_ns <= stamp_ns <= index.last_ns:
-        raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - index.first_ns) / NANO:.3f} seconds")
+        raise BadValue(option, text, f"within the log, 0 to {(index.last_ns - origin_ns) / NANO:.3f} seconds")
     return stamp_ns
 
 

@@ -18,18 +18,17 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, declarations, profile_of
 from replayers.log_tools.log_paths import shown
+from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from replayers.log_tools.multi_run import run_and_name
 from replayers.mcap_io.messages import ChunkMessages
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import BadValue
 from workbench.log_schema.run_info import INFO_METADATA, is_intact
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
 
 Told = Callable[[Iterator[tuple[int, Record]]], Iterable[tuple[int, Record]]]
-RECOVERED_METADATA = "lios.recovered"
-"""Metadata of every recovered log: the source file, the number of damages, the number of messages saved."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,15 +76,20 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     """
     source, output = Path(source), Path(output)
     with open_log(source) as stream:
-        index = read_index(stream)
+        summary, closed = read_summary(stream), is_closed(stream)
         source_bytes = os.fstat(stream.fileno()).st_size
     if output.exists() and output.samefile(source):
         raise BadValue("output", str(output), "another file than the log itself")
+    expected = summary.statistics.message_count if summary and summary.statistics else None
     channels, schemas = declarations(source)
     loss = ReadLoss()
     with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
         done = _copy(source, copier, loss, channels, schemas, told)
         facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
+        if expected is not None:
+            facts["expected"] = str(expected)
+        dropped = loss.messages > 0 or any(damage.loses_content and not damage.cut_off for damage in loss.damages)
+        facts["lossy"] = "true" if dropped or expected not in (None, done["messages"]) else "false"
         copier.writer.add_metadata(RECOVERED_METADATA, facts)
     return Recovery(
         source=source,
@@ -94,8 +98,8 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
         damages=tuple(loss.damages),
         damage_count=loss.count,
         messages_lost=loss.messages,
-        expected_messages=index.messages if index is not None else None,
-        was_closed=index is not None,
+        expected_messages=expected,
+        was_closed=closed,
         source_bytes=source_bytes,
         output_bytes=copier.writer.bytes_written,
     )

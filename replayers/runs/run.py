@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import msgspec
 from mcap.records import Attachment, DataEnd, Metadata
 
+from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.multi_run import SeveralRuns, run_and_name
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.reader import wanted_chunks
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, record_at, scan
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import is_closed, read_index
 from workbench.errors import MalformedFile
 from workbench.log_schema.codec import decode
 from workbench.log_schema.events import (
@@ -68,8 +69,11 @@ class Run:
         path: the log.
         truth: the contents of every container; None unless requested by with_truth, or where it was not recorded.
         outcome: None where the recording stopped short of it.
+        closed: the file has its end, as a recorder that was not killed writes it.
         complete: the log was closed properly and holds its outcome.
         damage: places where the file could not be read; empty for a log that is whole or was merely cut off.
+        part: the number of this file among the parts of a recording, from 0; empty for a log that was not split.
+        skipped: topics whose sequence numbers, which the recorder counts from 0, have gaps; how many are missing.
     """
 
     path: Path
@@ -89,8 +93,11 @@ class Run:
     dropped: Dropped | None = None
     raw_poses: tuple[tuple[int, bytes], ...] = ()
     """(log time, foxglove.PoseInFrame as bytes) of /robot/pose, decoded when a table asks for them."""
+    closed: bool = False
     complete: bool = False
     damage: tuple[Damage, ...] = ()
+    part: str = ""
+    skipped: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
     def __repr__(self) -> str:
         """One line, as a notebook shows it; the whole content would be a hundred thousand characters."""
@@ -159,7 +166,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
     found = _Found(Path(path), with_truth)
     content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
-        index = read_index(stream)
+        index, closed = read_index(stream), is_closed(stream)
         if index is None:
             for offset, record in scan(stream, path=path, on_damage=found.damage.append):
                 if isinstance(record, DataEnd):
@@ -173,7 +180,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
             for offset in wanted_chunks(index, found.wants):
                 chunk = record_at(stream, offset, on_damage=found.damage.append)
                 found.extend(content.messages_of(offset, chunk))
-    return found.run(closed=index is not None)
+    return found.run(closed=closed)
 
 
 _place = lru_cache(maxsize=8)(place_from_json)
@@ -192,6 +199,9 @@ class _Found:
     events: dict[type[msgspec.Struct], list[DomainEvent]] = field(default_factory=dict)
     poses: list[tuple[int, bytes]] = field(default_factory=list)
     several: bool = False
+    part: str = ""
+    skipped: dict[str, int] = field(default_factory=dict)
+    expected: dict[str, int] = field(default_factory=dict)
 
     def wants(self, topic: str) -> bool:
         return topic == POSE_TOPIC or (topic in TOPICS and (self.with_truth or topic != TRUTH_TOPIC))
@@ -201,6 +211,8 @@ class _Found:
             self.several = True
         elif isinstance(record, Metadata) and record.name == INFO_METADATA:
             self.info = info_from_metadata(record.metadata)
+        elif isinstance(record, Metadata) and record.name == PART_METADATA:
+            self.part = record.metadata.get("part", "0")
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
 
@@ -208,10 +220,18 @@ class _Found:
         for message in messages:
             topic = message.channel.topic
             if topic in TOPICS:
+                self._count(topic, message.sequence)
                 event = decode(topic, message.data)
                 self.events.setdefault(type(event), []).append(event)
             elif message.channel.message_encoding == "protobuf":
                 self.poses.append((message.log_time, message.data))
+
+    def _count(self, topic: str, sequence: int) -> None:
+        """A number that is lower than expected begins the next file of a recording, or is of a writer without one."""
+        expected = self.expected.get(topic, 0)
+        if sequence > expected:
+            self.skipped[topic] = self.skipped.get(topic, 0) + sequence - expected
+        self.expected[topic] = sequence + 1
 
     def run(self, *, closed: bool) -> Run:
         if self.info is None:
@@ -237,8 +257,11 @@ class _Found:
             truth=self._last(GroundTruth),
             dropped=self._last(Dropped),
             raw_poses=tuple(self.poses),
+            closed=closed,
             complete=closed and outcome is not None,
             damage=tuple(self.damage),
+            part=self.part,
+            skipped=MappingProxyType({topic: count for topic, count in self.skipped.items() if count}),
         )
 
     def _attachment(self, name: str) -> bytes:

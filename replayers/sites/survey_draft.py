@@ -16,6 +16,7 @@ import numpy.typing as npt
 import yaml
 from foxglove_schemas_protobuf.Grid_pb2 import Grid
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 
 from recorders.spot.client.localized import waypoint_of
@@ -26,6 +27,7 @@ from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.maps.rotated_grid import OCCUPIED_FROM, axis_aligned
 from workbench.worlds.sites.ros_map import write_map
 
 POSE, FIDUCIALS, MAP, LOCALIZATION = "/robot/pose", "/robot/fiducials", "/map", "/spot/localization"
@@ -175,9 +177,7 @@ def _listen(path: Path) -> _Heard:
     for topic, stamp_ns, data in _of_topics(path, (POSE, FIDUCIALS, MAP, LOCALIZATION)):
         if topic == POSE:
             pose = PoseInFrame.FromString(data).pose
-            q = pose.orientation
-            yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-            heard.poses.append(Pose(x_m=pose.position.x, y_m=pose.position.y, yaw_rad=yaw))
+            heard.poses.append(Pose(x_m=pose.position.x, y_m=pose.position.y, yaw_rad=_yaw(pose.orientation)))
             heard.stamps.append(stamp_ns)
         elif topic == FIDUCIALS:
             for entity in SceneUpdate.FromString(data).entities:
@@ -201,11 +201,16 @@ def _grid(message: Grid) -> OccupancyGrid | None:
     cells = np.frombuffer(message.data, dtype=np.uint8)
     if not columns or message.cell_stride != 1 or cells.size % columns:
         return None
-    return OccupancyGrid(
+    return axis_aligned(
+        cells.reshape(-1, columns) >= OCCUPIED_FROM,
         origin=(message.pose.position.x, message.pose.position.y),
+        yaw_rad=_yaw(message.pose.orientation),
         resolution_m=message.cell_size.x,
-        occupied=cells.reshape(-1, columns) >= 50,
     )
+
+
+def _yaw(q: Quaternion) -> float:
+    return atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
 
 
 def _stops(heard: _Heard, plan: FloorPlan) -> tuple[Stop, ...]:

@@ -42,6 +42,7 @@ class Exported:
     """What was written.
 
     Attributes:
+        folder: the folder, or the file of a single table.
         rows: how many were written, for each table.
         problems: logs that were left out, and why.
     """
@@ -68,8 +69,8 @@ def export(
     paths: Sequence[Path],
     folder: Path,
     *,
-    tables: Sequence[str],
-    file_format: Format,
+    tables: Sequence[str] = (),
+    file_format: Format = "parquet",
     partition_by: Sequence[str] = (),
     force: bool = False,
     told: Told = iter,
@@ -80,6 +81,7 @@ def export(
     With partition_by: FOLDER/actions/strategy=model-lios/part-0.parquet, as DuckDB, pandas and polars read it.
 
     Args:
+        tables: their names; none for all.
         told: wraps the tables as they are written, for a progress bar.
 
     Raises:
@@ -90,6 +92,7 @@ def export(
         NoRoom: the disk is full; nothing was written.
         BadValue: partitions of CSV, or by a column that is not in PARTITIONS.
     """
+    tables = table_names(tables)
     for column in partition_by:
         if column not in PARTITIONS or file_format == "csv":
             raise BadValue("--partition-by", column, f"of Parquet, by {', '.join(PARTITIONS)}")
@@ -121,6 +124,25 @@ def export(
         if not there_before and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
     return Exported(folder=folder, rows=rows, problems=tuple(source.problems))
+
+
+def export_table(
+    paths: Sequence[Path], file: Path, *, table: str, file_format: Format, force: bool = False
+) -> Exported:
+    """Writes one table as one file of any name.
+
+    Raises:
+        UnknownName, NothingToExport, OutputExists, CannotCreate, NoRoom: as export.
+    """
+    if file.exists() and not force:
+        raise OutputExists(file)
+    draft = file.with_name(f".{file.name}.{os.getpid()}.part")
+    try:
+        done = export(paths, draft, tables=(table,), file_format=file_format)
+        _replace(draft / f"{table}.{file_format}", file)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+    return Exported(folder=file, rows=done.rows, problems=done.problems)
 
 
 def _make(draft: Path, folder: Path) -> None:

@@ -25,7 +25,7 @@ from replayers.log_tools.multi_run import SeveralRuns, member_name
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages, metadata
 from replayers.mcap_io.scan import open_log
-from replayers.mcap_io.summary import read_index
+from replayers.mcap_io.summary import is_closed
 from replayers.runs.run import POSE_TOPIC, TRUTH_TOPIC, HoldsNoRun, Run, Wire
 from replayers.tables.build import BUILDERS, Source
 from replayers.tables.schemas import SCHEMAS
@@ -191,7 +191,7 @@ class LogSource:
     @property
     def complete(self) -> bool:
         with open_log(self.path) as stream:
-            return read_index(stream) is not None
+            return is_closed(stream)
 
     def events(self, event_class: type[Wire]) -> Sequence[Wire]:
         topic = TOPIC_OF[event_class]

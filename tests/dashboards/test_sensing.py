@@ -291,6 +291,44 @@ def test_a_spot_depth_camera_shows_the_walls_that_it_was_drawn_from() -> None:
     assert len(depth_points(answer, Here(), 0)) == 0, "rows that do not fit the bytes"
 
 
+@pytest.mark.parametrize("resized", [1, 2])
+def test_depth_pixels_are_placed_as_the_sdk_places_them(resized: int) -> None:
+    """Against bosdyn.client.image on a picture at full size; a resized one has its points on the same rays.
+
+    0 is nothing measured and 65535 is out of range; both are left out.
+    """
+    pytest.importorskip("bosdyn.client")
+    from bosdyn.api import image_pb2
+    from bosdyn.client.image import depth_image_to_pointcloud
+
+    from dashboards.sensing.clouds import depth_points
+
+    answer = image_pb2.ImageResponse()
+    source, shot = answer.source, answer.shot
+    source.cols, source.rows, source.depth_scale, source.image_type = 4 * resized, 3 * resized, 1000, 2
+    lens = source.pinhole.intrinsics
+    lens.focal_length.x = lens.focal_length.y = 2.0 * resized
+    lens.principal_point.x, lens.principal_point.y = 2.0 * resized - 0.5, 1.5 * resized - 0.5
+    depths = np.array([[0, 65535, 1000, 65534], [500, 1, 2000, 0], [1500, 3000, 65535, 700]], dtype="<u2")
+    shot.image.CopyFrom(image_pb2.Image(rows=3, cols=4, data=depths.tobytes(), format=2, pixel_format=5))
+    shot.frame_name_image_sensor = "odom"
+    shot.transforms_snapshot.child_to_parent_edge_map["odom"].parent_frame_name = ""
+
+    class Still(Frames):
+        def __init__(self) -> None:
+            pass
+
+        def on_map(self, frame: str, stamp_ns: int) -> np.ndarray:
+            return np.eye(4)
+
+    points = depth_points(answer, Still(), 0)
+    source.cols, source.rows = 4, 3
+    lens.focal_length.x = lens.focal_length.y = 2.0
+    lens.principal_point.x, lens.principal_point.y = 1.5, 1.0
+    np.testing.assert_allclose(points, depth_image_to_pointcloud(answer), rtol=1e-5)
+    assert len(points) == 8
+
+
 def test_a_growing_log_is_not_searched_for_sensors_at_every_look(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from dashboards.library.library import Library
 

@@ -19,6 +19,7 @@ def test_there_are_some_and_none_names_a_machine() -> None:
         text = notebook.read_text(encoding="utf-8")
         assert str(Path.home()) + "/" not in text
         assert str(ROOT) not in text
+        assert "subprocess" not in text, "a notebook calls functions and starts no command"
 
 
 @pytest.mark.slow

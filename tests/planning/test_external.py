@@ -18,8 +18,9 @@ from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import holds, initial_state
 from workbench.planning.solvers.external import PddlCommand
 from workbench.planning.solvers.fast_downward import downward_home, read_plan
-from workbench.planning.solvers.pddl import RESERVED, pddl_names, pddl_of
+from workbench.planning.solvers.pddl import pddl_names, pddl_of
 from workbench.planning.solvers.registry import PlannerMissing, installed_solver, solver
+from workbench.planning.solvers.reserved_words import RESERVED
 from workbench.planning.solvers.subprocess_limits import Exit, run_program
 from workbench.planning.strategies import strategy
 from workbench.plugins import NameOrigin

@@ -366,7 +366,7 @@ def test_damage_is_told_and_exits_with_3(log: Path, tmp_path: Path, capsys: pyte
     answer = json.loads(capsys.readouterr().out)
     assert answer["lossy"]
     assert answer["messages_lost"] > 0
-    assert _lios("doctor", tmp_path / "r.mcap") == 0
+    assert _lios("doctor", tmp_path / "r.mcap") == 3
 
 
 @pytest.mark.parametrize(

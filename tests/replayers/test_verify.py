@@ -13,7 +13,7 @@ from toy_logs import delivered, simulated_log, task_of, toy_run
 
 from replayers.batch.recorded_strategy import UnknownRecordedStrategy
 from replayers.batch.replan import replan
-from replayers.batch.verify import verify
+from replayers.batch.verify import FORMER_SOLVERS, verify
 from replayers.runs.run import read
 from workbench.errors import Unsupported
 from workbench.planning.strategies import strategy_names
@@ -40,6 +40,31 @@ def test_a_log_of_a_strategy_with_another_solver_comes_out_the_same(tmp_path: Pa
     answer = verify(read(path, with_truth=True))
     assert answer.same
     assert answer.decisions > 0
+
+
+def test_a_log_of_the_search_that_a_name_once_stood_for_verifies_with_its_present_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Blind search stands for the former ff-astar2: its plans say that they are optimal, so the two always differ."""
+    run = read(simulated_log(tmp_path / "run.mcap", name="model-lios@sas-blind", task=TWO))
+    plans = tuple(
+        msgspec.structs.replace(plan, solver="sas-ff-astar2" if plan.solver == "sas-blind" else plan.solver)
+        for plan in run.plans
+    )
+    info = msgspec.structs.replace(run.info, strategy="model-lios@sas-ff-astar2")
+    old = replace(run, info=info, plans=plans)
+    assert not verify(old).same
+    monkeypatch.setitem(FORMER_SOLVERS, "sas-ff-astar2", "sas-blind")
+    answer = verify(old)
+    assert answer.same, answer.divergence
+    assert "verified with sas-blind" in " ".join(answer.notes)
+
+
+@pytest.mark.parametrize("solver", ["sas-ff-astar2", "sas-ff-astar"])
+def test_a_log_of_the_papers_search_verifies_without_a_note(tmp_path: Path, solver: str) -> None:
+    answer = verify(read(simulated_log(tmp_path / "run.mcap", name=f"model-lios@{solver}", task=TWO)))
+    assert answer.same
+    assert answer.notes == ()
 
 
 def test_a_log_of_ones_own_planner_is_verified_by_the_name_under_which_it_is_found(

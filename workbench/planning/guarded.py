@@ -7,7 +7,6 @@ isolate it further, in a process of its own: replayers/counterfactual/sandbox.py
 
 from __future__ import annotations
 
-import logging
 import math
 import signal
 import sys
@@ -18,6 +17,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any, cast, final
 
+from workbench.debugging import show_traceback
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Alternative, Decision, Strategy, View
 from workbench.planning.tasks import Task
@@ -25,7 +25,6 @@ from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.worlds.house import ItemType
 
 MAX_TIME_LIMIT_S = 86_400.0
-LOG = logging.getLogger("lios")
 
 
 @final
@@ -57,8 +56,8 @@ class GuardedStrategy:
         except _TimeLimitReached:
             self.why = f"it did not say within {task.budget_s:g} s which item types matter"
             return ()
-        except (Exception, SystemExit) as error:
-            LOG.debug("a strategy raised", exc_info=error)
+        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+            show_traceback(error)
             self.why = exception_text(error)
             return ()
         if not _all_isinstance(types, str):
@@ -75,8 +74,8 @@ class GuardedStrategy:
         except _TimeLimitReached:
             why = f"{self.name} made no decision within the planning budget"
             return _without_plan(PlanStatus.TIMED_OUT, why, self.name)
-        except (Exception, SystemExit) as error:
-            LOG.debug("a strategy raised", exc_info=error)
+        except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
+            show_traceback(error)
             return _without_plan(PlanStatus.SOLVER_FAILED, exception_text(error), self.name)
         wrong = decision_error(made)
         if wrong:

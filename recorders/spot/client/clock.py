@@ -1,7 +1,9 @@
 """Clocks of a robot session: conversion of robot time by time sync, and waiting.
 
 bosdyn-client estimates the skew between the robot's clock and ours from round trips (TimeSyncService); robot stamps
-minus the skew are in our time. Waiting also goes through the clock, so that a simulated robot can be stepped.
+minus the skew are in our time. Its thread ends for good at the first call that fails, while its endpoint goes on with
+the last skew: SyncedClock notices, asks anew, and says for how long the skew has been old. Waiting also goes through
+the clock, so that a simulated robot can be stepped.
 """
 
 from __future__ import annotations
@@ -14,7 +16,12 @@ from recorders.spot.client.time_source import SteppedClock
 from workbench.log_schema.events import NANO
 
 if TYPE_CHECKING:
-    from bosdyn.client.time_sync import TimeSyncEndpoint
+    from bosdyn.client.time_sync import TimeSyncEndpoint, TimeSyncThread
+
+STALE_NS = 15 * NANO
+"""A skew that was not measured again for this long is uncertain."""
+RESTART_S, POLL_S = 1.0, 0.02
+"""How long refresh waits for a new skew after it started a dead thread again, and how often it looks."""
 
 
 class SessionClock(Protocol):
@@ -39,11 +46,21 @@ class SessionClock(Protocol):
 
 @final
 class SyncedClock:
-    """Wall-clock time, with bosdyn's time sync for robot time. Keeps the last skew while the network is down."""
+    """Wall-clock time, with bosdyn's time sync for robot time. Keeps the last skew while the network is down.
 
-    def __init__(self, endpoint: TimeSyncEndpoint) -> None:
-        self._endpoint = endpoint
+    Args:
+        thread: bosdyn's time-sync thread, started.
+        monotonic_ns: a clock for the age of the skew, in nanoseconds.
+    """
+
+    def __init__(self, thread: TimeSyncThread, *, monotonic_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self._thread = thread
+        self._monotonic_ns = monotonic_ns
         self._skew_ns = 0
+        self._response: object = None
+        self._measured_ns = monotonic_ns()
+        self.restarts = 0
+        """How often the time-sync thread had ended and was started again."""
 
     def now_ns(self) -> int:
         return time.time_ns()
@@ -55,18 +72,40 @@ class SyncedClock:
         return robot_ns - self.skew_ns()
 
     def skew_ns(self) -> int:
-        if self._endpoint.has_established_time_sync:
-            skew = self._endpoint.clock_skew
+        self._note_answer()
+        if self._thread.endpoint.has_established_time_sync:
+            skew = self._thread.endpoint.clock_skew
             self._skew_ns = skew.seconds * NANO + skew.nanos
         return self._skew_ns
 
     def round_trip_ns(self) -> int:
         """Shortest round trip of the time sync in nanoseconds; 0 before the first."""
-        duration = self._endpoint.round_trip_time
+        duration = self._thread.endpoint.round_trip_time
         return 0 if duration is None else duration.seconds * NANO + duration.nanos
 
+    def uncertain(self) -> bool:
+        """Whether stamps are converted by an old skew: its thread has ended, or it was not measured for STALE_NS."""
+        self._note_answer()
+        return self._thread.stopped or self._monotonic_ns() - self._measured_ns > STALE_NS
+
     def refresh(self) -> None:
-        """Does nothing: the time-sync thread updates the skew."""
+        """Starts the time-sync thread again if it has ended, and waits a moment for its first answer."""
+        self._note_answer()
+        if not self._thread.stopped:
+            return
+        self.restarts += 1
+        self._thread.start()
+        tries = round(RESTART_S / POLL_S)
+        while tries > 0 and not self._thread.stopped and self._thread.endpoint.response is self._response:
+            time.sleep(POLL_S)
+            tries -= 1
+        self._note_answer()
+
+    def _note_answer(self) -> None:
+        """Notes when the endpoint's answer was replaced: it is, at every exchange."""
+        response = self._thread.endpoint.response
+        if response is not self._response:
+            self._response, self._measured_ns = response, self._monotonic_ns()
 
 
 @final

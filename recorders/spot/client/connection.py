@@ -178,7 +178,7 @@ class Connection:
             thread.wait_for_sync(timeout_sec=2 * self.timeout_s)
         except (TimeSyncError, RpcError) as error:
             raise NoTimeSync(str(self.address)) from error
-        return SyncedClock(thread.endpoint) if stepped is None else Stepped(stepped, thread.endpoint)
+        return SyncedClock(thread) if stepped is None else Stepped(stepped, thread.endpoint)
 
 
 def _check_certificate(path: Path) -> None:

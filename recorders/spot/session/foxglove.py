@@ -108,14 +108,19 @@ def camera_link(shot: image_pb2.ImageCapture, stamp_ns: int) -> FrameTransforms 
 
 
 def calibration(source: image_pb2.ImageSource, shot: image_pb2.ImageCapture, stamp_ns: int) -> CameraCalibration:
-    """The pinhole calibration of a camera, scaled to the image size, without distortion."""
+    """The pinhole calibration of a camera, scaled to the image size, without distortion.
+
+    Pixels are counted by their index, as the SDK and ROS do: the centre of the first one is at 0, half a pixel from
+    the edge, which scaling keeps.
+    """
     model = source.WhichOneof("camera_models")
     lens = source.pinhole.intrinsics
     if model in ("pinhole_brown_conrady", "kannala_brandt"):
         lens = getattr(source, model).intrinsics.pinhole_intrinsics
-    share = shot.image.cols / source.cols if source.cols else 1.0
-    fx, fy = lens.focal_length.x * share, lens.focal_length.y * share
-    cx, cy = lens.principal_point.x * share, lens.principal_point.y * share
+    wide = shot.image.cols / source.cols if source.cols else 1.0
+    high = shot.image.rows / source.rows if source.rows else 1.0
+    fx, fy = lens.focal_length.x * wide, lens.focal_length.y * high
+    cx, cy = (lens.principal_point.x + 0.5) * wide - 0.5, (lens.principal_point.y + 0.5) * high - 0.5
     return CameraCalibration(
         timestamp=timestamp(stamp_ns),
         frame_id=shot.frame_name_image_sensor,
@@ -148,22 +153,38 @@ def local_grid(grid: local_grid_pb2.LocalGrid, stamp_ns: int) -> Grid | None:
 
 
 def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | None:
-    """A bosdyn local grid as an array of shape (cells along y, cells along x); None if its data has the
-    wrong size."""
+    """A bosdyn local grid as an array of shape (cells along y, cells along x); None if its data has the wrong size.
+
+    Cells that the robot lists as unknown (`unknown_cells`, since SDK 5.2) are NaN: a byte a cell, or a byte a run
+    where the grid is run-length encoded, other than 0 for unknown.
+    """
     kind = _CELLS.get(grid.cell_format)
     cells = grid.extent.num_cells_x * grid.extent.num_cells_y
     if kind is None or len(grid.data) % np.dtype(kind).itemsize:
         return None
-    values = np.frombuffer(grid.data, dtype=kind)
+    values = _unpacked(grid, np.frombuffer(grid.data, dtype=kind), cells)
+    if values is None:
+        return None
+    scaled = values.astype(np.float32) * (grid.cell_value_scale or 1.0) + grid.cell_value_offset
+    marks = np.frombuffer(getattr(grid, "unknown_cells", b""), dtype=np.uint8)
+    if len(marks):
+        unknown = marks if len(marks) == cells else _unpacked(grid, marks, cells)
+        if unknown is None:
+            return None
+        scaled[unknown != 0] = np.nan
+    return scaled.reshape(grid.extent.num_cells_y, grid.extent.num_cells_x)
+
+
+def _unpacked(
+    grid: local_grid_pb2.LocalGrid, values: npt.NDArray[np.generic], cells: int
+) -> npt.NDArray[np.generic] | None:
+    """A value a cell, runs of a run-length encoded grid repeated; None if there are more or fewer than its cells."""
     if grid.encoding == grid.ENCODING_RLE:
         counts = np.array(grid.rle_counts, dtype=np.int64)
         if len(counts) != len(values) or (counts < 0).any() or counts.sum() != cells:
             return None
         values = np.repeat(values, counts)
-    if len(values) != cells:
-        return None
-    scaled = values.astype(np.float32) * (grid.cell_value_scale or 1.0) + grid.cell_value_offset
-    return scaled.reshape(grid.extent.num_cells_y, grid.extent.num_cells_x)
+    return values if len(values) == cells else None
 
 
 def faults_of(state: robot_state_pb2.RobotState) -> tuple[str, ...]:

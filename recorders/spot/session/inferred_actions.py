@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from math import hypot
 from types import MappingProxyType
-from typing import final
+from typing import Protocol, final
 
 from recorders.spot.client.odometer import WalkLog
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
@@ -37,6 +37,24 @@ DWELL_S, LOOK_S = 2.0, 4.0
 MARGIN_M = 0.35
 
 
+class LookJudge(Protocol):
+    """Judges whether a look is supported by what was recorded."""
+
+    def doubt(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> str:
+        """Why a look is inconclusive; "" for one that is supported."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InconclusiveLook:
+    """A look that counts as not looked, because the recording does not support what it seems to have seen."""
+
+    container: ContainerId
+    start_ns: int
+    end_ns: int
+    reason: str
+
+
 @final
 @dataclass(slots=True, kw_only=True)
 class ActionDeriver:
@@ -45,6 +63,7 @@ class ActionDeriver:
     Args:
         tell: called with every event, in the order of their ends.
         given_moves: do not derive moves, because they are reported by `moved`.
+        judge: says which looks are inconclusive; they become no event and are listed in `inconclusive`.
     """
 
     site: Site
@@ -52,6 +71,8 @@ class ActionDeriver:
     costs: ActionCosts
     tell: Callable[[Event], None]
     given_moves: bool = False
+    judge: LookJudge | None = None
+    inconclusive: list[InconclusiveLook] = field(default_factory=list)
     knowledge: Knowledge = field(init=False)
     cost: float = 0.0
     travel_m: float = 0.0
@@ -64,6 +85,7 @@ class ActionDeriver:
     _still_ns: int = 0
     _tags_here: dict[ItemId, tuple[int, Position]] = field(default_factory=dict)
     _holds: bool = False
+    _doubted_on: tuple[LocationId, int] | None = None
     _carried: set[ItemId] = field(default_factory=set)
     _first_ns: int = 0
     _last_ns: int = 0
@@ -171,6 +193,11 @@ class ActionDeriver:
             return ended
 
     @property
+    def walked_m(self) -> float:
+        """Length in metres of the whole way, also of what led to no location."""
+        return self.travel_m + self._walk.metres
+
+    @property
     def spans_s(self) -> float:
         """Time in seconds between the first and the last report."""
         return (self._last_ns - self._first_ns) / NANO
@@ -194,6 +221,8 @@ class ActionDeriver:
         if at == START or self._still_at is None or not long_enough or at in self.knowledge.first_seen:
             return
         container = self.site.plan.container(ContainerId(at))
+        if self._is_doubted(container, now_ns, self._still_at):
+            return
         items = tuple(self._items_in(container, since_ns=self._still_ns))
         end_ns = min(now_ns, self._still_ns + round(LOOK_S * NANO))
         self.searches += 1
@@ -205,6 +234,18 @@ class ActionDeriver:
             there = {**self.knowledge.items_at, at: (*items, *put_here)}
             self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
         self.tell(ContainerObserved(stamp_ns=end_ns, decision=0, container=container.id, items=items, robot_at=at))
+
+    def _is_doubted(self, container: Container, now_ns: int, robot: Point) -> bool:
+        """Whether the look of this visit is inconclusive; the first time it is listed."""
+        visit = (self.knowledge.robot_at, self.visits)
+        if visit == self._doubted_on:
+            return True
+        reason = "" if self.judge is None else self.judge.doubt(visit[0], self._still_ns, now_ns, robot)
+        if reason:
+            self._doubted_on = visit
+            look = InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=reason)
+            self.inconclusive.append(look)
+        return bool(reason)
 
     def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
         from shapely import Point as ShapelyPoint

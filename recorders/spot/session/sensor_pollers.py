@@ -229,5 +229,10 @@ def _grid(session: Session) -> None:
 
 def _clock(session: Session) -> None:
     clock = session.connection.clock
-    trip = clock.round_trip_ns() if isinstance(clock, SyncedClock) else 0
-    session.tell(ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip))
+    trip, uncertain = 0, False
+    if isinstance(clock, SyncedClock):
+        clock.refresh()
+        trip, uncertain = clock.round_trip_ns(), clock.uncertain()
+    session.tell(
+        ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip, uncertain=uncertain)
+    )

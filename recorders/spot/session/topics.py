@@ -40,11 +40,15 @@ class RobotStatus(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ClockSkew(msgspec.Struct, frozen=True, kw_only=True):
-    """robot time = our time + skew_ns; round_trip_ns is of the exchange that it was measured with."""
+    """robot time = our time + skew_ns; round_trip_ns is of the exchange that it was measured with.
+
+    While uncertain, the skew could not be measured: robot stamps since the last certain message are by an old one.
+    """
 
     stamp: Stamp
     skew_ns: int
     round_trip_ns: int = 0
+    uncertain: bool = False
 
 
 class Gap(msgspec.Struct, frozen=True, kw_only=True):

@@ -121,8 +121,10 @@ class Budget:
         finish: where fewer than this were needed, every world is followed to its end even though the bounds are
             settled: comparisons world by world need all ends.
         draws: segments for the estimate; when they are spent, fewer worlds are drawn.
+        climb: segments for each climb towards the cheapest and the dearest run, where no upper bound is known.
     """
 
     stretches: int = 400
     finish: int = 150
     draws: int = 100
+    climb: int = 60

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bosdyn.api import estop_pb2, geometry_pb2, lease_pb2, local_grid_pb2
+from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid_pb2
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.lease import Lease
 from bosdyn.client.math_helpers import SE3Pose
@@ -241,6 +241,45 @@ def test_local_grids_are_unpacked_or_refused() -> None:
         del grid.rle_counts[:]
         grid.rle_counts.extend(counts)
         assert foxglove.grid_values(grid) is None
+
+
+def test_cells_that_a_robot_does_not_know_are_not_free() -> None:
+    """By a byte a cell, and by a byte a run; what fits neither is refused."""
+    grid = local_grid_pb2.LocalGrid(
+        cell_format=local_grid_pb2.LocalGrid.CELL_FORMAT_INT16,
+        encoding=local_grid_pb2.LocalGrid.ENCODING_RLE,
+        data=np.array([5, 10], dtype="<i2").tobytes(),
+        rle_counts=[4, 2],
+        unknown_cells=bytes([1, 0, 0, 0, 0, 1]),
+    )
+    grid.extent.num_cells_x, grid.extent.num_cells_y = 3, 2
+    assert np.argwhere(np.isnan(foxglove.grid_values(grid))).tolist() == [[0, 0], [1, 2]]
+    grid.unknown_cells = bytes([0, 1])
+    assert np.isnan(foxglove.grid_values(grid)).ravel().tolist() == [False] * 4 + [True] * 2
+    grid.unknown_cells = bytes(5)
+    assert foxglove.grid_values(grid) is None
+    grid.unknown_cells = b""
+    assert np.isfinite(foxglove.grid_values(grid)).all()
+
+
+def test_a_lens_is_scaled_about_the_edge_of_the_picture_and_not_the_centre_of_its_first_pixel() -> None:
+    """Of 640 by 480 halved: an axis through the middle, index 319.5, is through the middle of the half, 159.5."""
+    source = image_pb2.ImageSource(cols=640, rows=480)
+    lens = source.pinhole.intrinsics
+    lens.focal_length.x, lens.focal_length.y = 300, 310
+    lens.principal_point.x, lens.principal_point.y = 319.5, 239.5
+    shot = image_pb2.ImageCapture(image=image_pb2.Image(cols=320, rows=120))
+    scaled = foxglove.calibration(source, shot, 0)
+    assert list(scaled.K) == [150, 0, 159.5, 0, 310 / 4, 59.5, 0, 0, 1]
+
+
+def test_a_16_bit_picture_is_kept_as_it_came() -> None:
+    """Spot's grey pixels of 16 bits are big-endian, its depths little-endian: neither is turned into a picture."""
+    for kind in (image_pb2.Image.PIXEL_FORMAT_GREYSCALE_U16, image_pb2.Image.PIXEL_FORMAT_DEPTH_U16):
+        image = image_pb2.Image(
+            cols=1, rows=1, data=b"\x01\x02", format=image_pb2.Image.FORMAT_RAW, pixel_format=kind
+        )
+        assert foxglove.picture(image_pb2.ImageCapture(image=image), 0) is None
 
 
 def test_a_walk_is_thinned_to_its_corners() -> None:

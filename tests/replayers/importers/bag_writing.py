@@ -46,6 +46,10 @@ ROS1_TYPES = {
 }
 
 ROS2_TYPES = {
+    "ar_track_alvar_msgs/msg/AlvarMarker": (
+        "std_msgs/Header header\nuint32 id\nuint32 confidence\ngeometry_msgs/PoseStamped pose\n"
+    ),
+    "ar_track_alvar_msgs/msg/AlvarMarkers": "std_msgs/Header header\nAlvarMarker[] markers\n",
     "apriltag_msgs/msg/Point": "float64 x\nfloat64 y\n",
     "apriltag_msgs/msg/AprilTagDetection": (
         "string family\nint32 id\nint32 hamming\nfloat32 goodness\nfloat32 decision_margin\nPoint centre\n"

@@ -266,6 +266,7 @@ def test_a_site_is_drafted_from_a_bag(
     was, bag = recorded
     log = tmp_path / "imported.mcap"
     assert imported(bag.path, log, "--strategy", "none") == 0
+    capsys.readouterr()
     assert lios(["site", "from-log", str(log), "-o", str(tmp_path / "home"), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     stood = {action.target for action in was.actions if action.action == "move"}

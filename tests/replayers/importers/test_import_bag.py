@@ -12,8 +12,9 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 
 from recorders.spot.run.site_tasks import delivery_of, site_task
+from replayers.importers.bag_survey import RobotNotLocated
 from replayers.importers.bags import EmptyBag, NotABag, UnknownMessageType, open_bag
-from replayers.importers.import_bag import ImportPlan, ImportReport, RobotNotLocated, import_bag
+from replayers.importers.import_bag import ImportPlan, ImportReport, import_bag
 from replayers.importers.mapping import load_mapping, presets
 from replayers.runs.run import Run, read
 from workbench.errors import FileMissing, MalformedFile, UnknownName

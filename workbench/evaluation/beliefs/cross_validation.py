@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from workbench.beliefs.estimators import estimator
 from workbench.beliefs.training.train import TRAINERS
+from workbench.errors import BadValue
 from workbench.evaluation.beliefs.fold_weights import Folds, Watched, make_folds, require_trainable, trained_per_fold
 from workbench.evaluation.beliefs.metrics import QueryResult, evaluate_estimator
 from workbench.evaluation.beliefs.report import BeliefReport, BeliefRequest, belief_seconds, report_of
 from workbench.plugins import NameOrigin
-from workbench.worlds.shipped import shipped_houses
 
 
 def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = iter) -> BeliefReport:
@@ -24,7 +24,12 @@ def cross_validate(request: BeliefRequest, folds: Folds, *, watched: Watched = i
     """
     names = tuple(TRAINERS) if request.estimators == ("all",) else tuple(dict.fromkeys(request.estimators))
     require_trainable(names)
-    dealt = make_folds(request.houses or shipped_houses(), folds, assets=request.assets, seed=request.seed)
+    file, *more = request.files
+    if more:
+        raise BadValue(
+            "--houses", " ".join(map(str, more)), "one file with --folds; give further training houses with --also"
+        )
+    dealt = make_folds(file, folds, assets=request.assets, seed=request.seed)
     judged: dict[str, list[QueryResult]] = {name: [] for name in names}
     seconds: dict[str, float] = {}
     with trained_per_fold(names, dealt, None, watched=watched) as believers:

@@ -39,15 +39,15 @@ class BeliefRequest:
     """The settings of a belief evaluation.
 
     Attributes:
-        houses: a file of houses; None for the shipped ones.
+        houses: files of houses; none for the shipped ones.
         estimators: names of the table, or weights files.
         part: part of a shared file: train, validation, test or all.
         seen_share: share of containers searched before the query.
-        assets: a table of exact sizes; None takes the one beside the houses, if there is one.
+        assets: a table of exact sizes; None takes the one beside each file, if there is one.
         seed: seed of the searched containers and of the bootstrap.
     """
 
-    houses: Path | None
+    houses: tuple[Path, ...]
     estimators: tuple[str, ...]
     part: str
     seen_share: float
@@ -59,18 +59,25 @@ class BeliefRequest:
             raise BadValue("--seen", self.seen_share, "at least 0 and below 1")
 
     @property
+    def files(self) -> tuple[Path, ...]:
+        """The files of houses that are used."""
+        return self.houses or (shipped_houses(),)
+
+    @property
     def sizes(self) -> Path | None:
-        """The asset table that is used."""
-        return assets_for(self.houses or shipped_houses(), self.assets)
+        """The asset table that is used for the first file."""
+        return assets_for(self.files[0], self.assets)
 
     def chosen_houses(self) -> list[House]:
-        """The houses of the part.
+        """The houses of the part, of one file after another.
 
         Raises:
-            Unsupported: there are none.
+            Unsupported: a file has none.
         """
-        path = self.houses or shipped_houses()
-        houses = load_houses(path, assets=self.sizes)
+        return [house for path in self.files for house in self._chosen_of(path)]
+
+    def _chosen_of(self, path: Path) -> list[House]:
+        houses = load_houses(path, assets=assets_for(path, self.assets))
         chosen = [houses[k] for k in split_indices(path, self.part, houses=len(houses))]
         if not chosen:
             raise Unsupported(f"{path} has no house in part {self.part!r}. Give another --houses or --split all.")
@@ -135,8 +142,9 @@ def report_of(
     base = judged.get(BASE)
     rows = [_row(name, identities[name], judged[name], base, seconds[name], request.seed) for name in judged]
     answer = {
-        "file": str(request.houses or shipped_houses()),
-        "split": effective_split(request.houses or shipped_houses(), request.part),
+        "file": ", ".join(map(str, request.files)),
+        "files": [str(path) for path in request.files],
+        "split": ", ".join(dict.fromkeys(effective_split(path, request.part) for path in request.files)),
         "assets": None if request.sizes is None else str(request.sizes),
         "houses": houses,
         "seen_share": request.seen_share,

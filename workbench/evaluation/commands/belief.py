@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Houses, Json, Split
+from workbench.options import AlsoLearnt, AssetsOrBeside, FoldCount, Json, Split
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def belief(
-    houses: Houses = None,
+    houses: Annotated[
+        list[Path] | None,
+        Option("--houses", help="Houses (.jsonl.gz, .jsonl, .json); repeat for several; default: the shipped ones."),
+    ] = None,
     estimators: Annotated[
         str, Option("--estimators", "-e", help="all, or names and weights files separated by commas.")
     ] = "all",
@@ -58,7 +61,7 @@ def belief(
         raise BadValue("--figures", str(figures), "without --folds: figures are of one estimator, not of one a fold")
     _check_folder(figures, force=force)
     request = BeliefRequest(
-        houses=houses,
+        houses=tuple(houses or ()),
         estimators=names,
         part=part,
         seen_share=seen,

@@ -26,12 +26,14 @@ def check(
 
     from workbench.errors import Failed
     from workbench.terminal import counted, emit_json, emit_table, emit_text, say
+    from workbench.worlds.house import LocationId
     from workbench.worlds.names import container_types
     from workbench.worlds.sites.check import check_site
     from workbench.worlds.sites.site import load_site
 
     place = load_site(site)
     findings = check_site(place)
+    reachable = sum(place.travel.reaches(LocationId(container.id)) for container in place.plan.containers)
     errors = sum(finding.level == "error" for finding in findings)
     if json:
         emit_json(
@@ -40,7 +42,7 @@ def check(
                 "name": place.name,
                 "rooms": len(place.plan.rooms),
                 "containers": len(place.plan.containers),
-                "reachable": len(place.travel.locations) - 1,
+                "reachable": reachable,
                 "tags": len(place.tags),
                 "travel": place.travel_source,
                 "errors": errors,
@@ -53,7 +55,7 @@ def check(
         emit_text(
             f"{place.name}: {counted(len(place.plan.rooms), 'room')}, "
             f"{counted(len(place.plan.containers), 'container')}, {counted(len(place.tags), 'tag')}; "
-            f"{counted(len(place.travel.locations) - 1, 'container')} reachable, "
+            f"{counted(reachable, 'container')} reachable, "
             f"at most {metres.max() if metres.size else 0:.1f} m apart ({place.travel_source})"
         )
         if findings:
@@ -63,4 +65,4 @@ def check(
         else:
             say("Nothing is missing.")
     if errors:
-        raise Failed(f"{place.path}: {errors} findings would stop a robot. Correct them and check again.")
+        raise Failed(f"{place.path}: {counted(errors, 'finding')} would stop a robot. Correct them and check again.")

@@ -30,7 +30,6 @@ from workbench.evaluation.splits import Split, is_shared, split_indices
 from workbench.worlds.house import House, ItemType
 from workbench.worlds.names import readable_name
 from workbench.worlds.procthor.load import load_houses
-from workbench.worlds.shipped import shipped_houses
 
 COLOURS = {"counts": GREY, "fcnn": ORANGE, "best": BLUE}
 MIN_HOUSES = 5
@@ -128,7 +127,7 @@ def _curve(request: BeliefRequest, names: Sequence[str], folder: Path, watched: 
 
 def _curve_houses(request: BeliefRequest) -> tuple[list[House], list[House], list[House]]:
     """Disjoint houses for training, early stopping and evaluation."""
-    path = request.houses or shipped_houses()
+    path = request.files[0]
     houses = load_houses(path, assets=request.sizes)
     n = len(houses)
     if is_shared(path):

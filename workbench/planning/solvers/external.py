@@ -21,12 +21,13 @@ from workbench.planning.builtin.solver import SolverResult, without_hypothetical
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.planning.solvers.fast_downward import best_plan, plan_of, trivial_plan
+from workbench.planning.solvers.outcomes import without_plan
 from workbench.planning.solvers.pddl import PddlTask, pddl_of
-from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, Answer, Exit, run_program
+from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, MemoryLimit, java_heap, run_program
 from workbench.plugins import installed_module
 
-UNSOLVABLE_CODE = 11
-"""What unified_planning_child.py returns for a proof that no plan exists."""
+ANY_COST = "ACTIONS_COST"
+"""The feature that an engine of unified-planning must have: without it, it neither reads nor minimises costs."""
 
 
 @final
@@ -57,7 +58,7 @@ class PddlCommand:
         return shutil.which(words[0]) if words else None
 
     def solve(self, problem: Problem, *, budget_s: float) -> SolverResult:
-        return _solve(self.name, self.command, problem, budget_s, self.memory_bytes)
+        return _Run(name=self.name, command=self.command, memory_bytes=self.memory_bytes).solve(problem, budget_s)
 
 
 @final
@@ -78,61 +79,85 @@ class UnifiedPlanning:
             return SolverResult(plan=Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note))
         words = (sys.executable, "-m", "workbench.planning.solvers.unified_planning_child", self.engine)
         command = " ".join(shlex.quote(word) for word in words) + " {domain} {problem} {plan}"
-        return _solve(self.name, command, problem, budget_s, self.memory_bytes)
+        run = _Run(name=self.name, command=command, memory_bytes=self.memory_bytes, limited=MemoryLimit.DATA)
+        return run.solve(problem, budget_s)
 
 
 @lru_cache(maxsize=1)
 def engines_here() -> tuple[str, ...] | None:
-    """The installed engines of unified-planning that produce plans, sorted; None without unified-planning."""
+    """The installed engines of unified-planning that plan with costs, sorted; None without unified-planning.
+
+    Left out are its meta-engines, such as "oversubscription[symk]", and those that refusal gives a reason for.
+    """
+    found = _engines()
+    return None if found is None else tuple(sorted(name for name, why in found.items() if not why))
+
+
+def refusal(engine: str) -> str:
+    """Why an installed engine of unified-planning is not offered; empty for one that is, or is not installed."""
+    return (_engines() or {}).get(engine, "")
+
+
+@lru_cache(maxsize=1)
+def _engines() -> dict[str, str] | None:
+    """Each installed engine that produces plans, with the reason why it is not offered, or none."""
     if installed_module("unified_planning") is None:
         return None
     factory = import_module("unified_planning.shortcuts").get_environment().factory
-    return tuple(sorted(name for name in factory.engines if factory.engine(name).is_oneshot_planner()))
+    found: dict[str, str] = {}
+    for name in factory.engines:
+        engine = factory.engine(name)
+        if engine.is_oneshot_planner() and "[" not in name:
+            costs = ANY_COST in engine.supported_kind().features
+            found[name] = REFUSED.get(name, "") if costs else NO_COSTS
+    return found
 
 
-def _solve(name: str, command: str, problem: Problem, budget_s: float, memory_bytes: int) -> SolverResult:
-    settled = trivial_plan(problem, name)
-    if settled is not None:
-        return SolverResult(plan=settled)
-    printed = pddl_of(problem)
-    with tempfile.TemporaryDirectory(prefix="lios-plan-") as folder:
-        plan = _run(name, command, printed, problem, Path(folder), min(budget_s, 86_400.0), memory_bytes)
-    return SolverResult(plan=without_hypothetical(plan))
+REFUSED = {"aries": "it reads whole numbers alone, and unified-planning reads the costs of PDDL as real ones"}
+NO_COSTS = "it does not plan with action costs, so that its plans would be cheap only by chance"
 
 
-def _run(
-    name: str, command: str, printed: PddlTask, problem: Problem, folder: Path, budget_s: float, memory_bytes: int
-) -> Plan:
-    (folder / "domain.pddl").write_text(printed.domain, encoding="utf-8")
-    (folder / "problem.pddl").write_text(printed.problem, encoding="utf-8")
-    names = {"domain": "domain.pddl", "problem": "problem.pddl", "plan": "plan"}
-    words = [_filled(word, names) for word in shlex.split(command)]
-    if not words or shutil.which(words[0]) is None:
-        note = f"there is no program {words[0] if words else ''!r}. Install the planner, or give its path"
-        return Plan(status=PlanStatus.SOLVER_FAILED, solver=name, note=note)
-    answer = run_program(words, folder=folder, time_s=budget_s, memory_bytes=memory_bytes)
-    best = best_plan(folder, printed.steps, problem)
-    if best is not None:
-        return plan_of(best, solver=name, optimal=False)
-    return Plan(status=_status(answer), solver=name, note=_note(answer))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Run:
+    """A planner's command line with its limits."""
+
+    name: str
+    command: str
+    memory_bytes: int
+    limited: MemoryLimit = MemoryLimit.DATA
+
+    def solve(self, problem: Problem, budget_s: float) -> SolverResult:
+        settled = trivial_plan(problem, self.name)
+        if settled is not None:
+            return SolverResult(plan=settled)
+        printed = pddl_of(problem)
+        with tempfile.TemporaryDirectory(prefix="lios-plan-") as folder:
+            plan = self._run(printed, problem, Path(folder), min(budget_s, 86_400.0))
+        return SolverResult(plan=without_hypothetical(plan))
+
+    def _run(self, printed: PddlTask, problem: Problem, folder: Path, budget_s: float) -> Plan:
+        (folder / "domain.pddl").write_text(printed.domain, encoding="utf-8")
+        (folder / "problem.pddl").write_text(printed.problem, encoding="utf-8")
+        names = {"domain": "domain.pddl", "problem": "problem.pddl", "plan": "plan"}
+        words = [_filled(word, names) for word in shlex.split(self.command)]
+        if not words or shutil.which(words[0]) is None:
+            note = f"there is no program {words[0] if words else ''!r}. Install the planner, or give its path"
+            return Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note)
+        answer = run_program(
+            words,
+            folder=folder,
+            time_s=budget_s,
+            memory_bytes=self.memory_bytes,
+            environment=java_heap(self.memory_bytes),
+            limited=self.limited,
+        )
+        best = best_plan(folder, printed.steps, problem)
+        if best is not None:
+            return plan_of(best, solver=self.name, optimal=False)
+        return without_plan(answer, solver=self.name, program="the planner")
 
 
 def _filled(word: str, names: dict[str, str]) -> str:
     for key, value in names.items():
         word = word.replace("{" + key + "}", value)
     return word
-
-
-def _status(answer: Answer) -> PlanStatus:
-    if answer.exit is Exit.TIMED_OUT:
-        return PlanStatus.TIMED_OUT
-    if answer.exit is Exit.ENDED and answer.code == UNSOLVABLE_CODE:
-        return PlanStatus.NO_PLAN
-    return PlanStatus.SOLVER_FAILED
-
-
-def _note(answer: Answer) -> str:
-    if answer.exit is Exit.TIMED_OUT:
-        return "no plan within the time limit"
-    said = next((line for line in reversed(answer.output.splitlines()) if line.strip()), "nothing")
-    return f"the planner {answer.exit} with code {answer.code}, wrote no plan that holds, and said: {said[:200]}"

@@ -1,7 +1,9 @@
 """The solver Fast Downward, either on SAS+ written directly or on PDDL through its translator.
 
-Searches by name: `blind` and `lmcut` are optimal; `ff-astar2` is the paper's (A* with the FF heuristic, both on
-cost plus one), not optimal; `anytime` returns the best plan found in its time.
+Searches by name: `blind` and `lmcut` are optimal. `ff-astar2` is the paper's, as PDDLStream defines it: eager
+weighted A* of weight 2 with the FF heuristic, preferred operators, and every action's cost plus one in path costs and
+heuristic. `ff-astar` is plain A* with the FF heuristic, plus one in path costs alone. `anytime` returns the best plan
+found in its time. None of these three is optimal.
 
 The planner is a program of its own (GPL-3.0-only) that the extra "planners" installs; it is run, never imported. The
 SAS+ route has a printer of its own (sas.py) and not Fast Downward's translator, which grounds PDDL anew at every
@@ -24,9 +26,10 @@ from workbench.errors import UnknownName
 from workbench.planning.builtin.solver import SolverResult, without_hypothetical
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import IllegalStep, Problem, apply, holds, initial_state, unreachable_goal
+from workbench.planning.solvers.outcomes import without_plan
 from workbench.planning.solvers.pddl import pddl_of
 from workbench.planning.solvers.sas import COST_SCALE, sas_of
-from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, Answer, Exit, run_program
+from workbench.planning.solvers.subprocess_limits import MEMORY_BYTES, Exit, run_program
 from workbench.plugins import installed_module
 from workbench.search.ties import first_of_least
 
@@ -34,7 +37,11 @@ SEARCHES: Mapping[str, str] = MappingProxyType(
     {
         "blind": "astar(blind())",
         "lmcut": "astar(lmcut())",
-        "ff-astar2": "let(h,ff(),astar(h,cost_type=plusone))",
+        "ff-astar": "let(h,ff(),astar(h,cost_type=plusone))",
+        "ff-astar2": (
+            "let(h,eval_modify_costs(ff(),cost_type=plusone),eager(alt([single(sum([g(),weight(h,2)])),"
+            "single(sum([g(),weight(h,2)]),pref_only=true)]),preferred=[h],cost_type=plusone))"
+        ),
         "anytime": (
             "let(h,ff(),iterated([lazy_greedy([h],preferred=[h]),lazy_wastar([h],preferred=[h],w=3),"
             "lazy_wastar([h],preferred=[h],w=1)],repeat_last=true))"
@@ -44,11 +51,6 @@ SEARCHES: Mapping[str, str] = MappingProxyType(
 OPTIMAL = ("blind", "lmcut")
 
 MAX_PLAN_BYTES = 1_000_000
-
-UNSOLVABLE_CODES = (10, 11)
-"""Fast Downward's exit codes for a proof that no plan exists (translator, search)."""
-OUT_OF_TIME_CODES = (21, 23)
-OUT_OF_MEMORY_CODES = (20, 22)
 
 
 @final
@@ -104,22 +106,9 @@ class FastDownward:
         answer = run_program(command, folder=folder, time_s=budget_s, memory_bytes=self.memory_bytes, stdin=stdin)
         best = best_plan(folder, steps, problem)
         if best is not None:
-            proven = self.search in OPTIMAL and answer.exit is Exit.ENDED
+            proven = self.search in OPTIMAL and answer.exit is Exit.ENDED and answer.code == 0
             return plan_of(best, solver=self.name, optimal=proven)
-        return self._without_plan(answer)
-
-    def _without_plan(self, answer: Answer) -> Plan:
-        if answer.exit is Exit.TIMED_OUT or answer.code in OUT_OF_TIME_CODES:
-            return Plan(status=PlanStatus.TIMED_OUT, solver=self.name, note="no plan within the time limit")
-        if answer.exit is Exit.ENDED and answer.code in UNSOLVABLE_CODES:
-            return Plan(
-                status=PlanStatus.NO_PLAN, solver=self.name, note="proven: no sequence of actions meets the goal"
-            )
-        if answer.code in OUT_OF_MEMORY_CODES:
-            return Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note="Fast Downward ran out of memory")
-        said = next((line for line in reversed(answer.output.splitlines()) if line.strip()), "nothing")
-        note = f"Fast Downward {answer.exit} with code {answer.code} and said: {said[:200]}"
-        return Plan(status=PlanStatus.SOLVER_FAILED, solver=self.name, note=note)
+        return without_plan(answer, solver=self.name, program="Fast Downward")
 
 
 def trivial_plan(problem: Problem, solver: str) -> Plan | None:
@@ -143,12 +132,13 @@ def downward_home() -> Path | None:
 
 
 def best_plan(folder: Path, steps: Mapping[str, PlanStep | None], problem: Problem) -> tuple[PlanStep, ...] | None:
-    """The cheapest legal plan among a folder's files plan, plan.1, plan.2, ...; None when there is none.
+    """The cheapest legal plan among a folder's files plan, plan.1, ... and sas_plan, ...; None when there is none.
 
-    Of equal ones (ties.py) the first by the file's name.
+    An anytime search numbers its plans, and one that is stopped may leave its last file cut off; planners built on
+    Fast Downward that are not told a name write sas_plan. Of equal ones (ties.py) the first by the file's name.
     """
     found: list[tuple[PlanStep, ...]] = []
-    for path in sorted(folder.glob("plan*")):
+    for path in sorted((*folder.glob("plan*"), *folder.glob("sas_plan*"))):
         if path.is_file() and path.stat().st_size <= MAX_PLAN_BYTES:
             text = path.read_text(encoding="utf-8", errors="replace")
             plan = read_plan(text, steps, problem)

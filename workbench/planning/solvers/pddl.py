@@ -22,16 +22,9 @@ from workbench.planning.solvers.grounding import (
     pick_and_place_steps,
     preparation_steps,
 )
+from workbench.planning.solvers.reserved_words import RESERVED
 from workbench.planning.solvers.sas import scaled
 from workbench.planning.tasks import Holding
-
-RESERVED = frozenset(
-    re.findall(
-        r"\S+",
-        "and or not forall exists when imply either object location item number increase total-cost domain problem "
-        "define move pick place find rob-at hand-is-free holding is-at missing done move-cost find-cost",
-    )
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +63,8 @@ def pddl_of(problem: Problem) -> PddlTask:
 
 
 def pddl_names(ours: Iterable[str]) -> dict[str, str]:
-    """A unique valid PDDL name for each name: lower case, starting with a letter, no reserved word.
+    """A unique valid PDDL name for each name: lower case, starting with a letter, no reserved word of a
+    planner (reserved_words.py).
 
     "Mug|surface|2|40" becomes "mug_surface_2_40"; colliding names get a numeric suffix.
     """

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import cast
 
 from workbench.errors import MissingExtra, Unsupported
-from workbench.planning.solvers.external import PddlCommand, UnifiedPlanning, engines_here
+from workbench.planning.solvers.external import PddlCommand, UnifiedPlanning, engines_here, refusal
 from workbench.planning.solvers.fast_downward import FastDownward, downward_home
 from workbench.planning.solvers.protocol import BuiltIn, Solver
 from workbench.plugins import SOLVER, NameOrigin, NotFromLog, Plugin, PluginNotLoaded, import_path, plugin
@@ -22,10 +22,12 @@ SOLVERS: Mapping[str, Callable[[], Solver]] = MappingProxyType(
         "built-in": lambda: BuiltIn(),
         "sas-blind": lambda: FastDownward(search="blind"),
         "sas-lmcut": lambda: FastDownward(search="lmcut"),
+        "sas-ff-astar": lambda: FastDownward(search="ff-astar"),
         "sas-ff-astar2": lambda: FastDownward(search="ff-astar2"),
         "sas-anytime": lambda: FastDownward(search="anytime"),
         "pddl-blind": lambda: FastDownward(search="blind", route="pddl"),
         "pddl-lmcut": lambda: FastDownward(search="lmcut", route="pddl"),
+        "pddl-ff-astar": lambda: FastDownward(search="ff-astar", route="pddl"),
         "pddl-ff-astar2": lambda: FastDownward(search="ff-astar2", route="pddl"),
         "pddl-anytime": lambda: FastDownward(search="anytime", route="pddl"),
     }
@@ -42,6 +44,13 @@ class PlannerMissing(Unsupported):
 
     def __init__(self, name: str, why: str) -> None:
         super().__init__(f"solver {name}: {why}.")
+
+
+class EngineRefused(Unsupported):
+    """An engine of unified-planning is installed and cannot do this job."""
+
+    def __init__(self, name: str, why: str, others: tuple[str, ...]) -> None:
+        super().__init__(f"solver {name}: {why}. Choose one of {', '.join(f'{ENGINE}{other}' for other in others)}.")
 
 
 def solver(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver:
@@ -88,6 +97,7 @@ def solver_of_extra(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver
 
     Raises:
         MissingExtra: Fast Downward or unified-planning is not installed.
+        EngineRefused: an engine of unified-planning that is installed and cannot plan with costs.
         UnknownName, NotFromLog, PluginNotLoaded, BadValue: as solver.
     """
     made = solver(name, origin=origin)
@@ -97,6 +107,11 @@ def solver_of_extra(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver
         missing = isinstance(made, UnifiedPlanning) and find_spec("unified_planning") is None
     if missing:
         raise MissingExtra(f"solver {name}", "planners")
+    if isinstance(made, UnifiedPlanning):
+        with import_path(origin):
+            why, here = refusal(made.engine), engines_here() or ()
+        if why:
+            raise EngineRefused(name, why, here)
     return made
 
 
@@ -108,7 +123,7 @@ def installed_solver(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solve
 
     Raises:
         PlannerMissing: a planner that is not installed here.
-        MissingExtra, UnknownName, NotFromLog, PluginNotLoaded, BadValue: as solver_of_extra.
+        EngineRefused, MissingExtra, UnknownName, NotFromLog, PluginNotLoaded, BadValue: as solver_of_extra.
     """
     made = solver_of_extra(name, origin=origin)
     if isinstance(made, PddlCommand) and made.program is None:

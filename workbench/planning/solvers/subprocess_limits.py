@@ -20,6 +20,18 @@ from pathlib import Path
 MAX_OUTPUT_BYTES = 1_000_000
 MAX_FILE_BYTES = 256 * 2**20
 MEMORY_BYTES = 2 * 2**30
+HEAP_SHARE = 0.7
+"""Share of the memory limit that a Java virtual machine may use for its heap; the rest is its code and threads."""
+
+
+class MemoryLimit(StrEnum):
+    """What a limit on memory counts."""
+
+    ADDRESS_SPACE = "v"
+    """All that is mapped (RLIMIT_AS)."""
+    DATA = "d"
+    """What is mapped writable (RLIMIT_DATA), for programs that reserve more address space than they use: a Java
+    virtual machine does not start under a limit of 2 GiB on its address space."""
 
 
 class Exit(StrEnum):
@@ -48,22 +60,25 @@ def run_program(
     memory_bytes: int = MEMORY_BYTES,
     stdin: Path | None = None,
     environment: Mapping[str, str] | None = None,
+    limited: MemoryLimit = MemoryLimit.ADDRESS_SPACE,
 ) -> Answer:
     """Run a program until it exits or reaches a limit.
 
     Args:
         folder: working folder of the program.
-        time_s: limit on wall-clock time and on processor time, in seconds.
-        memory_bytes: limit on its address space.
+        time_s: limit on wall-clock time in seconds, and on processor time for each core (RLIMIT_CPU counts all
+            threads of a process together).
+        memory_bytes: limit on memory of each of its processes.
         stdin: file for standard input; empty input by default.
         environment: environment variables added to the current ones.
+        limited: what memory_bytes counts.
     """
     if not _program_exists(command[0], folder):
         return Answer(exit=Exit.NOT_STARTED, output=f"{command[0]}: no such program")
     with tempfile.TemporaryFile() as output, open(stdin or os.devnull, "rb") as source:
         try:
             process = subprocess.Popen(
-                [*_limits(time_s, memory_bytes), *command],
+                [*_limits(time_s, memory_bytes, limited), *command],
                 stdin=source,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -94,13 +109,19 @@ def _program_exists(program: str, folder: Path) -> bool:
     return shutil.which(program) is not None or shutil.which(str(folder / program)) is not None
 
 
-def _limits(time_s: float, memory_bytes: int) -> tuple[str, ...]:
+def java_heap(memory_bytes: int) -> Mapping[str, str]:
+    """The environment variable that bounds the heap of a Java virtual machine within a memory limit."""
+    return {"JAVA_TOOL_OPTIONS": f"-Xmx{int(HEAP_SHARE * memory_bytes) // 2**20}m -XX:+UseSerialGC"}
+
+
+def _limits(time_s: float, memory_bytes: int, limited: MemoryLimit) -> tuple[str, ...]:
     """The shell command that sets its own limits and then executes the program, so that it never runs without
     limits.
 
     Limits that the system does not support are skipped.
     """
-    limits = (("c", 0), ("f", MAX_FILE_BYTES // 512), ("t", int(time_s) + 1), ("v", memory_bytes // 1024))
+    processor_s = (int(time_s) + 1) * (os.cpu_count() or 1)
+    limits = (("c", 0), ("f", MAX_FILE_BYTES // 512), ("t", processor_s), (limited.value, memory_bytes // 1024))
     set_all = "; ".join(f"ulimit -{letter} {limit} 2>/dev/null" for letter, limit in limits)
     return ("/bin/sh", "-c", f'{set_all}; exec "$@"', "sh")
 

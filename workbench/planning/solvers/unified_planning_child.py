@@ -8,9 +8,19 @@ Usage: python -m workbench.planning.solvers.unified_planning_child ENGINE DOMAIN
 from __future__ import annotations
 
 import sys
+import traceback
 from pathlib import Path
 
-SOLVED, UNSOLVABLE, NOT_INSTALLED, NO_ANSWER = 0, 11, 12, 13
+SOLVED, UNSOLVABLE, NO_ANSWER, NOT_INSTALLED, RAISED = 0, 11, 12, 13, 14
+
+NO_PROOF = ("enhsp",)
+"""Engines (how their names begin) that report a proof whenever they end without a plan: ENHSP does where it could not
+read the task."""
+
+
+def is_proof(engine: str, status: str) -> bool:
+    """Whether a status of that engine is a proof that no plan exists."""
+    return status == "UNSOLVABLE_PROVEN" and not engine.startswith(NO_PROOF)
 
 
 def main(engine: str, domain: str, problem: str, plan: str) -> int:
@@ -29,9 +39,17 @@ def main(engine: str, domain: str, problem: str, plan: str) -> int:
     except (UPNoRequestedEngineAvailableException, UPNoSuitableEngineAvailableException) as error:
         print(f"unified-planning has no engine {engine!r}: {error}")
         return NOT_INSTALLED
+    except Exception as error:  # noqa: BLE001 - an engine's failure is its status
+        traceback.print_exc()
+        print(f"{engine} raised {type(error).__name__}: {error}")
+        return RAISED
     if answer.plan is None:
-        print(f"status {answer.status.name}")
-        return UNSOLVABLE if answer.status.name.startswith("UNSOLVABLE_PROVEN") else NO_ANSWER
+        for message in answer.log_messages or ():
+            print(message.message)
+        print(f"{engine} found no plan, status {answer.status.name}")
+        if answer.status.name == "INTERNAL_ERROR":
+            return RAISED
+        return UNSOLVABLE if is_proof(engine, answer.status.name) else NO_ANSWER
     lines = [
         "(" + " ".join([str(a.action.name), *(str(p) for p in a.actual_parameters)]) + ")"
         for a in answer.plan.actions

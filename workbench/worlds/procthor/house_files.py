@@ -37,17 +37,29 @@ class HouseIndexMissing(NotFound):
         super().__init__(f"{path} may hold many houses. Say which one, counted from 0: {path}:0.")
 
 
+class NumberIsNoAddress(NotFound):
+    """A house was named by a number alone."""
+
+    def __init__(self, address: str) -> None:
+        super().__init__(
+            f"{address}: no such file. Of the shipped houses give houses:{address}, of others FILE:{address}."
+        )
+
+
 def split_address(address: str) -> tuple[Path, int | None]:
     """ "FILE:17" -> (FILE, 17); "house.json" -> (house.json, None); "houses:9", as logs name it, of the shipped
     file.
 
     Raises:
+        NumberIsNoAddress: a number alone.
         FileMissing: no such file.
         MalformedFile: a folder.
         BadValue: an index that is not a whole number.
     """
     if _is_file(address):
         return Path(address), None
+    if address.isascii() and address.isdigit():
+        raise NumberIsNoAddress(address)
     name, colon, index = address.rpartition(":")
     if colon and name == house_stem(shipped_houses()):
         name = str(shipped_houses())

@@ -9,6 +9,7 @@ import msgspec
 
 from workbench.errors import BadValue, MalformedFile
 from workbench.worlds.house import FloorPlan, House
+from workbench.worlds.house_yaml import is_house_yaml, load_house_yaml
 from workbench.worlds.maps.connectivity import require_connected
 from workbench.worlds.procthor.assets import Asset, read_assets
 from workbench.worlds.procthor.building import opening_of, room_of, walls_of
@@ -32,7 +33,7 @@ MAX_ROOMS = 500
 
 
 def load_house(address: str, *, assets: Path | None = None) -> House:
-    """One house: "FILE:17" of a file with one house a line, or a .json file with a single house.
+    """One house: "FILE:17" of a file with one house a line, a .json file with a single house, or a .yaml of yours.
 
     Args:
         address: the file and the index, counted from 0.
@@ -42,6 +43,8 @@ def load_house(address: str, *, assets: Path | None = None) -> House:
     Raises:
         InputError: no such file, index or house; the message says what is wrong.
     """
+    if is_house_yaml(address):
+        return load_house_yaml(Path(address))
     path, index = split_address(address)
     if index is None and is_many(path):
         raise HouseIndexMissing(path)

@@ -12,6 +12,7 @@ from workbench.worlds.geometry import Pose, footprint
 from workbench.worlds.house import START, Container, LocationId
 from workbench.worlds.names import is_container, vocabulary
 from workbench.worlds.sites.paths import SiteNavigation
+from workbench.worlds.sites.ros_map import read_survey_map
 from workbench.worlds.sites.site import Site
 
 Level = Literal["error", "warning", "note"]
@@ -44,10 +45,19 @@ def _reach(site: Site) -> Iterator[SiteFinding]:
     if not site.plan.containers:
         yield _error("containers", "there is none", "Survey at least one container")
     if not site.travel.reaches(START):
-        yield _error("start", "lies on no free ground of the map", "Move the start pose, or correct the map")
+        what = "lies off the map" if _off_the_map(site) else "lies on no free ground of the map"
+        yield _error("start", what, "Move the start pose, or correct the map")
         return
     for name in site.travel.unreachable:
         yield _error(f"container {name}", "cannot be reached from the start", "Correct its pose, or give stand:")
+
+
+def _off_the_map(site: Site) -> bool:
+    if site.grid is None:
+        return False
+    row, column = site.grid.cell_at(site.plan.start.point)
+    rows, columns = site.grid.occupied.shape
+    return not (0 <= row < rows and 0 <= column < columns)
 
 
 def _rooms(site: Site) -> Iterator[SiteFinding]:
@@ -89,6 +99,14 @@ def _map(site: Site) -> Iterator[SiteFinding]:
             where="map",
             what="there is none; ways are drawn as straight lines and other starts cannot be used",
             fix="Add map: with the YAML of map_saver",
+        )
+    grey = 0 if site.file.map is None else read_survey_map(site.path.parent / site.file.map).grey_read_as_free
+    if grey:
+        yield SiteFinding(
+            level="warning",
+            where="map",
+            what=f"{grey} cells have the grey of unsurveyed ground (205), but its free_thresh reads them as free",
+            fix="Write free_thresh: 0.196 in the map's YAML file, so that they are unknown",
         )
     if site.travel_source == "measured":
         symmetric = abs(site.travel.metres - site.travel.metres.T).max()

@@ -1,22 +1,23 @@
 """Reading and writing occupancy maps of ROS map_server: YAML with a PGM or PNG image.
 
-Source: map_server (ROS 1 and 2). A pixel's occupancy is (255 - value) / 255, or value / 255 when negate is set;
-above occupied_thresh it is occupied, below free_thresh it is free, between them unknown. Row 0 is the top of the
-image, which has the largest y. Unknown cells count as occupied here, so that no robot plans through unsurveyed
-    space.
+Cell values are those of ROS 2's map_server (map_pixels.py): 0 free to 100 occupied, -1 unknown. Row 0 of the image is
+its top, which has the largest y. Unknown cells count as occupied here, so that no robot plans through unsurveyed
+space.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeVar
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
 from workbench.errors import FileMissing, MalformedFile
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.maps.rotated_grid import axis_aligned, is_occupied
+from workbench.worlds.sites.map_pixels import GreyPixels, MapMode, PixelRules, cell_values, grey_pixels
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -32,31 +33,54 @@ class _MapFile(msgspec.Struct, frozen=True, kw_only=True):
     image: str
     resolution: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
     origin: tuple[float, float, float]
-    negate: int = 0
+    negate: int | bool | str = 0
     occupied_thresh: float = 0.65
     free_thresh: float = 0.196
     mode: str = "trinary"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurveyMap:
+    """A survey's map as map_server reads it.
+
+    Attributes:
+        grid: the occupancy grid, axis-aligned, unknown cells occupied.
+        grey_read_as_free: cells of the grey that map savers write for unknown (205) which the file's thresholds call
+            free.
+    """
+
+    grid: OccupancyGrid
+    grey_read_as_free: int
+
+
 def read_map(path: Path) -> OccupancyGrid:
-    """The occupancy grid of a map_server YAML file.
+    """The occupancy grid of a map_server YAML file, with unknown cells occupied.
 
     Raises:
         FileMissing: the YAML or its image is missing.
-        MalformedFile: not a map, or a rotated or too large one.
+        MalformedFile: not a map, or a too large one.
     """
+    return read_survey_map(path).grid
+
+
+def read_survey_map(path: Path) -> SurveyMap:
+    """The map of a map_server YAML file. Raises as read_map."""
     described = read_yaml(path, _MapFile)
-    if described.origin[2] != 0.0:
-        raise MalformedFile(path, "its origin is rotated", "Save the map with yaw 0")
-    picture = path.parent / described.image
-    pixels = _read_pixels(picture)
-    share = pixels / 255.0 if described.negate else (255.0 - pixels) / 255.0
-    occupied = np.flipud(share >= described.free_thresh)
-    return OccupancyGrid(
-        origin=(described.origin[0], described.origin[1]),
-        resolution_m=described.resolution,
-        occupied=np.ascontiguousarray(occupied),
+    pixels = _read_pixels(path.parent / described.image)
+    rules = PixelRules(
+        mode=_mode(path, described.mode),
+        negate=_negate(path, described.negate),
+        occupied_thresh=described.occupied_thresh,
+        free_thresh=described.free_thresh,
     )
+    values = cell_values(pixels, rules)
+    x_m, y_m, yaw_rad = described.origin
+    grid = axis_aligned(
+        is_occupied(np.flipud(values)), origin=(x_m, y_m), yaw_rad=yaw_rad, resolution_m=described.resolution
+    )
+    grey = np.rint(pixels.brightness * 255) == UNKNOWN
+    free = int((grey & ~is_occupied(values)).sum()) if rules.mode != "raw" else 0
+    return SurveyMap(grid=grid, grey_read_as_free=free)
 
 
 def write_map(grid: OccupancyGrid, path: Path) -> None:
@@ -90,8 +114,26 @@ def read_yaml(path: Path, kind: type[T]) -> T:
         raise MalformedFile(path, reason, "Compare it with docs/spot.md") from error
 
 
-def _read_pixels(path: Path) -> npt.NDArray[np.uint8]:
-    """The grey values, shape (rows, columns), row 0 on top. Reads PGM (P2, P5) and what Pillow reads."""
+def _mode(path: Path, written: str) -> MapMode:
+    """The mode by its name, in any case, as map_server takes it."""
+    for mode in ("trinary", "scale", "raw"):
+        if written.lower() == mode:
+            return mode
+    raise MalformedFile(path, f"mode {written!r} is unknown", "Write trinary, scale or raw")
+
+
+def _negate(path: Path, written: int | bool | str) -> bool:
+    """negate as a number or a truth value, quoted or not."""
+    if not isinstance(written, str):
+        return bool(written)
+    known = {"0": False, "1": True, "false": False, "true": True}
+    if written.lower() not in known:
+        raise MalformedFile(path, f"negate {written!r} is neither true nor false", "Write negate: 0 or negate: 1")
+    return known[written.lower()]
+
+
+def _read_pixels(path: Path) -> GreyPixels:
+    """The image's brightness and opacity, row 0 on top. Reads PGM (P2, P5) and what Pillow reads."""
     if not path.is_file():
         raise FileMissing(path)
     from PIL import Image, UnidentifiedImageError
@@ -100,6 +142,6 @@ def _read_pixels(path: Path) -> npt.NDArray[np.uint8]:
         with Image.open(path) as picture:
             if picture.width * picture.height > MAX_CELLS:
                 raise MalformedFile(path, f"{picture.width} x {picture.height} cells", "Save a coarser map")
-            return np.asarray(picture.convert("L"), dtype=np.uint8)
+            return grey_pixels(picture)
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
         raise MalformedFile(path, f"not a picture ({error})", "Save the map as PGM or PNG") from error

@@ -112,7 +112,7 @@ def _source(name: str) -> image_pb2.ImageSource:
 def _set_lens(source: image_pb2.ImageSource) -> None:
     lens = source.pinhole.intrinsics
     lens.focal_length.x = lens.focal_length.y = source.cols / 2 / float(np.tan(FIELD_RAD / 2))
-    lens.principal_point.x, lens.principal_point.y = source.cols / 2, source.rows / 2
+    lens.principal_point.x, lens.principal_point.y = (source.cols - 1) / 2, (source.rows - 1) / 2
 
 
 def _depth_source() -> image_pb2.ImageSource:

@@ -1,0 +1,99 @@
+"""A climb from world to world towards a strategy's cheapest and dearest run, where not every world is followed.
+
+In a kitchen a container can answer in thousands of ways, of which branch-and-bound follows those with the fewest
+items. Changing one item type in one container at a time finds runs that cost less, or more, than those. Every end
+found is the cost in a consistent world; nothing found here bounds anything.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+
+from replayers.counterfactual.bounds.bounds import NEAR, Bounds
+from replayers.counterfactual.relevance import NOTHING, Answer
+from replayers.counterfactual.run_tree import Choose, Leaf, RunTree, UnobservedLook
+from workbench.worlds.house import ContainerId, ItemType
+
+Answers = Mapping[ContainerId, Answer]
+
+
+def climbed_ends(tree: RunTree, known: Bounds, *, most_stretches: int) -> tuple[Leaf, Leaf]:
+    """The ends of a climb downwards and of one upwards.
+
+    Args:
+        known: the bounds so far; their cheapest and dearest ends are where the climbs start, or, if it is cheaper,
+            the run in the world whose first open container holds all that matters.
+        most_stretches: of each climb.
+    """
+    lucky = all_in_first(tree)
+    low = min((known.cheapest or lucky, lucky), key=lambda leaf: leaf.cost)
+    cheapest = climb(tree, low, up=False, most_stretches=most_stretches)
+    return cheapest, climb(tree, known.dearest or lucky, up=True, most_stretches=most_stretches)
+
+
+def climb(tree: RunTree, start: Leaf, *, up: bool, most_stretches: int) -> Leaf:
+    """The cheapest, or the dearest, end on a first-improvement climb from the end of a run.
+
+    Args:
+        up: towards dearer ends.
+        most_stretches: new stretches of the loop after which no further world is tried.
+    """
+    spent = tree.stretches + most_stretches
+    best = start
+    improved = True
+    while improved:
+        improved = False
+        for answers in _neighbours(tree, best):
+            if tree.stretches >= spent:
+                return best
+            end = tree.follow(_chooser(answers))
+            if (end.cost - best.cost if up else best.cost - end.cost) > NEAR:
+                best, improved = end, True
+                break
+    return best
+
+
+def all_in_first(tree: RunTree) -> Leaf:
+    """The end of the run in the world whose first open container holds all that matters."""
+    first = True
+
+    def choose(question: UnobservedLook) -> Answer:
+        nonlocal first
+        answer, first = (_possible(question) if first else NOTHING), False
+        return answer if _allows(question, answer) else question.options[0]
+
+    return tree.follow(choose)
+
+
+def _neighbours(tree: RunTree, leaf: Leaf) -> Iterator[Answers]:
+    """The worlds that differ in one type in one of the containers that the run searched."""
+    answers = {filled.container: filled.answer for filled in leaf.filled}
+    for filled in leaf.filled:
+        for item_type in filled.live:
+            there = tuple(t for t in filled.answer if t != item_type)
+            changed = there if item_type in filled.answer else tuple(sorted((*there, item_type)))
+            yield {**answers, filled.container: changed}
+
+
+def _chooser(answers: Answers) -> Choose:
+    def choose(question: UnobservedLook) -> Answer:
+        answer = tuple(t for t in answers.get(question.container, NOTHING) if t in question.live)
+        return answer if _allows(question, answer) else question.options[0]
+
+    return choose
+
+
+def _allows(question: UnobservedLook, answer: Answer) -> bool:
+    """Whether a container can give an answer: types that the options name, and all that the last one must hold."""
+    if answer in question.options:
+        return True
+    return (
+        question.others
+        and set(answer) <= set(_possible(question))
+        and Counter(question.options[0]) <= Counter(answer)
+    )
+
+
+def _possible(question: UnobservedLook) -> tuple[ItemType, ...]:
+    return tuple(sorted({t for option in question.options for t in option}))

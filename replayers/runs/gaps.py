@@ -1,0 +1,172 @@
+"""What is missing from a run: damaged places, gaps in action indexes and decision numbers, lost observations.
+
+A run numbers its actions and decisions from 1 without a gap, observes each container that it searches, and believes
+at its first decision about every container that it did not know at the start; its recorder numbers the messages of
+each topic. Whatever breaks one of these was lost:
+by damage, by a filter, or because the log is one part of several.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from replayers.runs.run import Run, read
+from workbench.errors import LiosError
+from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
+from workbench.worlds.house import LocationId
+
+NEAR_COST = 1e-2
+"""Costs are rounded to six decimals and added up over a run."""
+NEEDED = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, Observation, PlanComputed)})
+"""Topics that a replay rests on."""
+SIMULATED_SOURCES = ("simulation", "replay")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gaps:
+    """What is missing from a run.
+
+    Attributes:
+        lost: one line for each kind of loss; empty where nothing is missing but perhaps the end of a log that was
+            cut off.
+        actions_after_ns: actions may be missing after this time, in nanoseconds since the epoch; None where none is.
+        not_looked: containers whose first observation is lost.
+        beliefs: whether beliefs of some decisions are missing.
+        start_unknown: why it cannot be told what the robot knew at the start; empty where it can.
+    """
+
+    lost: tuple[str, ...] = ()
+    actions_after_ns: int | None = None
+    not_looked: frozenset[str] = frozenset()
+    beliefs: bool = False
+    start_unknown: str = ""
+
+
+def gaps_of(run: Run) -> Gaps:
+    """What is missing from a run; a log that merely ends early has no gaps."""
+    damages = [damage for damage in run.damage if damage.loses_content and not damage.cut_off]
+    closed = run.closed and run.outcome is None and bool(run.plans)
+    lost: list[str] = []
+    if damages:
+        lost.append(
+            f"{_many(len(damages), 'place')} of the log could not be read, the first at byte {damages[0].offset}"
+        )
+    indexes = {action.index for action in run.actions}
+    absent = sorted(set(range(1, max(indexes, default=0))) - indexes)
+    if absent:
+        lost.append(f"{_many(len(absent), 'action')} of {max(indexes)} missing, the first number {absent[0]}")
+    after_ns = _first_gap_ns(run.actions, absent)
+    if after_ns is None and (closed or (damages and run.outcome is None) or _ended_later(run)):
+        after_ns = max((action.stamp.ns for action in run.actions), default=0)
+        lost.append("actions at its end are missing")
+    made = {plan.decision for plan in run.plans}
+    undecided = sorted(set(range(1, max(made, default=0))) - made)
+    if undecided:
+        lost.append(f"{_many(len(undecided), 'decision')} of {max(made)} missing, the first number {undecided[0]}")
+    messages = {topic: run.skipped[topic] for topic in sorted(run.skipped) if topic in NEEDED}
+    if messages:
+        lost.append(
+            ", ".join(f"{count} of {topic}" for topic, count in messages.items()) + " missing by their numbers"
+        )
+    not_looked = _first_looks_lost(run)
+    if not_looked:
+        lost.append(f"what was seen in {', '.join(sorted(not_looked)[:3])} is missing")
+    unknown = _start_unknown(run, certain=not lost)
+    if unknown:
+        lost.append(unknown)
+    return Gaps(
+        lost=tuple(lost),
+        actions_after_ns=after_ns,
+        not_looked=not_looked,
+        beliefs=bool(lost and made - {belief.decision for belief in run.beliefs}) or bool(undecided),
+        start_unknown=unknown,
+    )
+
+
+def losses(runs: Iterable[Run]) -> dict[str, tuple[str, ...]]:
+    """What is missing from each run, by its log; runs that are whole are left out."""
+    found = ((str(run.path), gaps_of(run).lost) for run in runs)
+    return {log: lost for log, lost in found if lost}
+
+
+def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
+    """The same of logs; what holds no run, or cannot be read, is left out."""
+    found: dict[str, tuple[str, ...]] = {}
+    for path in paths:
+        try:
+            found |= losses([read(path)])
+        except LiosError:
+            continue  # whoever uses the log tells why
+    return found
+
+
+def loss_lines(lost: Mapping[str, tuple[str, ...]]) -> list[str]:
+    """One line for each log that is not whole."""
+    return [f"note: {log} is not whole: {'; '.join(what)}" for log, what in lost.items()]
+
+
+def _many(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _first_gap_ns(actions: Iterable[ActionFinished], absent: list[int]) -> int | None:
+    """When the last action before the first missing one ended; 0 if the first action is missing."""
+    if not absent:
+        return None
+    return max((action.stamp.ns for action in actions if action.index < absent[0]), default=0)
+
+
+def _ended_later(run: Run) -> bool:
+    """Whether the outcome tells of more searches, or of more cost, than the actions have."""
+    if run.outcome is None:
+        return False
+    searches = sum(action.action == "search" and action.success for action in run.actions)
+    if run.outcome.searches > max(searches, sum(action.action == "search" for action in run.actions)):
+        return True
+    simulated = run.info.source in SIMULATED_SOURCES
+    return simulated and run.outcome.own_cost - sum(action.cost for action in run.actions) > NEAR_COST
+
+
+def _first_looks_lost(run: Run) -> frozenset[str]:
+    """Containers that were searched, or picked from, before their first observation in the log."""
+    first_seen: dict[str, int] = {}
+    for seen in run.observations:
+        first_seen[seen.container] = min(seen.stamp.ns, first_seen.get(seen.container, seen.stamp.ns))
+    containers = {container.id for container in run.place.plan.containers}
+    return frozenset(
+        action.target
+        for action in run.actions
+        if action.success
+        and action.target in containers
+        and (
+            (action.action == "search" and not _observed_by(action.stamp.ns, first_seen.get(action.target)))
+            or (action.action == "pick" and not _observed_by(action.start.ns, first_seen.get(action.target)))
+        )
+        and not (action.action == "search" and _ends_the_log(run, action))
+    )
+
+
+def _observed_by(stamp_ns: int, seen_ns: int | None) -> bool:
+    return seen_ns is not None and seen_ns <= stamp_ns
+
+
+def _ends_the_log(run: Run, action: ActionFinished) -> bool:
+    """Whether it is the last thing in a log that was cut off, so that its observation was not flushed."""
+    return run.outcome is None and action.index == max(a.index for a in run.actions)
+
+
+def _start_unknown(run: Run, *, certain: bool) -> str:
+    """Why it cannot be told what the robot knew at the start; empty where it can."""
+    first = min(run.beliefs, key=lambda belief: belief.decision, default=None)
+    if certain:
+        return ""
+    if first is None or first.decision != 1:
+        return "the beliefs of the first decision are missing, and with them what was known at the start"
+    seen = {o.container for o in run.observations if o.known_at_start or o.stamp.ns <= first.stamp.ns}
+    reached = {c.id for c in run.place.plan.containers if run.place.travel.reaches(LocationId(c.id))}
+    absent = sorted(reached - seen - set(first.containers))
+    if not absent or not (run.observations or run.actions) or not first.containers:
+        return ""
+    return f"what was known at the start of {', '.join(absent[:3])} is missing"

@@ -1,0 +1,81 @@
+"""Tasks whose every name is a word of a planner's grammar are planned, by every planner that is installed."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from problems import COSTS, grid_place
+
+from workbench.planning.plans import PlanStatus
+from workbench.planning.problem import Problem, problem_of
+from workbench.planning.solvers.external import engines_here
+from workbench.planning.solvers.pddl import pddl_of
+from workbench.planning.solvers.registry import solver
+from workbench.planning.solvers.reserved_words import RESERVED, RESERVED_WORDS
+from workbench.planning.tasks import AllOf, Delivered
+from workbench.worlds.house import Container, ContainerId, Item, ItemId, ItemType, LocationId
+from workbench.worlds.knowledge import knowledge_at_start
+from workbench.worlds.travel import TravelCosts
+
+WORDS = tuple(sorted(RESERVED))
+PLACES = ("over", "end", "object", "number")
+
+
+def task_of(words: tuple[str, ...]) -> Problem:
+    """Mugs and books named after words, on two of four containers named after words; one of each is to be moved."""
+    plan, travel = grid_place(np.array([(0, 0), (1, 0), (4, 0), (4, 3), (0, 5)]))
+    shelves = tuple(
+        Container(id=ContainerId(word), type=c.type, room=c.room, pose=c.pose, size_m=c.size_m)
+        for word, c in zip(PLACES, plan.containers, strict=True)
+    )
+    plan = type(plan)(
+        name=plan.name,
+        rooms=plan.rooms,
+        walls=(),
+        doors=(),
+        windows=(),
+        containers=shelves,
+        furniture=(),
+        start=plan.start,
+    )
+    names = (travel.locations[0], *(LocationId(shelf.id) for shelf in shelves))
+    knowledge = knowledge_at_start(plan, TravelCosts(locations=names, metres=travel.metres), {})
+    half = len(words) // 2
+    for shelf, held in ((shelves[0], words[:half]), (shelves[1], words[half:])):
+        items = tuple(Item(id=ItemId(w), type=ItemType("Mug" if i else "Book")) for i, w in enumerate(held))
+        knowledge = knowledge.seen(shelf.id, items)
+    goal = AllOf(
+        parts=(
+            Delivered(item_type=ItemType("Mug"), at=LocationId("number")),
+            Delivered(item_type=ItemType("Book"), at=LocationId("object")),
+        )
+    )
+    return problem_of(goal, knowledge, COSTS, locations=names, find_costs=None)
+
+
+def test_no_printed_object_is_a_word_of_a_grammar() -> None:
+    printed = pddl_of(task_of(WORDS))
+    assert {"start", "end", "unknown", "oneof", "within", "process"} <= RESERVED
+    assert not set(printed.names) & RESERVED
+    assert all(re.fullmatch(r"[a-z][a-z0-9_]*", name) for name in printed.names)
+    assert set(WORDS) <= set(printed.names.values())
+
+
+@pytest.mark.parametrize("name", ["pddl-blind", "pddl-ff-astar2"])
+def test_a_task_of_reserved_words_is_planned(name: str) -> None:
+    problem = task_of(WORDS[:: len(WORDS) // 8])
+    best = solver("sas-blind").solve(problem, budget_s=30).plan
+    made = solver(name).solve(problem, budget_s=60).plan
+    assert made.status is PlanStatus.SOLVED, made.note
+    assert made.cost >= best.cost - 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("grammar", RESERVED_WORDS)
+@pytest.mark.parametrize("engine", engines_here() or ())
+def test_every_engine_plans_a_task_of_reserved_words(engine: str, grammar: str) -> None:
+    problem = task_of(tuple(sorted(RESERVED_WORDS[grammar])))
+    made = solver(f"up-{engine}").solve(problem, budget_s=60).plan
+    assert made.status is PlanStatus.SOLVED, made.note

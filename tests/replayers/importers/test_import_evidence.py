@@ -1,0 +1,123 @@
+"""What a bag does not support never becomes a container that was empty: for ROS 1 and ROS 2."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import pytest
+from foxglove_schemas_protobuf.Grid_pb2 import Grid
+from foxglove_schemas_protobuf.Log_pb2 import Log
+
+from replayers.mcap_io.reader import messages
+from replayers.runs.run import read
+from workbench.cli import run as lios
+from workbench.worlds.sites.site import Site, load_site
+
+sys.path.insert(0, str(Path(__file__).parent))
+from standing_bag import Standing, StandingBag
+
+
+@pytest.fixture(scope="module")
+def site() -> Site:
+    return load_site("paper_home")
+
+
+@pytest.fixture(params=[False, True], ids=["ros1", "ros2"])
+def ros2(request: pytest.FixtureRequest) -> bool:
+    return bool(request.param)
+
+
+Import = Callable[..., tuple[dict[str, Any], Path]]
+
+
+@pytest.fixture
+def answer_of(site: Site, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Import:
+    """Imports a bag by the paper's mapping: the JSON answer, and the log."""
+
+    def run(odd: Standing, *more: str) -> tuple[dict[str, Any], Path]:
+        bag = StandingBag(tmp_path / ("bag" if odd.ros2 else "a.bag"), odd).write(site)
+        log = tmp_path / "log.mcap"
+        command = ["import", str(bag), "--site", "paper_home", "-m", "paper", "-s", "none", "-o", str(log), "--json"]
+        assert lios([*command, *more]) == 0
+        return json.loads(capsys.readouterr().out), log
+
+    return run
+
+
+def contents(log: Path) -> dict[str, list[str]]:
+    return {o.container: [i.type for i in o.items] for o in read(log).observations}
+
+
+@pytest.mark.parametrize("age_s", [0.0, 3600.0])
+@pytest.mark.parametrize("recorded_at_s", [0.0, 14.0])
+def test_static_transforms_hold_for_all_time(
+    ros2: bool, age_s: float, recorded_at_s: float, answer_of: Import
+) -> None:
+    """Whenever they were stamped or recorded."""
+    odd = Standing(ros2=ros2, static_age_s=age_s, static_at_s=recorded_at_s)
+    answer, log = answer_of(odd)
+    assert contents(log) == {"countertop": ["WaterBottle"]}
+    assert 14 <= answer["seconds"] <= 16
+    assert answer["transforms"]["static"] == 1
+    assert answer["looks"] == {"conclusive": 1, "inconclusive": []}
+
+
+@pytest.mark.parametrize(
+    ("camera", "linked", "reason"), [("camera", False, "camera does not lead to map"), ("", True, "no frame_id")]
+)
+def test_a_look_whose_detections_cannot_be_placed_is_inconclusive(
+    ros2: bool, camera: str, linked: bool, reason: str, answer_of: Import
+) -> None:
+    answer, log = answer_of(Standing(ros2=ros2, camera=camera, linked=linked))
+    assert contents(log) == {}
+    assert answer["detections"]["not_placed"] == 75
+    assert answer["detections"]["reasons"] == {reason: 75}
+    assert [look["container"] for look in answer["looks"]["inconclusive"]] == ["countertop"]
+    said = [Log.FromString(m.data).message for m in messages(log, topics=lambda topic: topic == "/log")]
+    assert sum("countertop is inconclusive" in text and reason in text for text in said) == 1
+
+
+def test_one_clock_is_used_and_told(ros2: bool, answer_of: Import) -> None:
+    answer, log = answer_of(Standing(ros2=ros2, header_shift_s=-1_700_000_000.0))
+    assert answer["clock"]["name"] == "record"
+    assert "s apart" in answer["clock"]["note"]
+    assert answer["seconds"] < 16
+    assert contents(log) == {"countertop": ["WaterBottle"]}
+
+
+def test_the_header_clock_can_be_asked_for(ros2: bool, answer_of: Import) -> None:
+    odd = Standing(ros2=ros2, header_shift_s=-1_700_000_000.0)
+    answer, log = answer_of(odd, "--clock", "header")
+    assert answer["seconds"] < 16
+    assert read(log).info.started.ns < 10**17
+    assert contents(log) == {"countertop": ["WaterBottle"]}
+
+
+def test_stamps_of_zero_before_the_clock_do_not_stretch_the_run(ros2: bool, answer_of: Import) -> None:
+    answer, log = answer_of(Standing(ros2=ros2, zero_until_s=2.0))
+    assert answer["clock"]["zero_stamps"] == 20
+    assert answer["seconds"] < 16
+    assert contents(log) == {"countertop": ["WaterBottle"]}
+
+
+def test_the_turn_of_a_map_is_kept(ros2: bool, answer_of: Import) -> None:
+    _, log = answer_of(Standing(ros2=ros2, map_yaw=pi / 2))
+    grids = [Grid.FromString(m.data) for m in messages(log, topics=lambda topic: topic == "/map")]
+    turn = grids[-1].pose.orientation
+    assert (round(turn.z, 4), round(turn.w, 4)) == (0.7071, 0.7071)
+    assert (grids[-1].pose.position.x, grids[-1].pose.position.y) == (10.0, 20.0)
+
+
+def test_the_table_names_looks_detections_transforms_and_clock(
+    site: Site, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = StandingBag(tmp_path / "a.bag", Standing(ros2=False, linked=False)).write(site)
+    assert lios(["import", str(bag), "--site", "paper_home", "-s", "none", "-o", str(tmp_path / "x.mcap")]) == 0
+    out = capsys.readouterr().out
+    for row in ("looks, inconclusive", "detections, not placed", "transforms, static", "clock"):
+        assert row in out

@@ -1,0 +1,113 @@
+"""`lios strategies`, `policies`, `estimators`, `scenarios` and `solvers`: the names that options take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import click
+
+from workbench.options import Json
+
+
+def strategies(json: Json = False) -> None:
+    """List the strategies: what --strategy and --strategies take.
+
+    Examples:
+
+        lios strategies
+    """
+    _list("strategies", 'Yours: module:Class (see "lios new planner"); with a solver: NAME@SOLVER.', json=json)
+
+
+def policies(json: Json = False) -> None:
+    """List the search policies: what --policies takes.
+
+    Examples:
+
+        lios policies
+    """
+    _list("policies", 'Yours: module:function or module:Class (see "lios new policy").', json=json)
+
+
+def estimators(json: Json = False) -> None:
+    """List the estimators: what --estimator takes.
+
+    Examples:
+
+        lios estimators
+    """
+    own = 'Yours: module:Class (see "lios new estimator"), or a .safetensors of lios train.'
+    _list("estimators", own, json=json)
+
+
+def scenarios(json: Json = False) -> None:
+    """List the scenarios: what --scenario and --scenarios take.
+
+    Examples:
+
+        lios scenarios
+    """
+    _list("scenarios", "Yours: a task file, lios record --task FILE.yaml.", json=json)
+
+
+def solvers(json: Json = False) -> None:
+    """List the solvers: what --solver and STRATEGY@SOLVER take.
+
+    Examples:
+
+        lios solvers
+    """
+    own = 'Others: up-ENGINE of unified-planning, "command:LINE {domain} {problem}", module:Class.'
+    _list("solvers", own, json=json)
+
+
+def _list(kind: str, own: str, *, json: bool) -> None:
+    from workbench.registered_names import registered_names
+    from workbench.terminal import emit_json, emit_table, say
+
+    defaults = _defaults(kind)
+    rows = [
+        {
+            "name": known.name,
+            "default of": ", ".join(defaults.get(known.name, ())) or None,
+            "what": known.line if known.source == "built in" else f"{known.line} of {known.source}",
+        }
+        for known in registered_names(kind)
+    ]
+    if json:
+        answer = [
+            {"name": k.name, "line": k.line, "source": k.source, "default_of": list(defaults.get(k.name, ()))}
+            for k in registered_names(kind)
+        ]
+        emit_json({"rows": answer})
+        return
+    shown = (
+        rows if any(row["default of"] for row in rows) else [{k: row[k] for k in ("name", "what")} for row in rows]
+    )
+    emit_table(shown)
+    say(own)
+
+
+def _defaults(kind: str) -> dict[str, tuple[str, ...]]:
+    """For each name, the commands of which it is the default value of an option that takes this kind."""
+    from workbench.cli import app
+    from workbench.registered_names import KIND_OF_OPTION
+
+    found: dict[str, list[str]] = {}
+    for words, command in _commands(app(), ()):
+        for param in command.params:
+            if not isinstance(param.default, str) or not any(KIND_OF_OPTION.get(o) == kind for o in param.opts):
+                continue
+            for name in param.default.split(","):
+                found.setdefault(name.strip(), []).append(" ".join(words))
+    return {name: tuple(dict.fromkeys(commands)) for name, commands in found.items()}
+
+
+def _commands(group: click.Group, words: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], click.Command]]:
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            yield from _commands(command, (*words, name))
+        elif command is not None:
+            yield (*words, name), command
