@@ -28,6 +28,7 @@ from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
 from dashboards.library.same_place import other_houses, same_house
 from dashboards.model.clock import ALIGNMENTS, Clock
 from dashboards.model.labels import label
+from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
 from dashboards.model.unopened import unopened
 from dashboards.palette import OCCUPIED, run_colour
@@ -106,7 +107,7 @@ def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
 
 def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dict[str, Any]:
     first = timelines[0]
-    names = [t.run.info.strategy for t in timelines]
+    names = run_names([t.run for t in timelines])
     clock = Clock(timelines=timelines)
     texts = Texts()
     closed = unopened(timelines)

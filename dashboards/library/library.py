@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
 from typing import TypeVar
@@ -16,6 +16,7 @@ from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.senses import RobotSensors, sensors_of
 from workbench.errors import FileMissing, LiosError, NotFound
+from workbench.log_schema.events import SeenItem
 from workbench.worlds.house import FloorPlan
 
 SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
@@ -54,6 +55,7 @@ class Library:
         self._timelines: OrderedDict[int, Timeline] = OrderedDict()
         self._senses: OrderedDict[int, RobotSensors | None] = OrderedDict()
         self._senses_fresh_until: dict[int, float] = {}
+        self._truths: OrderedDict[int, Mapping[str, tuple[SeenItem, ...]] | None] = OrderedDict()
         self._shapes: OrderedDict[FloorPlan, HouseShape] = OrderedDict()
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
@@ -88,6 +90,21 @@ class Library:
                 self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
             return _cached(self._senses, index)
 
+    def truth(self, index: int) -> Mapping[str, tuple[SeenItem, ...]] | None:
+        """The true contents of every container in the index-th log; None where it was not recorded.
+
+        Raises:
+            IndexError: there is no such log.
+            LiosError: the log cannot be read.
+        """
+        from replayers.runs.run import read
+
+        with self._lock:
+            if index not in self._truths:
+                truth = read(self.paths[index], with_truth=True).truth
+                self._truths[index] = truth.contents if truth is not None else None
+            return _cached(self._truths, index)
+
     def rows(self) -> list[RunRow]:
         """One row for each run, from indexes and tables; no run is read for it."""
         if self._rows is None:
@@ -100,6 +117,7 @@ class Library:
         """The timeline of a run, read again from its log as it now is."""
         with self._lock:
             self._timelines.pop(index, None)
+            self._truths.pop(index, None)
             if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
                 self._senses.pop(index, None)
         return self.timeline(index)

@@ -45,8 +45,8 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
 
 
 def _link(index: int, container: Container) -> str:
-    """As the other panels name it; a click moves the camera to it."""
-    return f'<span {command(f"look {index}")} title="{text(container.id)}">{_words(container)}</span>'
+    """As the other panels name it; a click opens it."""
+    return f'<span class="seek" {command(f"look {index}")} title="{text(container.id)}">{_words(container)}</span>'
 
 
 def _words(container: Container) -> str:

@@ -14,8 +14,12 @@ MAX_BELIEVED = 4
 MAX_RUN_CHARS = 28
 
 
-def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
-    """One row for each run; below, where each other run diverges from the first, with both beliefs."""
+def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown: int = 0) -> str:
+    """One row for each run; below, where each other run diverges from the first, with both beliefs.
+
+    Args:
+        not_shown: how many more runs were opened than are on show.
+    """
     rows = [
         [
             f"{dot(run_colour(i))}{name(names[i], most=MAX_RUN_CHARS)}<br><small>{name(timeline.status)}</small>",
@@ -30,6 +34,8 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str]) -> str:
     kinds = ("w", "n", "n", "n", "n")
     made = table(head, rows, key="comparison", classes=kinds)
     parts = [f'<div class="lp">{_warning(clock)}{made}']
+    if not_shown:
+        parts.append(f'<p class="muted">{not_shown} more of the opened logs not on show; the tab Runs lists all.</p>')
     for i in range(1, len(clock.timelines)):
         parts.append(_parting(clock, i, names))
     if len(clock.timelines) == 1:

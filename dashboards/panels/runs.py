@@ -36,16 +36,18 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
             _opened_by(row),
             name(row.scenario),
             name(row.strategy) + (' <span class="muted">replay</span>' if row.source == "replay" else ""),
+            str(row.seed),
+            breakable(row.file),
             name(row.outcome),
             number(row.cost),
             "–" if row.searches is None else str(row.searches),
         ]
         for row in rows[:MAX_ROWS]
     ]
-    head = ("", "place", "scenario", "strategy", "outcome", "cost", "looks")
+    head = ("", "place", "scenario", "strategy", "seed", "file", "outcome", "cost", "looks")
     more = f'<p class="muted">and {len(rows) - MAX_ROWS} more; filter to see them</p>' if len(rows) > MAX_ROWS else ""
     count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + overlays it.</p>'
-    made = table(head, cells, key="runs", classes=("", "", "", "", "", "n", "n"))
+    made = table(head, cells, key="runs", classes=("", "", "", "", "n", "", "", "n", "n"))
     return f'<div class="lp">{count}{made}{more}</div>'
 
 

@@ -12,6 +12,16 @@
     write.call(input, input.value === words ? words + " " : words);
     input.dispatchEvent(new Event("input", { bubbles: true }));
   };
+  window.liosTab = (label) => {
+    const tab = [...document.querySelectorAll('[role="tab"]')].find((t) => t.textContent.trim() === label);
+    if (!tab || tab.getAttribute("aria-selected") === "true") return;
+    // Viser's tabs can be dragged: they listen to the pointer, not to clicks.
+    const box = tab.getBoundingClientRect();
+    const at = { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
+    for (const kind of ["pointerdown", "pointerup"])
+      tab.dispatchEvent(new PointerEvent(kind, { ...at, bubbles: true, button: 0, pointerId: 1, isPrimary: true }));
+    tab.click();
+  };
   const asked = window.location.search;
   let tries = 0;
   const arrive = () => {

@@ -37,6 +37,12 @@ def update_address(query: str) -> str:
     return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
 
 
+def choose_tab(label: str, count: int) -> str:
+    """Markup that brings a tab to the front, each time that the count differs."""
+    code = f"window.liosTab({dumps(label)})/*{count}*/"
+    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+
+
 def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
     """The query of a link that restores a view: runs, moment, clock, item, walls, camera."""
     words: dict[str, str] = {"runs": ",".join(str(r) for r in state.runs), "at": _exact(state.at)}
@@ -44,6 +50,10 @@ def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
         words["clock"] = state.alignment
     if state.focus:
         words["item"] = state.focus
+    if state.container:
+        words["container"] = state.container
+    if state.truth:
+        words["truth"] = "1"
     if state.walls != "cut":
         words["walls"] = state.walls
     if state.follow:
@@ -81,6 +91,10 @@ def parse_query(query: str, *, runs: int) -> dict[str, Any]:
         changes["walls"] = words["walls"]
     if "item" in words:
         changes["focus"] = words["item"]
+    if "container" in words:
+        changes["container"] = words["container"]
+    if words.get("truth") == "1":
+        changes["truth"] = True
     if words.get("follow") == "1":
         changes["follow"] = True
     return changes
@@ -105,7 +119,7 @@ def execute_command(session: Session, words: str) -> None:
     elif verb == "overlay":
         session.toggle_run(int(value))
     elif verb == "look":
-        session.look_at_container(int(value))
+        session.open_container(int(value))
     elif verb == "seek" or not rest:
         session.change(at=min(max(value, 0.0), session.clock.end), playing=False)
 

@@ -10,12 +10,15 @@ from typing import Literal, final
 import viser
 
 from dashboards.model.clock import Clock
+from dashboards.model.container_history import container_history
 from dashboards.model.first_stop_costs import first_looks
+from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.cameras import cameras
 from dashboards.panels.comparison import comparison
+from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import error_line, style
 from dashboards.panels.now import legend, now, title
@@ -24,7 +27,7 @@ from dashboards.panels.plots import plots
 from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
-from dashboards.viser_app.bridge import address, execute_command, script, update_address
+from dashboards.viser_app.bridge import address, choose_tab, execute_command, script, update_address
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
 
@@ -61,12 +64,14 @@ class Controls:
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
         self._arrived = False
+        self._chosen = 0
         self._size = (0, 0)
         self._camera_px = CAMERAS_PX
         self._plotted: tuple[Clock, str] | None = None
         self._build()
         session.openers.append(self._opened)
         session.watchers.append(self._shown)
+        session.choosers.append(self._choose_tab)
         session.settlers.append(self._update_address)
         session.troubled.append(lambda line: self._set("trouble", error_line(line)))
         session.client.camera.on_update(self._camera_changed)
@@ -78,6 +83,7 @@ class Controls:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_PX)
         self._add("address")
+        self._add("choose")
         self._html["style"] = gui.add_html(style() + script())
         self._add("title")
         self._add("trouble")
@@ -97,6 +103,8 @@ class Controls:
         ):
             with tabs.add_tab(label):
                 self._add(name)
+        with tabs.add_tab("Container"):
+            self._build_container()
         if self._session.library.folder is None:
             self._build_runs(tabs)
         with tabs.add_tab("View"):
@@ -128,6 +136,37 @@ class Controls:
             for chosen in (self._first, self._second):
                 chosen.on_update(lambda _: self._draw_scatter())
             self._add("scatter")
+
+    def _build_container(self) -> None:
+        self._add("container")
+        self._truth = self._gui.add_checkbox(
+            "Ground truth",
+            self._session.state.truth,
+            hint="What it really held, where the log says so.",
+        )
+        self._truth.on_update(self._ask_truth)
+
+    def _ask_truth(self, event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        if event.client is not None:
+            self._session.change(truth=self._truth.value)
+
+    def _choose_tab(self, label: str) -> None:
+        self._chosen += 1
+        self._set("choose", choose_tab(label, self._chosen))
+
+    def _show_container(self, session: Session, scene: Scene) -> None:
+        """The opened container, and whether the truth about it is asked for."""
+        state, timeline = session.state, session.clock.timelines[0]
+        index = next((i for i, c in enumerate(timeline.plan.containers) if c.id == state.container), None)
+        if self._truth.value != state.truth:
+            self._truth.value = state.truth
+        if index is None:
+            self._set("container", NOTHING_CHOSEN)
+            return
+        truth = session.truth() if state.truth else None
+        history = container_history(timeline, index, scene.stamp_ns, focus=scene.focus, truth=truth)
+        untold = NO_TRUTH if state.truth and truth is None else ""
+        self._set("container", container(history, session.clock, scene.focus) + untold)
 
     def _build_time(self) -> None:
         gui, session = self._gui, self._session
@@ -176,7 +215,7 @@ class Controls:
         self._slider.step, self._slider.precision = step, digits
         self._slider.max = round(ceil(round(clock.end / step, 6)) * step, digits)
         self._options.offer(clock.timelines[0].item_types)
-        names = [t.run.info.strategy for t in clock.timelines]
+        names = run_names([t.run for t in clock.timelines])
         self._set("title", title(clock.timelines[0]))
         self._names = names
         self._list_runs()
@@ -198,9 +237,11 @@ class Controls:
         if self._plotted is None or self._plotted[0] is not session.clock or self._plotted[1] != scene.focus:
             self._plotted = (session.clock, scene.focus)
             self._draw("plots", lambda: plots(session.clock, self._names, scene.focus))
+        with session.trouble.caught("the panel container", lambda line: self._set("container", error_line(line))):
+            self._show_container(session, scene)
         self._show_cameras(scene.stamp_ns)
         self._options.follow()
-        self._draw("comparison", lambda: comparison(session.clock, scenes, self._names))
+        self._draw("comparison", lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()))
         ended = any(t.ends_unseen for t in session.clock.timelines)
         self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
@@ -211,6 +252,10 @@ class Controls:
         if self._play.label != label:
             self._play.label = label
             self._play.icon = viser.Icon.PLAYER_PAUSE if state.playing else viser.Icon.PLAYER_PLAY
+
+    def _not_shown(self) -> int:
+        """How many of the logs that can be opened are not on show."""
+        return len(self._session.library.paths) - len(self._session.clock.timelines)
 
     def _show_cameras(self, stamp_ns: int) -> None:
         """The window of pictures: shown only when the run has cameras and the option is on."""

@@ -10,14 +10,12 @@ from dashboards.library.library import Library, NoLogs
 from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
-from dashboards.viser_app.session import ViewState
+from dashboards.viser_app.session import MAX_RUNS, ViewState
 from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
 
 PATIENCE_S = 600.0
 """How long to wait for a log to be followed that does not exist yet."""
-MAX_INITIAL_RUNS = 8
-"""Runs overlaid at first; more can be chosen in the table."""
 
 
 def show_until_stopped(
@@ -68,7 +66,9 @@ def open_dashboard(
     if named:
         for index in range(len(library.paths)):
             library.timeline(index)
-        runs = tuple(range(min(len(named), MAX_INITIAL_RUNS)))
+        runs = tuple(range(min(len(library.paths), MAX_RUNS)))
+        for path in library.paths[MAX_RUNS:]:
+            say(f"Not shown at first: {path} (at most {MAX_RUNS} runs at once; the tab Runs lists all)")
     else:
         rows = library.rows()
         for problem in library.unreadable:

@@ -8,7 +8,7 @@ disconnects, the thread ends.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from threading import Condition, Thread
 
@@ -18,6 +18,8 @@ import viser
 
 from dashboards.library.library import Library
 from dashboards.model.clock import Alignment, Clock
+from dashboards.model.container_pick import container_met
+from dashboards.model.run_names import run_names
 from dashboards.model.scene import AUTOMATIC, Scene, scene_at
 from dashboards.model.timeline import Timeline
 from dashboards.model.unopened import unopened
@@ -27,6 +29,7 @@ from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, l
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
 from dashboards.viser_app.trouble import ViewErrors, one_line
+from workbench.log_schema.events import SeenItem
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
@@ -39,7 +42,7 @@ MAX_CAMERA_HISTORY = 8
 MAX_LATE_FITS = 5
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
-MAX_RUNS = 16
+MAX_RUNS = 24
 """Runs that one browser shows at once."""
 
 
@@ -51,6 +54,10 @@ class ViewState:
     at: float = 0.0
     alignment: Alignment = "time"
     focus: str = AUTOMATIC
+    container: str = ""
+    """The id of the container that is opened in its panel, "" for none."""
+    truth: bool = False
+    """Shows the true contents of that container, where the log holds them."""
     walls: str = "cut"
     playing: bool = False
     speed: float = 1.0
@@ -88,6 +95,8 @@ class Session:
         self.state = state
         self.watchers: list[Callable[[Session, list[Scene]], None]] = []
         self.openers: list[Callable[[Session], None]] = []
+        self.choosers: list[Callable[[str], None]] = []
+        """Called with the label of the tab that should come to the front."""
         self.settlers: list[Callable[[Session], None]] = []
         self.trouble = ViewErrors(str(client.client_id))
         self.troubled: list[Callable[[str], None]] = []
@@ -95,6 +104,8 @@ class Session:
         self._wake = Condition()
         self._dirty, self._stirred, self._alive = True, False, True
         self._opened: tuple[tuple[int, ...], int] | None = None
+        self._readable: tuple[int, ...] = ()
+        """The runs on show."""
         self._revision = 0
         self._walls = ""
         self._fitted: tuple[bool, CameraPose] | None = None
@@ -105,6 +116,7 @@ class Session:
 
     def start(self) -> None:
         self.stage.light()
+        self.client.scene.on_click()(self._clicked)
         self._placed.append(tuple(self.client.camera.position))
         self._run_safely(lambda: self._open(self.state))
         self._thread.start()
@@ -190,12 +202,28 @@ class Session:
         if left:
             self._tell("No more runs fit", f"At most {MAX_RUNS} are shown at once. Remove one first.")
 
-    def look_at_container(self, index: int) -> None:
-        """Turns the camera to a container of the place."""
+    def open_container(self, index: int, *, turn_camera: bool = True) -> None:
+        """Opens a container of the place in its panel, and turns the camera to it."""
         containers = self.clock.timelines[0].plan.containers if self.clock.timelines else ()
-        if 0 <= index < len(containers):
+        if not 0 <= index < len(containers):
+            return
+        self.change(container=containers[index].id)
+        if turn_camera:
             pose = containers[index].pose
             look(self.client, close_to(pose.x_m, pose.y_m))
+        for chooser in self.choosers:
+            chooser("Container")
+
+    def _clicked(self, event: viser.SceneClickEvent) -> None:
+        """A click in the view opens the container under it."""
+        if self.clock.timelines:
+            met = container_met(self.clock.timelines[0].plan, event.ray_origin, event.ray_direction)
+            if met is not None:
+                self.open_container(met, turn_camera=False)
+
+    def truth(self) -> Mapping[str, tuple[SeenItem, ...]] | None:
+        """The true contents of the containers of the run in focus; None where its log does not hold them."""
+        return self.library.truth(self._readable[0]) if self._readable else None
 
     def _can_read(self, run: int) -> bool:
         try:
@@ -255,6 +283,7 @@ class Session:
             return
         readable = [run for run in state.runs if self._can_read(run)]
         timelines = tuple(self.library.timeline(run) for run in readable)
+        self._readable = tuple(readable)
         before = self.clock.timelines[:1]
         self.clock = Clock(timelines=timelines, alignment=state.alignment)
         self.unopened = unopened(timelines)
@@ -277,7 +306,7 @@ class Session:
             self._walls = ""
         self.stage.cast(
             [run_colour(i) for i in range(len(timelines))],
-            [t.run.info.strategy for t in timelines],
+            run_names([t.run for t in timelines]),
             [t.plan == plan for t in timelines],
         )
         if elsewhere and not first:

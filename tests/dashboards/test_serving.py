@@ -151,7 +151,7 @@ class _Session:
     def toggle_run(self, run: int) -> None:
         self.asked.append(("overlay", run))
 
-    def look_at_container(self, index: int) -> None:
+    def open_container(self, index: int) -> None:
         self.asked.append(("look", index))
 
 

@@ -389,7 +389,7 @@ def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_t
     wait(1100 - 444)
     assert is_fitted()
     assert tuple(camera.position) != narrow
-    session.look_at_container(0)
+    session.open_container(0)
     tab.wait_for_timeout(500)
     moved = tuple(camera.position)
     tab.set_viewport_size({"width": 1300, "height": 800})

@@ -1,0 +1,37 @@
+"""Names of runs shown together: the strategy alone where it is enough, what differs where it is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+from toy_run import other_run, toy_run
+
+from dashboards.model.run_names import run_names
+from replayers.runs.run import Run
+
+
+def _run(file: str = "toy.mcap", **info: object) -> Run:
+    ours = toy_run()
+    return replace(ours, path=Path(file), info=msgspec.structs.replace(ours.info, **info))
+
+
+def test_strategies_that_differ_are_the_whole_name() -> None:
+    assert run_names([toy_run(), other_run()]) == ["lios", "greedy"]
+
+
+def test_what_differs_is_added_only_where_strategies_are_the_same() -> None:
+    assert run_names([_run(seed=1), _run(seed=2), other_run()]) == ["lios, seed 1", "lios, seed 2", "greedy"]
+    assert run_names([_run(estimator="counts"), _run(estimator="lm")]) == ["lios, counts", "lios, lm"]
+    assert run_names([_run(), _run(source="replay")]) == ["lios", "lios, replay"]
+
+
+def test_files_tell_apart_what_nothing_else_does() -> None:
+    assert run_names([_run("a.mcap"), _run("b.mcap")]) == ["lios, a.mcap", "lios, b.mcap"]
+    assert run_names([_run("x/a.mcap"), _run("y/a.mcap")]) == ["lios #1", "lios #2"]
+
+
+def test_twenty_runs_of_one_task_all_differ() -> None:
+    runs = [_run(f"{i}.mcap", seed=i % 5, strategy=("lios", "greedy")[i % 2]) for i in range(20)]
+    assert len(set(run_names(runs))) == 20
