@@ -1,4 +1,4 @@
-"""What types do Spot's messages have? Writes stubs of bosdyn.api for pyright; the SDK ships none.
+"""Writes type stubs of bosdyn.api for pyright; the SDK ships none.
 
 The SDK holds each .proto as a descriptor. protoc's plugins of mypy-protobuf take descriptors on standard input, so
 protoc itself and the .proto files are not needed. The stubs follow the SDK that is installed and are not kept in git.

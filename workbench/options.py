@@ -1,4 +1,4 @@
-"""Which options do several commands share? Each has one name, one meaning and one sentence of help, told here.
+"""Command-line options that several commands share, each with one name, one meaning and one sentence of help.
 
 A command takes what it needs as an annotation: `houses: Houses = None`. It imports this at run time, not for types
 alone, since annotations are read when the command is built.

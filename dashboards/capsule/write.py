@@ -1,4 +1,4 @@
-"""How can a run be handed to someone who has nothing installed? As one HTML file that plays offline.
+"""One HTML file that plays runs offline, for readers who have nothing installed.
 
 The page carries the house as batches, each run as arrays, and the panels as they were at every moment at which
 they changed, each text once; gzip makes that small. It loads nothing and sends nothing (its security policy says so).

@@ -1,4 +1,4 @@
-"""What is there to learn from? Labelled (room, container, item) examples of houses, collapsed and weighted.
+"""Labelled training examples (room, container, item type) of houses, collapsed and weighted.
 
 The paper labels every container of a house for every item type that the house holds: positive when the container
 holds an instance, negative otherwise (Sec. IV-D). Its features are names only, so most rows are the same row

@@ -1,4 +1,4 @@
-"""How sure is a mean over trials? Bootstrap intervals that draw whole clusters, and paired differences.
+"""Cluster-bootstrap intervals of means and of paired differences over trials.
 
 Trials in one house share its map and its contents, so they are no independent witnesses: the bootstrap draws
 houses with replacement and takes all trials of each (Davison and Hinkley 1997, Sec. 3.8; percentile interval).

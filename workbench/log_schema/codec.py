@@ -1,4 +1,4 @@
-"""How does an event become bytes, and bytes an event? Domain types on one side, the wire vocabulary on the other.
+"""The codec between events of the loop and the messages of a log.
 
 `to_wire` turns what the loop yields into wire events; `encode` and `decode` stand side by side. Beliefs are written
 to the last bit: a replay believes them, and a millionth can flip a decision. Find costs, costs and path points are

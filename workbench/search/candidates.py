@@ -1,4 +1,4 @@
-"""Which containers does a find reason about? The subset program is exact over a few candidates per item type.
+"""The candidate containers of a find: the subset program is exact over a few per item type.
 
 Two rankings:
 

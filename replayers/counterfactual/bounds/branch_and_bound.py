@@ -1,4 +1,4 @@
-"""Which branches settle the least and the largest cost over every world that agrees with the log?
+"""Best-first branch and bound for the least and the largest cost over all consistent worlds.
 
 Every node of the unfolded runs carries an interval for the cost from there on: exact at an end, bounded from
 outside where nobody has been yet (lower_bound.py, upper_bound.py), and from its children otherwise. The search

@@ -1,4 +1,4 @@
-"""Which pairs of rows and columns come to the most, when each row and each column is in one pair at most?
+"""Maximum-weight assignment of rows to columns.
 
 The assignment problem, solved by shortest augmenting paths (Crouse, "On Implementing 2D Rectangular Assignment
 Algorithms", IEEE Trans. Aerospace and Electronic Systems 52, 2016), compiled with numba. The same algorithm with the

@@ -1,4 +1,4 @@
-"""What can a run still cost at most, in the unluckiest of the worlds that agree with the log?
+"""Upper bounds on the remaining cost of a run, over all consistent worlds.
 
 The bounds hold for strategies that go *straight*: besides looks they only fetch what a part of the goal asks for and
 bring it there, each part once; they look only while something is missing; and they do not give up while all that is

@@ -1,4 +1,4 @@
-"""How wide are clusters when they are merged, the least widest first? Complete linkage by nearest-neighbour chains.
+"""Merge distances of complete-linkage clustering, by nearest-neighbour chains.
 
 A chain goes from each cluster to its nearest until two are nearest to each other; those merge. With complete linkage
 that gives the same merges as always taking the closest pair (Murtagh, "Complexities of hierarchic clustering

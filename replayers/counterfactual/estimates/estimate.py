@@ -1,4 +1,4 @@
-"""What would it have cost on average, over worlds drawn from the belief?
+"""Mean cost and predictive interval of a counterfactual run, over worlds sampled from the belief.
 
 Everything here is sampled and says so: means with a Monte-Carlo interval, a predictive interval of the cost itself.
 Bounds stand elsewhere (bounds.py), and how often such

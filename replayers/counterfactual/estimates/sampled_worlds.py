@@ -1,4 +1,4 @@
-"""Which worlds are likely, given all that the log saw? Draws from the belief, for estimates; never for bounds.
+"""Worlds sampled from the belief given all observations of the log, for estimates; never for bounds.
 
 Open containers hold each relevant type independently with the belief's probability. A type of which the log shows
 no instance, but which is known to exist, is in at least one of them: drawn exactly, container by container, by the

@@ -1,4 +1,4 @@
-"""What is the shortest way over a grid? Dinitz's buckets: with steps of 1 and sqrt 2, no heap is needed.
+"""Shortest paths on an 8-connected grid by Dinitz's buckets: with steps of 1 and sqrt 2, no heap is needed.
 
 Cells in the bucket [k, k + 1) cannot improve one another, because every step is at least 1 long: they are final
 when the bucket's turn comes. 8-connected; a diagonal step needs both cells beside it free.

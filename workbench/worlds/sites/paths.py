@@ -1,4 +1,4 @@
-"""How does a robot walk through a surveyed place? Shortest ways on its occupancy map, grown by the robot's radius.
+"""Shortest paths through a surveyed place, on its occupancy map inflated by the robot's radius.
 
 Travel costs are 8-connected lengths on the grid (docs/worlds.md). What is walked is the same way with its corners
 cut where the straight line is free, so a little shorter than it costs.
