@@ -111,7 +111,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 SLOW = ("figures", "report")
 """Met with one log of all names' kinds instead of each."""
 
-NO_LOGS = {"demo", "record", "train", "import", "view", "render", "site.check", *KINDS}
+NO_LOGS = {"demo", "record", "train", "import", "view", "render", "site.check", "site.from-graph-nav", *KINDS}
 """Commands that read none, and view and render, which open the log as the test of the dashboard does."""
 
 

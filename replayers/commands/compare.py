@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from replayers.counterfactual.estimates.intervals import finite
-from replayers.runs.gaps import loss_lines
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
@@ -112,6 +110,8 @@ def compare(
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
     for judgement in judged:
         say(judgement.words)
+    from replayers.runs.gaps import loss_lines
+
     for line in loss_lines(lost):
         say(line)
     _settle(judged, junit)
@@ -141,6 +141,8 @@ def _settle(judged: Sequence[Judgement], junit: Path | None) -> None:
 
 
 def _claim(judgement: Judgement) -> dict[str, Any]:
+    from replayers.counterfactual.estimates.intervals import finite
+
     return {
         "claim": judgement.claim.text,
         "by": judgement.claim.evidence,
@@ -200,6 +202,8 @@ def _not_reproduced(records: Sequence[StoredReplay]) -> dict[str, str]:
 
 
 def _row(pair: StrategyComparison) -> dict[str, Any]:
+    from replayers.counterfactual.estimates.intervals import finite
+
     return {
         "a": pair.a,
         "b": pair.b,

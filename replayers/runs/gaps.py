@@ -162,6 +162,8 @@ def _start_unknown(run: Run, *, certain: bool) -> str:
     first = min(run.beliefs, key=lambda belief: belief.decision, default=None)
     if certain:
         return ""
+    if first is None and not run.plans and not run.actions and any(o.known_at_start for o in run.observations):
+        return ""  # broken off before the first decision
     if first is None or first.decision != 1:
         return "the beliefs of the first decision are missing, and with them what was known at the start"
     seen = {o.container for o in run.observations if o.known_at_start or o.stamp.ns <= first.stamp.ns}

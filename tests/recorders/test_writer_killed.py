@@ -19,8 +19,8 @@ from pathlib import Path
 import pytest
 from killed_writer import payload, said_file
 
-from replayers.doctor.examine import examine
-from replayers.doctor.findings import Verdict
+from replayers.doctor.examine import Examination, examine
+from replayers.doctor.findings import Level
 from replayers.log_tools.recover import recover
 from replayers.mcap_io.reader import messages
 
@@ -97,6 +97,12 @@ def _worse(path: Path, seed: int, safe_until: int) -> None:
             pass
 
 
+def _only_says_what_was_lost(examined: Examination) -> bool:
+    """Whether nothing is wrong with a recovered log but what it says of its own recovery."""
+    wrong = [finding for finding in examined.findings if finding.level not in (Level.INFO, Level.WARNING)]
+    return all(finding.what.startswith("recovered from a log with") for finding in wrong)
+
+
 def _check(writers: Writers, folder: Path, kind: str, seed: int) -> None:
     path, clean = folder / f"{kind}{seed}.mcap", folder / f"{kind}{seed}.clean.mcap"
     safe = writers.killed(path, kind, seed)
@@ -104,7 +110,7 @@ def _check(writers: Writers, folder: Path, kind: str, seed: int) -> None:
     found = list(messages(path))
     recover(path, clean)
     examined = examine(clean)
-    assert examined.verdict is Verdict.FINE or kind == "run", (seed, examined.findings)
+    assert kind == "run" or _only_says_what_was_lost(examined), (seed, examined.findings)
     saved = list(messages(clean))
     assert [(m.topic, m.log_time, m.data) for m in saved] == [(m.topic, m.log_time, m.data) for m in found]
     if kind == "run":
@@ -131,7 +137,7 @@ def _flipped(writers: Writers, folder: Path, kind: str, seed: int) -> None:
     after = {(m.topic, m.log_time, m.data) for m in messages(clean)}
     assert after <= set(before), seed
     assert len(after) >= len(before) - largest, seed
-    assert examine(clean).verdict is Verdict.FINE, seed
+    assert _only_says_what_was_lost(examine(clean)), seed
     path.unlink()
     clean.unlink()
 

@@ -190,9 +190,21 @@ def test_a_run_that_failed_says_nothing_of_what_it_did_not_open(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It was broken off at the start: everything is open, and a mug may be anywhere."""
-    log = changed_log(tmp_path / "failed.mcap", lambda events: [
-        e for e in events if isinstance(e, ContainerObserved) and e.known_at_start
-    ] + [replace(events[-1], status=RunStatus.ABORTED, cost=400.0, reason="battery")])  # fmt: skip
+
+    def broken_off(events: list[Event]) -> list[Event]:
+        known = [e for e in events if isinstance(e, ContainerObserved) and e.known_at_start]
+        end = replace(
+            events[-1],
+            status=RunStatus.ABORTED,
+            cost=400.0,
+            own_cost=0.0,
+            searches=0,
+            travel_m=0.0,
+            reason="battery",
+        )
+        return [*known, end]
+
+    log = changed_log(tmp_path / "failed.mcap", broken_off)
     (row,) = rows(capsys, str(log), "-s", "greedy", "--no-inventory")
     assert row["recorded_cost"] == 400.0
     assert row["status"] == "undetermined"

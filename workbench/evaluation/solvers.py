@@ -103,7 +103,9 @@ def compare_solvers(
         watched: wraps the pairs of scenario and solver, to show progress.
     """
     best = {
-        scenario: [solver_named(REFERENCE).solve(problem, budget_s=budget_s).plan for problem in some]
+        scenario: [
+            solver_named(REFERENCE, origin=NameOrigin.USER).solve(problem, budget_s=budget_s).plan for problem in some
+        ]
         for scenario, some in problems.items()
     }
     for scenario, name in watched([(scenario, name) for scenario in problems for name in names]):
