@@ -240,3 +240,12 @@ def test_the_command_run_twice_writes_the_same_bytes(name: str, tmp_path: Path) 
         assert run(["train", "--houses", str(few), "-e", name, "--seed", "7", "-o", str(path), "--json"]) == 0
     assert made[0].read_bytes() == made[1].read_bytes()
     assert read_weights(made[0]).header.seed == 7
+
+
+def test_too_few_houses_are_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with gzip.open(shipped_houses()) as houses:
+        (tmp_path / "two.jsonl").write_bytes(next(houses) + next(houses))
+    out = tmp_path / "best.safetensors"
+    assert run(["train", "-e", "best", "--houses", str(tmp_path / "two.jsonl"), "--seed", "0", "-o", str(out)]) == 2
+    assert "Give more houses" in capsys.readouterr().err.splitlines()[-1]
+    assert not out.exists()

@@ -22,6 +22,7 @@ from workbench.beliefs.placements import Placements, placements_from, placements
 from workbench.beliefs.training.boosting import Boosting, Rows, boost
 from workbench.beliefs.trees import trees_tensors
 from workbench.beliefs.weights import Tensor
+from workbench.errors import Unsupported
 from workbench.worlds.house import House
 
 Floats = npt.NDArray[np.float64]
@@ -50,6 +51,9 @@ def train_best(
     Args:
         houses, held_out: different houses.
         usual_sizes: the same training houses with usual sizes, when `houses` have exact ones.
+
+    Raises:
+        Unsupported: too few houses with items: every fold needs other houses to learn from, and some are held out.
     """
     rng = np.random.default_rng(seed)
     folds = _folds(houses)
@@ -66,6 +70,11 @@ def train_best(
     placements = placements_from(houses, encoder, seed=seed)
     names = NameModel(placements=placements)
     judged = [part for house in held_out for part in _samples(house, house, names, rng)]
+    if not parts or not judged:
+        raise Unsupported(
+            f"best cannot be trained on {len(houses)} houses with {len(held_out)} held out: it needs at least two "
+            "houses with items to learn from and one held out. Give more houses (--houses)."
+        )
     trees = boost(
         _rows(parts), _rows(judged), rng=rng, how=how or Boosting(), watch=_progress_callback(watch, "trees")
     )
