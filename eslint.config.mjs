@@ -2,7 +2,7 @@
 const browser = [
   "AbortController", "Blob", "DecompressionStream", "MutationObserver", "OffscreenCanvas", "ResizeObserver", "Response",
   "URL", "URLSearchParams", "VideoEncoder", "VideoFrame", "addEventListener", "atob", "btoa", "clearTimeout", "console",
-  "document", "Event", "history", "HTMLInputElement", "location", "navigator", "performance", "requestAnimationFrame",
+  "document", "Event", "history", "HTMLInputElement", "PointerEvent", "location", "navigator", "performance", "requestAnimationFrame",
   "sessionStorage", "setInterval", "setTimeout", "window",
 ];
 const ours = [
