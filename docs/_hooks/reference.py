@@ -22,6 +22,11 @@ from workbench import cli
 from workbench.log_schema import events as vocabulary
 
 
+def _changelog(path: Path) -> str:
+    """CHANGELOG.md, whose links to pages start at the repository's root, as a page of the site."""
+    return path.read_text(encoding="utf-8").replace("](docs/", "](")
+
+
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the generated pages."""
     pages = {
@@ -29,7 +34,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/events.md": events_page(),
         "reference/tables.md": tables_page(),
         "reference/api.md": api_page(),
-        "changelog.md": (Path(config.config_file_path).parent / "CHANGELOG.md").read_text(encoding="utf-8"),
+        "changelog.md": _changelog(Path(config.config_file_path).parent / "CHANGELOG.md"),
     }
     for path, content in pages.items():
         files.append(File.generated(config, path, content=content))
