@@ -275,8 +275,13 @@ def test_worlds_that_break_the_log_are_told_apart(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
-def test_no_world_lies_outside_over_the_shipped_houses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _report(list(cases()), shipped_houses(), tmp_path, count=24, capsys=capsys)
+@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_no_world_lies_outside_over_the_shipped_houses(
+    name: str, scenario: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    of_both = [c for c in cases() if (c.estimator, c.scenario) == (name, scenario)]
+    _report(of_both, shipped_houses(), tmp_path, count=24, capsys=capsys)
 
 
 @pytest.mark.slow
