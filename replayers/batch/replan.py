@@ -10,7 +10,8 @@ from replayers.runs.run import Run
 from replayers.runs.state_at import decision_at, moment_of
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.actions import prepares
-from workbench.planning.builtin.solver import SolverResult, without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
+from workbench.planning.builtin.solver import SolverResult
 from workbench.planning.composed import Composed, problem_at
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
