@@ -42,6 +42,9 @@ WORLD_CLOCK, COMPUTER_CLOCK = "the world's clock", "the computer's clock"
 class RunRecorder:
     """Records one run; a context manager.
 
+    It has more than eight parameters, all but the path by keyword: what the log holds, and how it is written, each
+    with a default that most callers keep.
+
     Args:
         path: the log to write.
         info: identity of the run.
