@@ -13,7 +13,7 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-FETCH, PLACE, CARRY, PREPARE, CHOOSE, DROP = range(6)
+FETCH, PLACE, CARRY, PREPARE, CHOOSE = range(5)
 """Moves of the search: (kind, slot or operation, place)."""
 
 SOLVED, NO_PLAN, LIMIT = range(3)
