@@ -42,9 +42,8 @@ def task_of(words: tuple[str, ...]) -> Problem:
     )
     names = (travel.locations[0], *(LocationId(shelf.id) for shelf in shelves))
     knowledge = knowledge_at_start(plan, TravelCosts(locations=names, metres=travel.metres), {})
-    half = len(words) // 2
-    for shelf, held in ((shelves[0], words[:half]), (shelves[1], words[half:])):
-        items = tuple(Item(id=ItemId(w), type=ItemType("Mug" if i else "Book")) for i, w in enumerate(held))
+    for shelf, held, kind in ((shelves[0], words[::2], "Mug"), (shelves[1], words[1::2], "Book")):
+        items = tuple(Item(id=ItemId(word), type=ItemType(kind)) for word in held)
         knowledge = knowledge.seen(shelf.id, items)
     goal = AllOf(
         parts=(
@@ -61,6 +60,7 @@ def test_no_printed_object_is_a_word_of_a_grammar() -> None:
     assert not set(printed.names) & RESERVED
     assert all(re.fullmatch(r"[a-z][a-z0-9_]*", name) for name in printed.names)
     assert set(WORDS) <= set(printed.names.values())
+    assert len(printed.names) == len(WORDS) + len(PLACES) + 1, "items named as places are objects of their own"
 
 
 @pytest.mark.parametrize("name", ["pddl-blind", "pddl-ff-astar2"])
