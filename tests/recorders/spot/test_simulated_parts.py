@@ -246,7 +246,7 @@ def test_local_grids_are_unpacked_or_refused() -> None:
 
 
 def test_cells_that_a_robot_does_not_know_are_not_free() -> None:
-    """By a byte a cell, and by a byte a run; what fits neither is refused."""
+    """By a byte a cell, or a byte a run, or a bit a cell in either order; by what fits none of them, all."""
     grid = local_grid_pb2.LocalGrid(
         cell_format=local_grid_pb2.LocalGrid.CELL_FORMAT_INT16,
         encoding=local_grid_pb2.LocalGrid.ENCODING_RLE,
@@ -258,8 +258,10 @@ def test_cells_that_a_robot_does_not_know_are_not_free() -> None:
     assert np.argwhere(np.isnan(foxglove.grid_values(grid))).tolist() == [[0, 0], [1, 2]]
     grid.unknown_cells = bytes([0, 1])
     assert np.isnan(foxglove.grid_values(grid)).ravel().tolist() == [False] * 4 + [True] * 2
+    grid.unknown_cells = bytes([0b00000100])
+    assert np.isnan(foxglove.grid_values(grid)).ravel().tolist() == [False, False, True, False, False, True]
     grid.unknown_cells = bytes(5)
-    assert foxglove.grid_values(grid) is None
+    assert np.isnan(foxglove.grid_values(grid)).all()
     grid.unknown_cells = b""
     assert np.isfinite(foxglove.grid_values(grid)).all()
 
