@@ -58,8 +58,9 @@ def pddl_of(problem: Problem) -> PddlTask:
     names = _Names(places=places, items=items)
     steps: dict[str, PlanStep | None] = {}
     for step in (*move_steps(problem), *pick_and_place_steps(problem), *find_steps(problem)):
-        ends = (step.origin, step.target) if step.origin != step.target or step.action == "find" else (step.origin,)
-        steps[" ".join([step.action, *_called(names, step), *(places[end] for end in ends)])] = step
+        ends = (step.origin, step.target) if step.origin != step.target else (step.origin,)
+        action = _FIND_HERE if step.action == "find" and len(ends) == 1 else step.action
+        steps[" ".join([action, *_called(names, step), *(places[end] for end in ends)])] = step
     for _, step in preparation_steps(problem):
         steps[" ".join([step.action, *_called(names, step), places[step.origin]])] = step
     closing = _closing_actions(problem, names)
@@ -113,11 +114,13 @@ def _domain(problem: Problem, closing: list[str], names: _Names) -> str:
             "  " + " ".join(f"({prop} ?o - item)" for prop in properties),
             "  " + " ".join(roles) + ")",
             "(:functions (total-cost) - number (move-cost ?a ?b - location) - number",
-            "  (find-cost ?o - item ?a ?b - location) - number)",
+            "  (find-cost ?o - item ?a ?b - location) - number",
+            f"  ({_FIND_HERE}-cost ?o - item ?a - location) - number)",
             _MOVE,
             _PICK.format(cost=manipulation),
             _PLACE.format(cost=manipulation),
             _FIND,
+            _FINDING_HERE,
             *(_preparation(p, manipulation) for p in PREPARATIONS),
             *closing,
             ")",
@@ -139,6 +142,13 @@ _FIND = """(:action find :parameters (?o - item ?a ?b - location)
  :precondition (and (rob-at ?a) (hand-is-free) (missing ?o))
  :effect (and (not (rob-at ?a)) (rob-at ?b) (not (hand-is-free)) (not (missing ?o)) (holding ?o)
    (increase (total-cost) (find-cost ?o ?a ?b))))"""
+_FIND_HERE = "find-here"
+"""A find that ends where it began, as an action of its own: `find` would both delete and add (rob-at ?a). By PDDL the
+robot then is there; ENHSP takes it to be nowhere."""
+_FINDING_HERE = f"""(:action {_FIND_HERE} :parameters (?o - item ?a - location)
+ :precondition (and (rob-at ?a) (hand-is-free) (missing ?o))
+ :effect (and (not (hand-is-free)) (not (missing ?o)) (holding ?o)
+   (increase (total-cost) ({_FIND_HERE}-cost ?o ?a))))"""
 
 
 def _role(preparation: Preparation, index: int) -> str:
@@ -207,8 +217,11 @@ def _problem(problem: Problem, names: _Names) -> str:
     for step in move_steps(problem):
         facts.append(f"(= (move-cost {names.places[step.origin]} {names.places[step.target]}) {scaled(step.cost)})")
     for step in find_steps(problem):
-        where = f"{names.items[step.items[0]]} {names.places[step.origin]} {names.places[step.target]}"
-        facts.append(f"(= (find-cost {where}) {scaled(step.cost)})")
+        where = f"{names.items[step.items[0]]} {names.places[step.origin]}"
+        if step.origin == step.target:
+            facts.append(f"(= ({_FIND_HERE}-cost {where}) {scaled(step.cost)})")
+        else:
+            facts.append(f"(= (find-cost {where} {names.places[step.target]}) {scaled(step.cost)})")
     listed = "\n  ".join(facts)
     return (
         "(define (problem task) (:domain missing-objects)\n"
