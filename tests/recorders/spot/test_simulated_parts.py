@@ -12,6 +12,7 @@ from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.lease import Lease
 from bosdyn.client.math_helpers import SE3Pose
+from recorders.spot.simulated.services.certificate import Identity, new_identity
 from spot_help import robot
 
 from recorders.spot.client.connection import Credentials, RobotAddress, find_credentials
@@ -26,7 +27,6 @@ from recorders.spot.simulated.faults import FaultKind, read_faults
 from recorders.spot.simulated.frames import frame_tree, pose_in_map, se3
 from recorders.spot.simulated.leases import LeaseBook
 from recorders.spot.simulated.robot import UntaggedItem, new_state
-from recorders.spot.simulated.services.certificate import Identity, new_identity
 from recorders.spot.simulated.sight import sees, thing_in
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Pose
