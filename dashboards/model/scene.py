@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dashboards.model.labels import humanize_ids
+from dashboards.model.paths.planned_path import rest_of_leg, stops_after
 from dashboards.model.plan_progress import PlannedStep, progress
-from dashboards.model.planned_path import rest_of_leg, stops_after
 from dashboards.model.timeline import DecisionFrame, Timeline
 from workbench.log_schema.events import FindCosts, Stop, WayNotTaken
 from workbench.worlds.house import LocationId

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from dashboards.model.action_path import path_of_actions
 from dashboards.model.labels import humanize_ids
-from dashboards.model.odometry_path import path_of_poses
+from dashboards.model.paths.action_path import path_of_actions
+from dashboards.model.paths.odometry_path import path_of_poses
+from dashboards.model.paths.planned_path import PlannedPaths
 from dashboards.model.phases import Phase, phases_of
-from dashboards.model.planned_path import PlannedPaths
 from dashboards.model.replay_bounds import Counterfactual
 from workbench.log_schema.events import (
     NANO,

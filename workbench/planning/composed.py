@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 from workbench.planning.actions import relevant_types
-from workbench.planning.builtin.solver import without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
 from workbench.planning.find_pricing import FindCostRequest, FindPricing
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus

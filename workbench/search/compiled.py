@@ -51,7 +51,7 @@ def cost_table(
             found[these],
             ends[these],
             float(search),
-            *layers,
+            layers,
             answer[these],
         )
 
@@ -83,7 +83,7 @@ def pair_costs(
 ) -> Array:
     """W(nothing, origin) of pairs of an origin and a target; arguments and answer as reference.pair_costs."""
     layers = _layers(sets.shape[1])
-    return _pair_costs(missing, sets, between_m, from_m, found, float(search), start, pairs, *layers)
+    return _pair_costs(missing, sets, between_m, from_m, found, float(search), (start, pairs), layers)
 
 
 @njit(cache=True, nogil=True)
@@ -114,11 +114,10 @@ def _cost_table(
     found: Array,
     ends: Array,
     search: float,
-    order: Indices,
-    position: Indices,
-    start: Indices,
+    layers: tuple[Indices, Indices, Indices],
     answer: Array,
 ) -> None:
+    order, position, start = layers
     items, origins, k = from_m.shape
     targets = found.shape[2]
     largest = 0
@@ -171,12 +170,10 @@ def _pair_costs(
     from_m: Array,
     found: Array,
     search: float,
-    start: Indices,
-    pairs: Indices,
-    order: Indices,
-    position: Indices,
-    layer_start: Indices,
+    groups: tuple[Indices, Indices],
+    layers: tuple[Indices, Indices, Indices],
 ) -> Array:
+    start, pairs = groups
     answer = np.empty(len(pairs))
     origins, k, targets = len(from_m), sets.shape[1], found.shape[1]
     column = np.empty(targets, np.int64)
@@ -199,7 +196,7 @@ def _pair_costs(
                     ends[0, i, column[g]] = found[sets[u, i], g]
         table = np.empty((1, origins, width))
         here = missing[u : u + 1]
-        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, order, position, layer_start, table)
+        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, layers, table)
         for pair in range(start[u], start[u + 1]):
             answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
     return answer

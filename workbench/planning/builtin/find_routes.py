@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from workbench.planning.builtin.move_codes import FloatArray, IntArray
+from workbench.planning.builtin.search_interface import FloatArray, IntArray
 from workbench.search.ties import RELATIVE, SMALLEST_SCALE
 
 

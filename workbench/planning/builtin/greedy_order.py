@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.planning.builtin.move_codes import FloatArray
+from workbench.planning.builtin.search_interface import FloatArray
 from workbench.search.ties import first_least, tolerance
 
 MAX_IMPROVEMENTS = 200
