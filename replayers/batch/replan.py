@@ -111,13 +111,13 @@ def replan(
     moment = moment_of(run, number)
     name = strategy or loadable_name(run, other_solver=bool(solver))
     base = _base(
-        name.partition("@")[0] if solver and not name.endswith(f"@{EVERYWHERE}") else name,
+        _without_solver(name) if solver else name,
         origin if strategy else NameOrigin.LOG,
         cooking=prepares(moment.view.task.goal),
     )
-    problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
+    problem = base.problem(moment.view)
     core = problem.locations
-    everywhere = everywhere or base.everywhere
+    everywhere = everywhere or base.widens
     if everywhere:
         places = moment.view.knowledge.travel.locations
         problem = problem_at(moment.view, base.pricing, find_known=base.find_known, places=places)
@@ -137,6 +137,12 @@ def replan(
         sas=sas_of(problem),
         alternatives=tuple((other.title, other.cost) for other in solved.alternatives),
     )
+
+
+def _without_solver(name: str) -> str:
+    """STRATEGY of STRATEGY@SOLVER, that plans over all places still where it did."""
+    base, _, solver = name.partition("@")
+    return f"{base}@{EVERYWHERE}" if solver.startswith(EVERYWHERE) else base
 
 
 def _base(name: str, origin: NameOrigin, *, cooking: bool) -> Composed:

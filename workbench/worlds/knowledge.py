@@ -97,6 +97,11 @@ class Knowledge:
             asked[item_type] = tuple(found)
         return asked[item_type]
 
+    @property
+    def known_types(self) -> frozenset[ItemType]:
+        """The types of all items whose location is known, without the held one."""
+        return frozenset(item.type for items in self.items_at.values() for item in items)
+
     def has_known_instance(self, item_type: ItemType) -> bool:
         """Whether the location of some instance is known, including one in the hand."""
         return (self.holding is not None and self.holding.type == item_type) or bool(self.where(item_type))

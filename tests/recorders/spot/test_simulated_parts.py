@@ -12,6 +12,7 @@ from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.lease import Lease
 from bosdyn.client.math_helpers import SE3Pose
+from recorders.spot.simulated.services.certificate import Identity, new_identity
 from spot_help import robot
 
 from recorders.spot.client.connection import Credentials, RobotAddress, find_credentials
@@ -26,7 +27,6 @@ from recorders.spot.simulated.faults import FaultKind, read_faults
 from recorders.spot.simulated.frames import frame_tree, pose_in_map, se3
 from recorders.spot.simulated.leases import LeaseBook
 from recorders.spot.simulated.robot import UntaggedItem, new_state
-from recorders.spot.simulated.services.certificate import Identity, new_identity
 from recorders.spot.simulated.sight import sees, thing_in
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Pose
@@ -242,7 +242,7 @@ def test_local_grids_are_unpacked_or_refused() -> None:
 
 
 def test_cells_that_a_robot_does_not_know_are_not_free() -> None:
-    """By a byte a cell, and by a byte a run; what fits neither is refused."""
+    """By a byte a cell, or a byte a run, or a bit a cell in either order; by what fits none of them, all."""
     grid = local_grid_pb2.LocalGrid(
         cell_format=local_grid_pb2.LocalGrid.CELL_FORMAT_INT16,
         encoding=local_grid_pb2.LocalGrid.ENCODING_RLE,
@@ -254,8 +254,10 @@ def test_cells_that_a_robot_does_not_know_are_not_free() -> None:
     assert np.argwhere(np.isnan(foxglove.grid_values(grid))).tolist() == [[0, 0], [1, 2]]
     grid.unknown_cells = bytes([0, 1])
     assert np.isnan(foxglove.grid_values(grid)).ravel().tolist() == [False] * 4 + [True] * 2
+    grid.unknown_cells = bytes([0b00000100])
+    assert np.isnan(foxglove.grid_values(grid)).ravel().tolist() == [False, False, True, False, False, True]
     grid.unknown_cells = bytes(5)
-    assert foxglove.grid_values(grid) is None
+    assert np.isnan(foxglove.grid_values(grid)).all()
     grid.unknown_cells = b""
     assert np.isfinite(foxglove.grid_values(grid)).all()
 
