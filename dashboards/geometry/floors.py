@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely.geometry.base import BaseGeometry
 
 from dashboards.palette import Colour, floor_colour
+from workbench.arrays import Floats, Floats32, Uints32
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan, Room
 
@@ -20,8 +20,8 @@ class Floor:
 
     room: str
     kind: str
-    vertices: npt.NDArray[np.float32]
-    faces: npt.NDArray[np.uint32]
+    vertices: Floats32
+    faces: Uints32
     colour: Colour
     label_at: Point
 
@@ -38,7 +38,7 @@ def floors(plan: FloorPlan) -> tuple[Floor, ...]:
     return tuple(floor for room in plan.rooms if (floor := _floor(room, taken)) is not None)
 
 
-def _floor(room: Room, taken: npt.NDArray[np.float64]) -> Floor | None:
+def _floor(room: Room, taken: Floats) -> Floor | None:
     polygon = shapely.make_valid(shapely.Polygon(room.floor))
     if polygon.area < 1e-6:
         return None
@@ -59,7 +59,7 @@ def _floor(room: Room, taken: npt.NDArray[np.float64]) -> Floor | None:
     )
 
 
-def _label_at(polygon: BaseGeometry, taken: npt.NDArray[np.float64]) -> Point:
+def _label_at(polygon: BaseGeometry, taken: Floats) -> Point:
     """A point well inside the room and clear of containers, where belief and numbers are shown; else near its
     middle."""
     middle = polygon.centroid if polygon.contains(polygon.centroid) else polygon.representative_point()
@@ -75,7 +75,7 @@ def _label_at(polygon: BaseGeometry, taken: npt.NDArray[np.float64]) -> Point:
     return (float(best[0]), float(best[1]))
 
 
-def _counter_clockwise(triangle: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _counter_clockwise(triangle: Floats) -> Floats:
     a, b, c = triangle
     turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     return triangle if turn > 0 else triangle[::-1]

@@ -9,8 +9,8 @@ import itertools
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.log_schema.place import Place
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import LocationId
@@ -28,9 +28,9 @@ class PlannedPaths:
 
     def __init__(self, place: Place) -> None:
         self._paths = place.paths()
-        self._found: dict[tuple[str, ...], npt.NDArray[np.float64]] = {}
+        self._found: dict[tuple[str, ...], Floats] = {}
 
-    def through(self, stops: tuple[str, ...]) -> npt.NDArray[np.float64]:
+    def through(self, stops: tuple[str, ...]) -> Floats:
         """Corners of the way through locations in order, float64 (k, 2); empty for fewer than two."""
         if stops not in self._found:
             corners: list[Point] = []
@@ -41,7 +41,7 @@ class PlannedPaths:
         return self._found[stops]
 
 
-def rest_of_leg(action: ActionFinished, stamp_ns: int) -> npt.NDArray[np.float64]:
+def rest_of_leg(action: ActionFinished, stamp_ns: int) -> Floats:
     """The rest of the path of an action at a moment, without the robot's own position; float64 (k, 2)."""
     path = np.array(action.path, dtype=np.float64).reshape(-1, 2)
     if len(path) < 2 or action.stamp.ns <= stamp_ns:

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from dashboards.sensing.clouds import NOTHING, Points, cloud_points, depth_points
+from dashboards.sensing.clouds import NOTHING, cloud_points, depth_points
 from dashboards.sensing.frames import Frames
 from dashboards.sensing.grids import Cells, grid_cells
 from dashboards.sensing.pictures import Picture, picture_of
@@ -28,6 +27,7 @@ from replayers.runs.sensor_index import (
     TopicIndex,
     sensor_tracks,
 )
+from workbench.arrays import Floats32, Indices, Ints
 
 STALE_NS = 5_000_000_000
 """A grid older than this is not shown: the robot has walked on."""
@@ -48,7 +48,7 @@ class RobotSensors:
         self._frames = Frames(tracks)
         self._raw = {t.topic.rpartition("/")[2]: t for t in tracks.of_kind(SPOT_IMAGE)}
         self._lenses = {t.topic: t for t in tracks.of_kind(LENS)}
-        self._site: tuple[npt.NDArray[np.int64], Points] | None = None
+        self._site: tuple[Ints, Floats32] | None = None
         self._picture = lru_cache(maxsize=KEPT_PICTURES)(self._read_picture)
         self._cells = lru_cache(maxsize=KEPT_GRIDS)(self._read_grid)
 
@@ -89,14 +89,14 @@ class RobotSensors:
         if self._site is None:
             self._site = _gathered(list(self._clouds()))
 
-    def site(self, stamp_ns: int) -> Points:
+    def site(self, stamp_ns: int) -> Floats32:
         """The points of the site that clouds have shown up to a moment; none before gather_site."""
         if self._site is None:
             return NOTHING
         stamps, points = self._site
         return points[: int(np.searchsorted(stamps, stamp_ns, side="right"))]
 
-    def _clouds(self) -> Iterator[tuple[int, Points]]:
+    def _clouds(self) -> Iterator[tuple[int, Floats32]]:
         tracks = [t for t in (*self._tracks.of_kind(CLOUD), *self._tracks.of_kind(SPOT_IMAGE)) if _may_hold_points(t)]
         for track in tracks:
             count = len(track.stamps_ns)
@@ -141,19 +141,19 @@ def _may_hold_points(track: TopicIndex) -> bool:
     return track.schema.name == CLOUD or "depth" in track.topic
 
 
-def _voxels(points: Points) -> Points:
+def _voxels(points: Floats32) -> Floats32:
     """One point for each cube of space, the first, between floor and ceiling: this keeps far less of a cloud."""
     points = points[(points[:, 2] > FLOOR_M) & (points[:, 2] < CUT_M)]
     return points[_first_of_voxels(points)]
 
 
-def _first_of_voxels(points: Points) -> npt.NDArray[np.intp]:
+def _first_of_voxels(points: Floats32) -> Indices:
     """The index of the first point in each cube, in order."""
     _, first = np.unique(np.round(points / CUBE_M).astype(np.int64), axis=0, return_index=True)
     return np.sort(first)
 
 
-def _gathered(clouds: list[tuple[int, Points]]) -> tuple[npt.NDArray[np.int64], Points]:
+def _gathered(clouds: list[tuple[int, Floats32]]) -> tuple[Ints, Floats32]:
     """Each cube of space once, by the first moment in which a point lay in it.
 
     Args:

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from threading import Condition, Thread
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.library.library import Library
@@ -29,6 +28,7 @@ from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, l
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
 from dashboards.viser_app.trouble import ViewErrors, one_line
+from workbench.arrays import Bools, Floats
 from workbench.log_schema.events import SeenItem
 
 PANEL_PX = 440
@@ -89,7 +89,7 @@ class Session:
         self.stage = Stage(client)
         self.sensors = SensorLayers(client, self._show_again)
         self.senses: RobotSensors | None = None
-        self.unopened: npt.NDArray[np.bool_] = np.zeros(0, dtype=np.bool_)
+        self.unopened: Bools = np.zeros(0, dtype=np.bool_)
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
         self.state = state
@@ -391,5 +391,5 @@ class Session:
             watcher(self, scenes)
 
 
-def _is_near(place: Sequence[float] | npt.NDArray[np.float64], other: Sequence[float]) -> bool:
+def _is_near(place: Sequence[float] | Floats, other: Sequence[float]) -> bool:
     return np.allclose(place, other, atol=UNMOVED_M)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.batch.store import StoredAnswer, StoredReplay, StoredWorldGroup
+from workbench.arrays import Bools, Ints
 from workbench.evaluation.statistics import Estimate, paired_difference
 
 NEAR = 1e-6
@@ -182,7 +182,7 @@ def _difference_bounds(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGro
     return float(least[together].min()), float(most[together].max())
 
 
-def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> npt.NDArray[np.bool_]:
+def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> Bools:
     """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
     possible = np.ones((len(a), len(b)), dtype=bool)
     told_a, told_b = _by_container(a), _by_container(b)
@@ -198,9 +198,9 @@ def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGro
 
 def _by_container(
     groups: Sequence[StoredWorldGroup],
-) -> dict[str, tuple[tuple[StoredAnswer, ...], npt.NDArray[np.int64]]]:
+) -> dict[str, tuple[tuple[StoredAnswer, ...], Ints]]:
     """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
-    found: dict[str, tuple[dict[StoredAnswer, int], npt.NDArray[np.int64]]] = {}
+    found: dict[str, tuple[dict[StoredAnswer, int], Ints]] = {}
     for g, group in enumerate(groups):
         for answer in group.filled:
             known, which = found.setdefault(answer.container, ({}, np.full(len(groups), -1, dtype=np.int64)))

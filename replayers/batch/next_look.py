@@ -14,9 +14,9 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from workbench.arrays import Bools, Floats, Indices
 from workbench.errors import LiosError
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from replayers.counterfactual.prepared_log import ReplaySettings
 
-Floats = npt.NDArray[np.float64]
 NEAR = 1e-6
 
 
@@ -151,7 +150,7 @@ def _spread(table: Floats) -> float:
     return float(table.std(axis=1).mean())
 
 
-def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
+def _groups(inside: Bools) -> list[Indices]:
     """Groups of worlds that agree on what a container holds; inside has shape (worlds, types)."""
     codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
     return [np.flatnonzero(codes == code) for code in np.unique(codes)]

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.bounds.bounds import NEAR, Bounds, Proof
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
@@ -26,6 +25,7 @@ from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, ze
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
+from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.loop import run_task
@@ -49,8 +49,6 @@ __all__ = [
 
 WORLDS = ("best", "worst", "drawn")
 """Worlds in which a run can be recorded: the cheapest and the most expensive that were found, and a sampled one."""
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from workbench.arrays import Floats
 
 Stretch = tuple[float, float]
 """P(cost < y) and P(cost <= y) of a true cost y, by the drawn worlds."""

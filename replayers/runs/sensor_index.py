@@ -15,13 +15,13 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO, final
 
 import numpy as np
-import numpy.typing as npt
 from mcap.records import Channel, DataEnd, MessageIndex, Schema
 
 from recorders.mcap_io.index import LogIndex
 from replayers.mcap_io.records import ChunkRecord, RawMessage, UnreadableRecord, parse, records_in
 from replayers.mcap_io.scan import open_log, record_at, scan
 from replayers.mcap_io.summary import read_index
+from workbench.arrays import Ints
 
 if TYPE_CHECKING:
     from mcap_protobuf.decoder import DecoderFactory
@@ -46,8 +46,8 @@ class TopicIndex:
 
     topic: str
     schema: Schema
-    stamps_ns: npt.NDArray[np.int64]
-    where: npt.NDArray[np.int64]
+    stamps_ns: Ints
+    where: Ints
 
     def last_at(self, stamp_ns: int) -> int:
         """The index of the newest message at a moment, or -1 before the first."""

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.sites.survey_draft import MARGIN_M, NothingToDraft, SiteDraft, Stop
+from workbench.arrays import Bools, Floats
 from workbench.errors import MissingExtra
 from workbench.worlds.geometry import Pose
 from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
@@ -23,7 +23,6 @@ from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
 if TYPE_CHECKING:
     from recorders.spot.client.graph_nav_map import Graph, Waypoint, WaypointSnapshot
 
-Floats = npt.NDArray[np.float64]
 Poses = dict[str, Floats]
 """seed_tform_waypoint by waypoint id, shape (4, 4), metres."""
 
@@ -241,7 +240,7 @@ def _grid(graph: Graph, poses: Poses, clouds: list[Floats]) -> OccupancyGrid | N
     inside = ((points[:, :2] >= low) & (points[:, :2] < low + np.array([columns, rows]) * RESOLUTION_M)).all(axis=1)
     points = points[inside]
 
-    def marked(where: Floats) -> npt.NDArray[np.bool_]:
+    def marked(where: Floats) -> Bools:
         cells = ((where[:, :2] - low) / RESOLUTION_M).astype(np.int64)
         grid = np.zeros((rows, columns), dtype=np.bool_)
         grid[cells[:, 1], cells[:, 0]] = True

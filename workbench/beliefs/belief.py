@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge
@@ -30,7 +30,7 @@ class Belief:
 
     item_types: tuple[ItemType, ...]
     containers: tuple[ContainerId, ...]
-    probability: npt.NDArray[np.float64]
+    probability: Floats
     estimator: str
     _only: dict[tuple[ItemType, ...], Belief] = field(
         default_factory=dict[tuple[ItemType, ...], "Belief"], init=False, repr=False, compare=False
@@ -46,7 +46,7 @@ class Belief:
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
 
-    def of(self, item_type: ItemType) -> npt.NDArray[np.float64]:
+    def of(self, item_type: ItemType) -> Floats:
         """The row of an item type, shape (containers,).
 
         Raises:

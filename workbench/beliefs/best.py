@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Floats32
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.context import FEATURES, NameOpinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
@@ -33,8 +33,6 @@ from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.names import usual_size_m
 
-Floats = npt.NDArray[np.float64]
-
 OPINION_CACHE_SIZE = 256
 """Number of (house, items) pairs whose name-based opinions are cached."""
 
@@ -47,9 +45,7 @@ class NameModel:
     """Name-based opinions about a scene: looked-up placements, and similarities between names."""
 
     placements: Placements
-    _vectors: dict[str, npt.NDArray[np.float32] | None] = field(
-        default_factory=dict[str, "npt.NDArray[np.float32] | None"], repr=False
-    )
+    _vectors: dict[str, Floats32 | None] = field(default_factory=dict[str, "Floats32 | None"], repr=False)
     _formed: dict[_CacheKey, NameOpinions] = field(default_factory=dict["_CacheKey", NameOpinions], repr=False)
 
     def opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
@@ -89,7 +85,7 @@ class NameModel:
         asked = np.array([zero if v is None else v for v in map(self._vector, items)], dtype=np.float64)
         return np.round(asked @ seen.T, DIGITS)
 
-    def _vector(self, name: str) -> npt.NDArray[np.float32] | None:
+    def _vector(self, name: str) -> Floats32 | None:
         if name not in self._vectors:
             try:
                 self._vectors[name] = vectors_of(self.placements.encoder, [name])[0]

@@ -17,13 +17,11 @@ from pathlib import Path
 from typing import Any, Protocol, final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats32
 from workbench.beliefs.weights import VERSION, Header, Weights, read_weights, write_weights
 from workbench.errors import BadValue, InputError, MissingExtra
 from workbench.worlds.names import readable_name, vocabulary
-
-Vectors = npt.NDArray[np.float32]
 
 MINILM = "all-MiniLM-L6-v2"
 """The encoder whose vectors are shipped."""
@@ -40,7 +38,7 @@ class TextEncoder(Protocol):
         """The name of the encoder; weights trained with one encoder cannot be used with another."""
         ...
 
-    def encode(self, names: Sequence[str]) -> Vectors:
+    def encode(self, names: Sequence[str]) -> Floats32:
         """Vectors of readable names, float32, shape (names, dimensions), each of length 1."""
         ...
 
@@ -81,7 +79,7 @@ class SentenceTransformer:
     name: str
     model: Any
 
-    def encode(self, names: Sequence[str]) -> Vectors:
+    def encode(self, names: Sequence[str]) -> Floats32:
         vectors = self.model.encode(
             list(names), normalize_embeddings=True, show_progress_bar=False, convert_to_numpy=True
         )
@@ -99,10 +97,10 @@ class ShippedVectors:
     """
 
     name: str
-    table: Mapping[str, Vectors]
-    _live: dict[str, Vectors] = field(default_factory=dict[str, Vectors], repr=False, compare=False)
+    table: Mapping[str, Floats32]
+    _live: dict[str, Floats32] = field(default_factory=dict[str, Floats32], repr=False, compare=False)
 
-    def encode(self, names: Sequence[str]) -> Vectors:
+    def encode(self, names: Sequence[str]) -> Floats32:
         """Vectors of readable names, float32, shape (names, dimensions).
 
         Raises:
@@ -157,7 +155,7 @@ def text_encoder(name: str = MINILM) -> TextEncoder:
     return shipped_vectors() if name == MINILM else live_encoder(name)
 
 
-def vectors_of(encoder: TextEncoder, types: Sequence[str]) -> Vectors:
+def vectors_of(encoder: TextEncoder, types: Sequence[str]) -> Floats32:
     """Vectors of types and room kinds as houses spell them, shape (types, dimensions)."""
     return encoder.encode([generic_name(t) for t in types])
 

@@ -12,15 +12,13 @@ from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.weights import Weights
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
-
-Floats = npt.NDArray[np.float64]
 
 ROLES = ("room", "container", "item")
 """The order of the three in the input, and their one-hot kinds."""

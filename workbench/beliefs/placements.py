@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial.legendre import leggauss
 
+from workbench.arrays import AnyArray, Floats, Ints
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.placement_mixture import (
     MAX_RATE,
@@ -28,11 +28,9 @@ from workbench.beliefs.placement_mixture import (
     rates_of,
     tally,
 )
-from workbench.beliefs.weights import Tensor, Weights
+from workbench.beliefs.weights import Weights
 from workbench.errors import MalformedFile
 from workbench.worlds.house import House
-
-Floats = npt.NDArray[np.float64]
 
 _RULE = leggauss(6)
 NODES, NODE_WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
@@ -143,7 +141,7 @@ def placements_from(
     )
 
 
-def condition_on_existence(rates: Floats, several: Floats, room: npt.NDArray[np.int64]) -> Floats:
+def condition_on_existence(rates: Floats, several: Floats, room: Ints) -> Floats:
     """The probability of each container to hold an item type, given that one of them does.
 
     Args:
@@ -162,7 +160,7 @@ def condition_on_existence(rates: Floats, several: Floats, room: npt.NDArray[np.
 
 
 def exclude_furniture_rooms(
-    rates: Floats, several: Floats, items: Sequence[str], room: npt.NDArray[np.int64], stands: Sequence[Sequence[str]]
+    rates: Floats, several: Floats, items: Sequence[str], room: Ints, stands: Sequence[Sequence[str]]
 ) -> Floats:
     """Rates adjusted for rooms that have an item type as furniture: an item that a room has once is then not in its
     containers.
@@ -178,7 +176,7 @@ def exclude_furniture_rooms(
     return np.where(there, np.maximum(rates * several[:, None], MIN_RATE), rates)
 
 
-def share_among_rivals_numpy(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
+def share_among_rivals_numpy(rates: Floats, room: Ints) -> Floats:
     """The probability of each container to hold an item that its room has once, shape (items, containers).
 
     One of the willing containers is drawn: rate times E[1 / (1 + willing rivals)], which is the integral over x in
@@ -207,7 +205,7 @@ def usual_types(houses: Sequence[House], found: Tally) -> Floats:
     return (total + 5 * by_type) / (count + 5)
 
 
-def placements_tensors(placements: Placements) -> dict[str, Tensor]:
+def placements_tensors(placements: Placements) -> dict[str, AnyArray]:
     """The tensors of a weights file."""
     kinds = placements.kinds
     return {

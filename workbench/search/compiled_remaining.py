@@ -11,13 +11,10 @@ from __future__ import annotations
 from math import exp, expm1, log1p
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from workbench.arrays import Floats, Indices
 from workbench.search.ties import RELATIVE
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 """The formula of R, as in remaining.still_missing; marginal uses that of exists."""
@@ -27,7 +24,7 @@ MAX_NEWTON_STEPS, NEWTON_TOLERANCE = 60, 1e-14
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def chance_of_any(p: Array) -> Array:
+def chance_of_any(p: Floats) -> Floats:
     """z of remaining._chance_of_any, by rows: shape (rows, containers) -> (rows, 1)."""
     answer = np.empty((len(p), 1))
     for row in range(len(p)):
@@ -49,7 +46,7 @@ def chance_of_any(p: Array) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
+def missing_by_subset(weights: Floats, candidates: Indices, kind: int) -> Floats:
     """R(S) of remaining.still_missing_by_subset from remaining.weights: shape (item types, 2**k)."""
     items, k = candidates.shape
     n = 1 << k
@@ -77,7 +74,7 @@ def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def non_candidate_order(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+def non_candidate_order(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
     """corrected.non_candidate_order given the mean distance from the candidates, shape (item types, containers)."""
     items, n = p.shape
     left = n - searched.shape[1]

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, LocationId
@@ -35,11 +35,11 @@ class TravelCosts:
     """
 
     locations: tuple[LocationId, ...]
-    metres: npt.NDArray[np.float64]
+    metres: Floats
     unreachable: tuple[ContainerId, ...] = ()
     _index: Mapping[LocationId, int] = field(init=False, repr=False, compare=False)
-    _rows: dict[tuple[str, ...], npt.NDArray[np.intp]] = field(
-        default_factory=dict[tuple[str, ...], npt.NDArray[np.intp]], init=False, repr=False, compare=False
+    _rows: dict[tuple[str, ...], Indices] = field(
+        default_factory=dict[tuple[str, ...], Indices], init=False, repr=False, compare=False
     )
 
     def __post_init__(self) -> None:
@@ -72,7 +72,7 @@ class TravelCosts:
         """
         return self._index[location]
 
-    def rows(self, locations: tuple[str, ...]) -> npt.NDArray[np.intp]:
+    def rows(self, locations: tuple[str, ...]) -> Indices:
         """The indices of several locations, read-only and cached.
 
         Raises:

@@ -13,17 +13,15 @@ from math import inf
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from workbench.arrays import Floats, Indices
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 Containers = tuple[ContainerId, ...]
 
 MAX_CACHED_PARTS = 50_000

@@ -15,18 +15,16 @@ from collections import Counter
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.bounds.max_assignment import max_assignment
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import max_instances
+from workbench.arrays import Floats
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
-
-Floats = npt.NDArray[np.float64]
 
 
 @final

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
 from replayers.counterfactual.run_tree import RunTree
+from workbench.arrays import Bools, Floats
 from workbench.execution.events import RunStatus
-
-Floats = npt.NDArray[np.float64]
 
 MIN_WORLDS = 50
 Z95 = 1.959964
@@ -49,9 +47,7 @@ class Estimate:
     worlds: int
 
 
-def costs_in(
-    worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None
-) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def costs_in(worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None) -> tuple[Floats, Bools]:
     """A strategy's cost in each world, shape (worlds,), and whether it did the task there, bool, shape (worlds,).
 
     Args:
@@ -70,7 +66,7 @@ def costs_in(
     return costs, done
 
 
-def estimate_of(costs: Floats, done: npt.NDArray[np.bool_]) -> Estimate:
+def estimate_of(costs: Floats, done: Bools) -> Estimate:
     """The estimate from the costs in sampled worlds."""
     mean, half = float(costs.mean()), Z95 * float(costs.std(ddof=1)) / sqrt(len(costs)) if len(costs) > 1 else 0.0
     interval = predictive_interval(costs)

@@ -15,16 +15,13 @@ from math import comb, isfinite
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats
 from workbench.beliefs.belief import Estimator
 from workbench.evaluation.statistics import interval_of, paired_difference, ratio_with_interval, resampled
 from workbench.worlds.house import START, FloorPlan, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 BINS = 15
 PROBABILITY_CLIP = 1e-4

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from workbench.arrays import Floats
 from workbench.evaluation.figures.style import BLUE, ORANGE
 
 KIND_COLOURS = {"ai2-thor": BLUE, "objaverse": ORANGE}
@@ -15,8 +15,8 @@ KIND_COLOURS = {"ai2-thor": BLUE, "objaverse": ORANGE}
 
 def draw_cost_scatter(
     ax: Axes,
-    greedy: npt.NDArray[np.float64],
-    other: npt.NDArray[np.float64],
+    greedy: Floats,
+    other: Floats,
     *,
     kinds: Sequence[str],
     name: str,

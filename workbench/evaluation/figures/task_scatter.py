@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from workbench.arrays import Floats
 from workbench.evaluation.figures.style import BLUE, disable_math_text
 from workbench.evaluation.tasks.names import shortened, strategy_title
 
 
-def draw_task_scatter(
-    ax: Axes, baseline: npt.NDArray[np.float64], ours: npt.NDArray[np.float64], *, names: tuple[str, str]
-) -> None:
+def draw_task_scatter(ax: Axes, baseline: Floats, ours: Floats, *, names: tuple[str, str]) -> None:
     """Draw the charged costs of the same trials; below the line the second strategy is cheaper.
 
     Args:

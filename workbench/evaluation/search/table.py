@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.evaluation.search.trials import ORACLE, SearchTrial
 from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
 
 GREEDY = "greedy"
 KINDS = ("ai2-thor", "objaverse")
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,13 +38,13 @@ class Costs:
     policies: tuple[str, ...]
     houses: tuple[str, ...]
     kinds: tuple[str, ...]
-    cost: Array
-    searches: Array
-    decide_s: Array
-    predicted: Array
-    corrected: Array
+    cost: Floats
+    searches: Floats
+    decide_s: Floats
+    predicted: Floats
+    corrected: Floats
 
-    def of(self, policy: str) -> Array:
+    def of(self, policy: str) -> Floats:
         return self.cost[self.policies.index(policy)]
 
     def only(self, kind: str) -> Costs:
@@ -73,7 +71,7 @@ def costs_of(trials: Sequence[SearchTrial]) -> Costs:
         raise BadValue("search trials", len(trials), "one for every policy and query")
     rows = [[by_query[p, house, item] for house, item, _ in asked] for p in policies]
 
-    def table(value: str) -> Array:
+    def table(value: str) -> Floats:
         values = [[getattr(t, value) for t in row] for row in rows]
         return np.array(values, dtype=np.float64).reshape(len(policies), len(asked))
 
@@ -166,9 +164,9 @@ def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _mean(values: Array) -> float | None:
+def _mean(values: Floats) -> float | None:
     return float(values.mean()) if np.isfinite(values).all() else None
 
 
-def _over(realised: Array, predicted: Array) -> float | None:
+def _over(realised: Floats, predicted: Floats) -> float | None:
     return float(realised.sum() / predicted.sum()) if np.isfinite(predicted).all() else None

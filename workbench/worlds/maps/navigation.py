@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from math import atan2, hypot
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Ints32
 from workbench.errors import BadValue, Malformed
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, LocationId
@@ -46,7 +46,7 @@ class Navigation:
 
     travel: TravelCosts
     grid: OccupancyGrid
-    free: npt.NDArray[np.bool_]
+    free: Bools
     standing: dict[LocationId, Pose]
     _ways: dict[tuple[LocationId, LocationId], tuple[Point, ...]] = field(
         default_factory=dict[tuple[LocationId, LocationId], tuple[Point, ...]], repr=False, compare=False
@@ -126,7 +126,7 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
     return Navigation(travel=travel, grid=grid, free=free, standing=standing)
 
 
-def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
+def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     """The cells for the robot's centre: far enough from all obstacles, in the largest connected free component."""
     from scipy import ndimage  # imported only if the result is not cached on disk
 
@@ -142,7 +142,7 @@ def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.boo
     return free
 
 
-def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
+def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     """The cells far enough from all obstacles for the robot's centre, connected or not; bool, shape of the grid."""
     from scipy import ndimage
 
@@ -153,7 +153,7 @@ def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bo
     return clear
 
 
-def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point) -> Point:
+def _nearest_free(grid: OccupancyGrid, free: Bools, point: Point) -> Point:
     """The centre of the free cell nearest to a point."""
     rows, columns = np.nonzero(free)
     x, y = grid.axes()
@@ -164,8 +164,8 @@ def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point
 
 def _approach(
     grid: OccupancyGrid,
-    free: npt.NDArray[np.bool_],
-    rooms: npt.NDArray[np.int32],
+    free: Bools,
+    rooms: Ints32,
     room: int,
     container: Container,
 ) -> Pose | None:
@@ -213,7 +213,7 @@ def _unpacked(plan: FloorPlan, resolution_m: float, kept: Arrays) -> Navigation 
 def _navigation(plan: FloorPlan, resolution_m: float, kept: Arrays) -> Navigation:
     rows, columns = (int(side) for side in kept["shape"])
 
-    def bits(name: str) -> npt.NDArray[np.bool_]:
+    def bits(name: str) -> Bools:
         return np.unpackbits(kept[name], count=rows * columns).reshape(rows, columns).astype(np.bool_)
 
     reached = [plan.containers[index].id for index in kept["reachable"].tolist()]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import ceil, hypot
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats, Ints32
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import Container, FloorPlan, Furniture, Wall
@@ -34,7 +34,7 @@ class OccupancyGrid:
 
     origin: Point
     resolution_m: float
-    occupied: npt.NDArray[np.bool_]
+    occupied: Bools
 
     def __post_init__(self) -> None:
         occupied = np.array(self.occupied, dtype=np.bool_)
@@ -58,7 +58,7 @@ class OccupancyGrid:
             self.origin[1] + (row + 0.5) * self.resolution_m,
         )
 
-    def axes(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    def axes(self) -> tuple[Floats, Floats]:
         """x of the column centres and y of the row centres, in metres."""
         rows, columns = self.occupied.shape
         x = self.origin[0] + (np.arange(columns) + 0.5) * self.resolution_m
@@ -85,7 +85,7 @@ def occupancy_of(plan: FloorPlan, *, resolution_m: float = 0.1) -> OccupancyGrid
     return OccupancyGrid(origin=grid.origin, resolution_m=resolution_m, occupied=occupied)
 
 
-def room_labels(plan: FloorPlan, grid: OccupancyGrid) -> npt.NDArray[np.int32]:
+def room_labels(plan: FloorPlan, grid: OccupancyGrid) -> Ints32:
     """The index of the room of each cell, -1 outside; shape (rows, columns)."""
     x, y = grid.axes()
     labels = np.full(grid.occupied.shape, -1, dtype=np.int32)
@@ -132,7 +132,7 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
 
 def distance_to_box(
     grid: OccupancyGrid, thing: Container | Furniture, *, reach_m: float
-) -> tuple[npt.NDArray[np.float64], tuple[slice, slice]]:
+) -> tuple[Floats, tuple[slice, slice]]:
     """Distances in metres from cells to the footprint of an object (0 inside), in the window of cells
     within reach."""
     pose, (depth, width, _) = thing.pose, thing.size_m
@@ -176,7 +176,7 @@ def _along_and_off(wall: Wall, length: float, point: Point) -> tuple[float, floa
     return (dx * ux + dy * uy, abs(dy * ux - dx * uy))
 
 
-def _draw_segment(occupied: npt.NDArray[np.bool_], grid: OccupancyGrid, start: Point, end: Point) -> None:
+def _draw_segment(occupied: Bools, grid: OccupancyGrid, start: Point, end: Point) -> None:
     """Mark the cells whose centres are within half a cell of a segment."""
     half = grid.resolution_m / 2
     row0, column0 = grid.cell_at((min(start[0], end[0]) - half, min(start[1], end[1]) - half))

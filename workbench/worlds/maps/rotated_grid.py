@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import ceil, cos, sin
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Ints8
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Point
 from workbench.worlds.maps.occupancy import OccupancyGrid
@@ -18,14 +18,12 @@ MAX_GROWTH = 4
 SLACK = 1e-6
 
 
-def is_occupied(values: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
+def is_occupied(values: Ints8) -> Bools:
     """Occupied cells of an OccupancyGrid's values: OCCUPIED_FROM or more, and unknown (negative)."""
     return (values >= OCCUPIED_FROM) | (values < 0)
 
 
-def axis_aligned(
-    occupied: npt.NDArray[np.bool_], *, origin: Point, yaw_rad: float, resolution_m: float
-) -> OccupancyGrid:
+def axis_aligned(occupied: Bools, *, origin: Point, yaw_rad: float, resolution_m: float) -> OccupancyGrid:
     """The grid of cells whose first corner is at origin and whose rows are turned by yaw_rad (ROS: origin's yaw).
 
     Each new cell takes the value of the old cell in which its centre lies, and is occupied outside: unsurveyed space.

@@ -11,13 +11,12 @@ import hashlib
 import os
 import tempfile
 from pathlib import Path
-from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import AnyArray
 from workbench.cache import cache_folder
 from workbench.worlds.house import FloorPlan
 
@@ -25,7 +24,7 @@ VERSION = 1
 """Version of the computation of travel costs; part of the file names."""
 
 
-Arrays = dict[str, npt.NDArray[Any]]
+Arrays = dict[str, AnyArray]
 
 
 def load_arrays(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Arrays | None:
