@@ -18,10 +18,11 @@ from replayers.runs.run import Run, read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
 from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-from workbench.evaluation.tasks.names import file_name_of, scenario_title, strategy_title
+from workbench.evaluation.tasks.names import scenario_file_name, scenario_title, strategy_title
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.tasks.store import read_request
 from workbench.evaluation.tasks.table import pairs, table
+from workbench.files import write_atomically
 
 EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
@@ -66,7 +67,8 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
     figures = draw_task_figures(rows, lines, folder / "figures")
     figures += _examples(rows, folder)
     page = folder / "report.html"
-    page.write_text(_html(request.houses, rows, lines, pairs(rows, seed=request.seed), figures), encoding="utf-8")
+    html = _html(request.houses, rows, lines, pairs(rows, seed=request.seed), figures)
+    write_atomically(page, html.encode())
     return page, figures
 
 
@@ -93,7 +95,7 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
                 if t.run.outcome is not None
             )
             ax.set_title("\n".join([*wrap(timelines[0].task_words, TITLE_LETTERS), costs]), fontsize=7)
-            path = folder / "figures" / f"example_{file_name_of(scenario)}.png"
+            path = folder / "figures" / f"example_{scenario_file_name(scenario)}.png"
             figure.savefig(path, dpi=200, metadata={"Software": None})
             figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
         drawn.append(path)

@@ -11,6 +11,7 @@ from workbench.evaluation.search.experiment import Experiment
 from workbench.evaluation.search.strategies import strategy_of, with_policy
 from workbench.evaluation.search.trials import SearchTrial
 from workbench.execution.events import RunStatus
+from workbench.files import file_name_of, plain_file_name
 from workbench.planning.tasks import find_task
 from workbench.worlds.house import START, House
 
@@ -46,12 +47,8 @@ def record_search_trials(
 
 
 def log_path(folder: Path, trial: SearchTrial) -> Path:
-    """FOLDER/<house>/<item type>.<policy>.mcap, without characters that file systems refuse."""
-    return (
-        folder
-        / _safe_file_name(trial.house)
-        / f"{_safe_file_name(trial.item_type)}.{_safe_file_name(trial.policy)}.mcap"
-    )
+    """FOLDER/<house>/<item type>.<policy>.mcap, with names that any file system takes."""
+    return folder / plain_file_name(trial.house) / f"{file_name_of(trial.item_type)}.{file_name_of(trial.policy)}.mcap"
 
 
 def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Path, *, force: bool) -> Path:
@@ -69,7 +66,3 @@ def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Pa
     if end.status is not RunStatus.DONE or abs(end.cost - trial.cost) > AGREEMENT:
         raise RecordingDiffers(path, end.cost, trial.cost)
     return path
-
-
-def _safe_file_name(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_." else "-" for c in name)

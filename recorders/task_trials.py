@@ -11,10 +11,11 @@ from recorders.code_revision import revision
 from recorders.run_recorder import RunRecorder
 from workbench import __version__
 from workbench.beliefs.belief import Estimator
-from workbench.evaluation.tasks.names import file_name_of
+from workbench.evaluation.tasks.names import scenario_file_name
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.evaluation.tasks.trials import PreparedTrial
 from workbench.execution.events import Event
+from workbench.files import file_name_of
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
 from workbench.log_schema.place import Place
 
@@ -53,7 +54,7 @@ class RecordTo:
 
 def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
     """The log file of a trial, unique for every scenario and strategy."""
-    return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
+    return folder / scenario_file_name(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 
 def _info(staged: PreparedTrial, strategy: str, estimator: Estimator, first: Event) -> RunInfo:

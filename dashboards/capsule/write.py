@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,6 +36,7 @@ from dashboards.panels.now import title
 from dashboards.panels.strip import strip
 from dashboards.resources import resource
 from workbench.errors import BadValue, OutputExists
+from workbench.files import write_atomically
 from workbench.worlds.names import readable_name
 
 TABS = (
@@ -67,12 +67,7 @@ def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = Fa
         raise OutputExists(path)
     page = capsule_page(timelines).encode("utf-8")
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_bytes(page)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    write_atomically(path, page)
     return len(page)
 
 

@@ -6,7 +6,6 @@ The file's key covers everything that the result depends on; a replay with the s
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
@@ -18,6 +17,7 @@ from replayers.counterfactual.estimates.intervals import finite
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import ActionEnded
+from workbench.files import file_name_of, write_atomically
 
 if TYPE_CHECKING:  # stored replays are read without importing what makes them
     from replayers.counterfactual.bounds.bounds import Bounds
@@ -235,16 +235,13 @@ def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
 
 def replay_path(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
     """Where a replay is stored: one folder for each log, one file for each strategy."""
-    safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in strategy)
-    return folder / f"{_safe(run_id)}-{sha256[:8]}" / f"{safe}{SUFFIX}"
+    return folder / f"{file_name_of(run_id)}-{sha256[:8]}" / f"{file_name_of(strategy)}{SUFFIX}"
 
 
 def write_replay(path: Path, record: StoredReplay) -> None:
     """Writes a replay atomically: concurrent readers see the old file or the new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    aside.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=1))
-    os.replace(aside, path)
+    write_atomically(path, msgspec.json.format(msgspec.json.encode(record), indent=1))
 
 
 def read_replay(path: Path) -> StoredReplay:
@@ -336,7 +333,3 @@ def _step(event: ActionEnded) -> StepRow:
         support=event.support,
         seconds=(event.stamp_ns - event.start_ns) / 1e9,
     )
-
-
-def _safe(name: str) -> str:
-    return "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in name) or "run"

@@ -18,6 +18,7 @@ import numpy as np
 
 from workbench.arrays import AnyArray
 from workbench.errors import FileMissing, MalformedFile
+from workbench.files import write_atomically
 
 VERSION = 1
 """Version of the tensors' meaning."""
@@ -122,7 +123,7 @@ def write_weights(path: Path, header: Header, tensors: Mapping[str, AnyArray]) -
     entry = msgspec.json.encode(header, order="sorted").decode()
     data = save({k: np.ascontiguousarray(tensors[k]) for k in sorted(tensors)}, metadata={_ENTRY: entry})
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
+    write_atomically(path, data)
     return read_weights(path)
 
 

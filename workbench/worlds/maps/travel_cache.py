@@ -8,8 +8,6 @@ are ignored.
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -18,6 +16,7 @@ import numpy as np
 
 from workbench.arrays import AnyArray
 from workbench.cache import cache_folder
+from workbench.files import atomic
 from workbench.worlds.house import FloorPlan
 
 VERSION = 1
@@ -46,14 +45,8 @@ def store_arrays(arrays: Arrays, plan: FloorPlan, *, resolution_m: float, robot_
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                np.savez(stream, allow_pickle=False, **arrays)
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with atomic(path) as draft, draft.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **arrays)
     except OSError:
         return
 
