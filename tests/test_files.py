@@ -17,11 +17,16 @@ PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     write_atomically(path, b"old")
-    with pytest.raises(RuntimeError), atomic(path) as draft:
-        draft.write_bytes(b"half")
-        raise RuntimeError
+    with pytest.raises(RuntimeError):
+        _write_half(path)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def _write_half(path: Path) -> None:
+    with atomic(path) as draft:
+        draft.write_bytes(b"half")
+        raise RuntimeError
 
 
 def test_a_link_is_followed_and_a_device_is_written_itself(tmp_path: Path) -> None:
@@ -73,7 +78,7 @@ def test_file_names_differ_and_fit() -> None:
 
 def test_one_module_renames_and_names_drafts() -> None:
     found = [
-        f"{path.relative_to(ROOT)}:{node.lineno}"
+        f"{path.relative_to(ROOT)}: {ast.unparse(node)}"
         for package in PACKAGES
         for path in (ROOT / package).rglob("*.py")
         if path.relative_to(ROOT).as_posix() not in ("workbench/files.py", "replayers/tables/export.py")

@@ -10,6 +10,7 @@ from shapely.geometry.base import BaseGeometry
 
 from dashboards.palette import Colour, floor_colour
 from workbench.arrays import Floats, Floats32, Uints32
+from workbench.tolerances import MIN_AREA_M2
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan, Room
 
@@ -40,7 +41,7 @@ def floors(plan: FloorPlan) -> tuple[Floor, ...]:
 
 def _floor(room: Room, taken: Floats) -> Floor | None:
     polygon = shapely.make_valid(shapely.Polygon(room.floor))
-    if polygon.area < 1e-6:
+    if polygon.area < MIN_AREA_M2:
         return None
     triangles = [
         np.asarray(t.exterior.coords)[:3]

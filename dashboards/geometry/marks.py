@@ -7,6 +7,7 @@ import numpy as np
 from dashboards.geometry.solids import unit_mesh
 from dashboards.palette import Colour
 from workbench.arrays import Bools, Floats, Floats32, Uints32
+from workbench.tolerances import MIN_LENGTH_M
 
 Mesh = tuple[Floats32, Uints32]
 """Vertices (V, 3) and faces (F, 3)."""
@@ -104,7 +105,7 @@ def segments(way: Floats, height_m: float) -> Floats32:
     points = np.column_stack([way, np.full(len(way), height_m)])
     pairs = np.stack([points[:-1], points[1:]], axis=1)
     lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    return pairs[lengths > 1e-6].astype(np.float32)
+    return pairs[lengths > MIN_LENGTH_M].astype(np.float32)
 
 
 def path_segments(way: Floats, imputed: Bools, height_m: float) -> Floats32:
@@ -128,7 +129,7 @@ def dashes(way: Floats, height_m: float, *, dash_m: float = 0.22, gap_m: float =
     """
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    kept = (lengths > 1e-6) & (lengths < MAX_SEGMENT_M)
+    kept = (lengths > MIN_LENGTH_M) & (lengths < MAX_SEGMENT_M)
     start, length = way[:-1][kept], lengths[kept]
     along = (way[1:][kept] - start) / length[:, None]
     rounded = np.round(along, 6)

@@ -10,12 +10,11 @@ from dashboards.model.container_history import Consideration, ContainerHistory, 
 from dashboards.palette import FOUND, css, run_colour
 from dashboards.panels.chart import Line, chart
 from dashboards.panels.markup import chip, command, name, number, percent, place, table, text
+from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
 MAX_TYPES = 200
 """Item types that are listed."""
-SAME = 0.05
-"""Costs that differ by less are shown as the same."""
 NOTHING_CHOSEN = (
     '<div class="lp"><p class="muted">Click a container, in the view or in the table of beliefs, to see what it held'
     " and why it was or was not chosen.</p></div>"
@@ -118,9 +117,9 @@ def _reason(c: Consideration, container_id: str) -> str:
     if c.cost_here is None or c.cost_taken is None:
         return f"{c.rank}. in the order; {place(c.first)} was first"
     more = c.cost_here - c.cost_taken
-    if more > SAME:
+    if more > NEAR_SHOWN_COST:
         return f"{c.rank}. in the order: a look here first would have cost {number(more)} more than {place(c.first)}"
-    if more < -SAME:
+    if more < -NEAR_SHOWN_COST:
         return f"{c.rank}. in the order, though by Eq. 1 {number(-more)} cheaper than {place(c.first)}"
     return f"{c.rank}. in the order: the same cost as {place(c.first)}"
 

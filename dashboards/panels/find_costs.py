@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dashboards.model.first_stop_costs import FirstLook
 from dashboards.model.scene import Scene
 from dashboards.panels.markup import name, number, percent, place, table, text
+from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
 MAX_ROWS = 200
-SAME = 0.05
-"""Costs that differ by less are shown as the same."""
 
 
 def find_costs(scene: Scene, robot_at: str, looks: tuple[FirstLook, ...] = ()) -> str:
@@ -64,7 +63,7 @@ def _reason(
 
 def _difference_words(more: float) -> str:
     """By how much an alternative differs from what is done, in words; its cost is shown beside."""
-    if abs(more) < SAME:
+    if abs(more) < NEAR_SHOWN_COST:
         return "costs the same"
     return f"{abs(more):.1f} {'cheaper' if more > 0 else 'more expensive'}"
 
@@ -91,7 +90,7 @@ def _verdict(look: FirstLook, chosen: float) -> str:
     more = look.cost - chosen
     if look.chosen:
         return "<b>taken</b>"
-    if abs(more) < SAME:
+    if abs(more) < NEAR_SHOWN_COST:
         return '<span class="muted">no better</span>'
     if more > 0:
         return f'<span class="muted">{more:.1f} more expensive</span>'

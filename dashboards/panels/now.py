@@ -7,9 +7,9 @@ from dashboards.model.timeline import Timeline
 from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
 from dashboards.panels.markup import chip, dot, name, number, percent, text
 from replayers.runs.gaps import gaps_of
+from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
-SAME = 0.05
 MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
@@ -58,7 +58,9 @@ def _failure_note(scene: Scene) -> str:
     """Why a failed run ended, and the charged cost if it differs from the spent cost."""
     if scene.outcome in ("", "done"):
         return ""
-    charged = scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > SAME else None
+    charged = (
+        scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > NEAR_SHOWN_COST else None
+    )
     cost = f" Charged: {number(charged)}." if charged is not None else ""
     return f'<p class="warn">Ended because: {name(scene.why_ended, most=MAX_TASK_CHARS)}.{cost}</p>'
 

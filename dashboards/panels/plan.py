@@ -5,10 +5,10 @@ from __future__ import annotations
 from dashboards.model.scene import Scene
 from dashboards.panels.markup import name, number, percent, place, table, text
 from workbench.log_schema.events import WayNotTaken
+from workbench.tolerances import NEAR_COST
 
 MARKS = {"done": "✓", "current": "▶", "next": "○"}
 MAX_STEPS = 60
-SAME = 1e-6
 
 
 def plan(scene: Scene) -> str:
@@ -52,7 +52,7 @@ def _against(way: WayNotTaken, taken: float) -> str:
     if way.why_not:
         return name(way.why_not)
     more = way.cost - taken
-    if abs(more) < SAME:
+    if abs(more) < NEAR_COST:
         return "<b>taken</b>"
     return (
         f'<span class="muted">{abs(more):.1f} {"more expensive" if more > 0 else "cheaper, by a lower bound"}</span>'

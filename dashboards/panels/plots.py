@@ -14,6 +14,7 @@ from dashboards.model.timeline import Timeline
 from dashboards.palette import css, run_colour
 from dashboards.panels.chart import Band, Line, Point, chart
 from dashboards.panels.markup import axis_number, percent
+from workbench.tolerances import ROUNDING
 from workbench.worlds.names import readable_name
 
 MAX_POINTS = 600
@@ -122,7 +123,7 @@ def _held(points: list[Point], timeline: Timeline, clock: Clock) -> list[Point]:
 
 
 def _next_decision(at: float, timeline: Timeline, clock: Clock) -> float:
-    later = [r for r in clock.decisions() if r > at + 1e-9]
+    later = [r for r in clock.decisions() if r > at + ROUNDING]
     return min(later, default=clock.reading(timeline.end_ns))
 
 

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dashboards.palette import RUNS, css
 from dashboards.panels.markup import axis_number, command, name, number, text
 from dashboards.panels.runs import RunRow
+from workbench.tolerances import NEAR_COST
 
 SIDE_PX = 300
 MARGIN_PX = 44
 MAX_POINTS = 2000
-SAME = 1e-6
 BASELINES = ("pes-greedy", "opt-greedy", "greedy", "opt-lios", "lios")
 OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
 
@@ -49,8 +49,8 @@ def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
     points = "".join(_point(a, b, top) for a, b in found)
     low, high, middle = MARGIN_PX, SIDE_PX - 6, SIDE_PX / 2
     ticks = "".join(_tick(share, top) for share in (0.0, 0.5, 1.0))
-    below = sum((b.cost or 0.0) < (a.cost or 0.0) - SAME for a, b in found)
-    above = sum((b.cost or 0.0) > (a.cost or 0.0) + SAME for a, b in found)
+    below = sum((b.cost or 0.0) < (a.cost or 0.0) - NEAR_COST for a, b in found)
+    above = sum((b.cost or 0.0) > (a.cost or 0.0) + NEAR_COST for a, b in found)
     tasks = "task" if len(found) == 1 else "tasks"
     return (
         f'<div class="lp"><svg width="{SIDE_PX}" height="{SIDE_PX}" role="img">'

@@ -30,6 +30,7 @@ from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import address, choose_tab, execute_command, script, update_address
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
+from workbench.tolerances import ROUNDING
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
 CAMERA_PX, CAMERAS_PX = 220, 330
@@ -246,7 +247,7 @@ class Controls:
         self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
-        if abs(self._slider.value - reading) > 1e-9:
+        if abs(self._slider.value - reading) > ROUNDING:
             self._slider.value = reading
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:

@@ -33,6 +33,7 @@ from google.protobuf.duration_pb2 import Duration
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from workbench.log_schema.events import NANO
+from workbench.tolerances import MIN_LENGTH_M, ROUNDING
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import Container, FloorPlan, Furniture, Room, Wall
 from workbench.worlds.maps.occupancy import OccupancyGrid
@@ -257,7 +258,7 @@ def _wall(wall: Wall, plan: FloorPlan) -> list[CubePrimitive]:
     """The wall as boxes around its doors and windows."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
-    if length < 1e-6:
+    if length < MIN_LENGTH_M:
         return []
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
     holes: list[tuple[float, float, float, float]] = []
@@ -306,7 +307,7 @@ def _drawn(pose: Pose, z_m: float = 0.0) -> PoseMessage:
 
 def _turned(pose: Pose) -> bool:
     """Whether the pose is rotated by anything but 0 or 180 degrees."""
-    return abs(sin(pose.yaw_rad)) > 1e-9
+    return abs(sin(pose.yaw_rad)) > ROUNDING
 
 
 def _vector(x: float, y: float, z: float) -> Vector3:

@@ -17,8 +17,8 @@ import numpy as np
 from replayers.batch.store import StoredAnswer, StoredReplay, StoredWorldGroup
 from workbench.arrays import Bools, Ints
 from workbench.evaluation.statistics import Estimate, paired_difference
+from workbench.tolerances import NEAR_COST
 
-NEAR = 1e-6
 MAX_PAIRS = 1_000_000
 """Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
 
@@ -104,7 +104,7 @@ def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     common = min(len(a.drawn), len(b.drawn))
     if common and a.draws == b.draws:
         costs = np.array(a.drawn[:common]) - np.array(b.drawn[:common])
-        chance = (float(np.mean(costs < -NEAR)), float(np.mean(np.abs(costs) <= NEAR)))
+        chance = (float(np.mean(costs < -NEAR_COST)), float(np.mean(np.abs(costs) <= NEAR_COST)))
         drawn = float(costs.mean())
     return CostDifference(
         log=a.log,
@@ -215,11 +215,11 @@ def answers_compatible(a: StoredAnswer, b: StoredAnswer) -> bool:
 
 
 def _verdict(least: float, most: float) -> str:
-    if most < -NEAR:
+    if most < -NEAR_COST:
         return WINS
-    if least > NEAR:
+    if least > NEAR_COST:
         return LOSES
-    return EQUAL if max(abs(least), abs(most)) <= NEAR else UNDECIDED
+    return EQUAL if max(abs(least), abs(most)) <= NEAR_COST else UNDECIDED
 
 
 def _pair(a: str, b: str, differences: list[CostDifference], rng: np.random.Generator) -> StrategyComparison:

@@ -18,13 +18,12 @@ import numpy as np
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
 from workbench.arrays import Bools, Floats, Indices
 from workbench.errors import LiosError
+from workbench.tolerances import NEAR_COST
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from replayers.counterfactual.prepared_log import ReplaySettings
-
-NEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +127,7 @@ def best_looks(
 
 
 def _words(look: LookValue) -> str:
-    if look.doubt <= NEAR and look.narrows <= NEAR:
+    if look.doubt <= NEAR_COST and look.narrows <= NEAR_COST:
         return "no look would change what is known of these strategies"
     return (
         f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow the costs "
@@ -141,7 +140,7 @@ def _doubt(table: Floats) -> float:
     total = 0.0
     for a, b in combinations(range(len(table)), 2):
         apart = table[a] - table[b]
-        wins, loses = float(np.mean(apart < -NEAR)), float(np.mean(apart > NEAR))
+        wins, loses = float(np.mean(apart < -NEAR_COST)), float(np.mean(apart > NEAR_COST))
         total += 1 - max(wins, loses, 1 - wins - loses)
     return total
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from replayers.counterfactual.bounds.bounds import NEAR, Bounds, Proof
+from replayers.counterfactual.bounds.bounds import Bounds, Proof
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.climb import climbed_ends
 from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
@@ -32,6 +32,7 @@ from workbench.execution.loop import run_task
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, Item
 from workbench.worlds.knowledge import Knowledge
 
@@ -364,7 +365,7 @@ def _nondeterminism_note(tree: RunTree, alone: RunEnded) -> tuple[str, ...]:
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
     look = tree.evidence.costs.search if again.question else 0.0
-    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
+    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST:
         return ()
     return (
         f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",

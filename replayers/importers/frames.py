@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from workbench.arrays import Floats
+from workbench.tolerances import DEGENERATE
 
 MAX_CHAIN = 50
 
@@ -90,7 +91,7 @@ def matrix_of(position: Any, rotation: Any) -> Floats:
     """A pose as a homogeneous matrix, shape (4, 4); a zero quaternion counts as none."""
     x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
     size = x * x + y * y + z * z + w * w
-    s = 2.0 / size if size > 1e-12 else 0.0
+    s = 2.0 / size if size > DEGENERATE else 0.0
     turned = np.array(
         [
             [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],

@@ -17,6 +17,7 @@ import numpy as np
 from replayers.sites.survey_draft import MARGIN_M, NothingToDraft, SiteDraft, Stop
 from workbench.arrays import Bools, Floats
 from workbench.errors import MissingExtra
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
 
@@ -158,7 +159,7 @@ def _lengths(graph: Graph, places: list[str]) -> Floats:
     number = {waypoint.id: i for i, waypoint in enumerate(graph.waypoints)}
     known = [e for e in graph.edges if e.id.from_waypoint in number and e.id.to_waypoint in number]
     ends = [(number[e.id.from_waypoint], number[e.id.to_waypoint]) for e in known]
-    lengths = [max(1e-9, float(np.linalg.norm(_matrix(e.from_tform_to)[:2, 3]))) for e in known]
+    lengths = [max(TINY, float(np.linalg.norm(_matrix(e.from_tform_to)[:2, 3]))) for e in known]
     both = np.array(ends, dtype=np.int64).reshape(-1, 2)
     matrix = csr_array((np.array(lengths), (both[:, 0], both[:, 1])), shape=(len(number), len(number)))
     rows = [number[place] for place in places]

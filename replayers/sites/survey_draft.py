@@ -24,6 +24,7 @@ from replayers.runs.run import read
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.log_schema.events import NANO
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
@@ -276,7 +277,7 @@ def _walked_lengths(points: list[Point], places: list[Point]) -> Floats:
     near = KDTree(nodes).query_pairs(JOIN_M)
     edges = np.array(sorted({*chain, *near}), dtype=np.int64).reshape(-1, 2)
     lengths = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
-    graph = csr_array((np.maximum(lengths, 1e-9), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
+    graph = csr_array((np.maximum(lengths, TINY), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
     last = np.arange(len(kept), len(nodes))
     return np.asarray(dijkstra(graph, directed=False, indices=last), dtype=np.float64)[:, last]
 

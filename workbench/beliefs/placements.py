@@ -30,6 +30,7 @@ from workbench.beliefs.placement_mixture import (
 )
 from workbench.beliefs.weights import Weights
 from workbench.errors import MalformedFile
+from workbench.tolerances import NEAR_PROBABILITY
 from workbench.worlds.house import House
 
 _RULE = leggauss(6)
@@ -242,7 +243,12 @@ def placements_of(weights: Weights) -> Placements:
     rates = weights.tensor(RATES, len(items), *shape).astype(np.float64)
     several, often = (weights.tensor(name, len(items)).astype(np.float64) for name in (SEVERAL, HELD))
     stood, usual = (weights.tensor(name, *shape).astype(np.float64) for name in (STOOD, USUAL))
-    chances = (rates <= 0).any() or (rates > MAX_RATE + 1e-6).any() or (several < 0).any() or (several > 1).any()
+    chances = (
+        (rates <= 0).any()
+        or (rates > MAX_RATE + NEAR_PROBABILITY).any()
+        or (several < 0).any()
+        or (several > 1).any()
+    )
     if chances or (rate <= 0).any() or (weight <= 0).any() or min(often.min(), stood.min(), usual.min()) < 0:
         raise MalformedFile(weights.path, "counts or rates that cannot be", "Train it again with lios train")
     return Placements(

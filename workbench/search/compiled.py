@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 TILE = 64
 """Targets that are processed together."""

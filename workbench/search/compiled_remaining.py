@@ -14,13 +14,12 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Indices
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import NEWTON_STEP, RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 """The formula of R, as in remaining.still_missing; marginal uses that of exists."""
 
-MAX_NEWTON_STEPS, NEWTON_TOLERANCE = 60, 1e-14
-"""Most Newton steps, and the step size at which iteration stops."""
+MAX_NEWTON_STEPS = 60
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -39,7 +38,7 @@ def chance_of_any(p: Floats) -> Floats:
             if not np.isfinite(step):
                 break
             z = max(z - step, 0.0)
-            if abs(step) < NEWTON_TOLERANCE:
+            if abs(step) < NEWTON_STEP:
                 break
         answer[row, 0] = z
     return answer

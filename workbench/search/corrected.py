@@ -24,7 +24,7 @@ from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import compiled_loops, still_missing_along, unconditioned
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
 

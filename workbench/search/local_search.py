@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Floats, Ints
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCLUSIVE, "marginal": EXISTS}

@@ -33,6 +33,7 @@ import numpy as np
 from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue
 from workbench.search.find_costs import BeliefModel
+from workbench.tolerances import NEWTON_STEP
 
 UNIFORM_PROBABILITY = 1e-12
 """Value of p used if every p is 0 and an instance is known to exist."""
@@ -97,7 +98,7 @@ def existence_probability(p: Floats) -> Floats:
             step = (1 - miss - z) / slope
         step = np.where(np.isfinite(step), step, 0.0)
         z = np.maximum(z - step, 0.0)
-        if np.abs(step).max(initial=0.0) < 1e-14:
+        if np.abs(step).max(initial=0.0) < NEWTON_STEP:
             break
     return z
 

@@ -16,14 +16,9 @@ from typing import TypeVar
 import numpy as np
 
 from workbench.arrays import Floats, Indices
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 T = TypeVar("T")
-
-RELATIVE = 1e-9
-"""Costs that differ by less than this share of them are equal."""
-
-SMALLEST_SCALE = 1.0
-"""Metres (or probability): below it the tolerance shrinks no further."""
 
 
 def tolerance(scale: float, *, smallest: float = SMALLEST_SCALE) -> float:

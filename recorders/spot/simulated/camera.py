@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from workbench.arrays import Floats, Uints8, Uints16
+from workbench.tolerances import MIN_SLOPE
 from workbench.worlds.geometry import Pose
 from workbench.worlds.maps.occupancy import OccupancyGrid
 
@@ -75,7 +76,7 @@ def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) ->
     across = (np.arange(RAYS) + 0.5 - RAYS / 2) / focal
     down = (np.arange(DEPTH_ROWS) + 0.5 - DEPTH_ROWS / 2) / focal
     walls = _depths(grid, pose, heading_rad, across)
-    level = np.where(down > 0, EYE_M, WALL_M - EYE_M) / np.maximum(np.abs(down), 1e-6)
+    level = np.where(down > 0, EYE_M, WALL_M - EYE_M) / np.maximum(np.abs(down), MIN_SLOPE)
     depths = np.minimum(walls[None, :], level[:, None])
     reached = depths * np.hypot(1.0, across) < REACH_M - RAY_STEP_M
     return np.where(reached, depths * 1000, 0).astype(np.uint16)

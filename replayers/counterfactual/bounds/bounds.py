@@ -13,9 +13,7 @@ from math import inf
 
 from replayers.counterfactual.run_tree import Leaf, WorldGroup
 from workbench.execution.events import RunStatus
-
-NEAR = 1e-6
-"""Costs closer than this are equal: the log rounds to six decimals."""
+from workbench.tolerances import NEAR_COST
 
 MAX_WORLD_GROUPS = 2000
 """Groups of worlds, for comparisons world by world; beyond this, the bounds alone are kept."""
@@ -66,7 +64,7 @@ class Bounds:
     @property
     def exact(self) -> bool:
         """Every world gives the same cost."""
-        return self.upper - self.lower <= NEAR
+        return self.upper - self.lower <= NEAR_COST
 
     @property
     def width(self) -> float:
@@ -86,7 +84,7 @@ class Bounds:
         return bounds
 
     def _as_widely(self, leaf: Leaf) -> Bounds:
-        if self.lower - NEAR <= leaf.cost <= self.upper + NEAR:
+        if self.lower - NEAR_COST <= leaf.cost <= self.upper + NEAR_COST:
             return self
         lower = min(self.lower, leaf.cost)
         return replace(
@@ -96,8 +94,8 @@ class Bounds:
     def _with_end(self, leaf: Leaf) -> Bounds:
         """A cheaper or a dearer end than those found; one at a bound proves it."""
         cost = leaf.cost
-        cheaper, dearer = cost < self.least_found - NEAR, cost > self.largest_found + NEAR
-        at_lower, at_upper = cheaper and cost <= self.lower + NEAR, dearer and cost >= self.upper - NEAR
+        cheaper, dearer = cost < self.least_found - NEAR_COST, cost > self.largest_found + NEAR_COST
+        at_lower, at_upper = cheaper and cost <= self.lower + NEAR_COST, dearer and cost >= self.upper - NEAR_COST
         return replace(
             self,
             lower=cost if at_lower else self.lower,

@@ -19,6 +19,7 @@ from replayers.counterfactual.relevance import Relevance
 from workbench.arrays import Floats, Indices
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
+from workbench.tolerances import ROUNDING_SHARE
 from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
@@ -26,9 +27,6 @@ Containers = tuple[ContainerId, ...]
 
 MAX_CACHED_PARTS = 50_000
 """Bounds of single parts in the cache; beyond this, it is cleared."""
-
-ROUNDING = 1e-12
-"""Relative slack: sums of legs in another order must not exceed a bound by rounding."""
 
 
 @final
@@ -148,4 +146,4 @@ def shortest_path_metres(metres: Floats) -> Floats:
     found = np.array(metres, dtype=np.float64)
     for via in range(len(found)):
         np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
-    return found * (1 - ROUNDING)
+    return found * (1 - ROUNDING_SHARE)

@@ -16,13 +16,12 @@ from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
 from replayers.counterfactual.run_tree import RunTree
 from workbench.arrays import Bools, Floats
 from workbench.execution.events import RunStatus
+from workbench.tolerances import NEAR_COST, ROUNDING
 
 MIN_WORLDS = 50
 Z95 = 1.959964
 MASS = 0.9
 """The nominal share of sampled worlds in the predictive interval."""
-SAME = 1e-6
-"""Costs closer than this are equal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,13 +87,13 @@ def predictive_interval(costs: Floats, mass: float = MASS) -> tuple[float, float
     Regions", The American Statistician 50, 1996).
     """
     ordered = np.sort(costs)
-    held = min(max(1, ceil(mass * len(ordered) - 1e-9)), len(ordered))
+    held = min(max(1, ceil(mass * len(ordered) - ROUNDING)), len(ordered))
     widths = ordered[held - 1 :] - ordered[: len(ordered) - held + 1]
-    first = int(np.argmax(widths <= widths.min() + SAME))
+    first = int(np.argmax(widths <= widths.min() + NEAR_COST))
     return float(ordered[first]), float(ordered[first + held - 1])
 
 
 def mass_within(costs: Floats, interval: tuple[float, float]) -> float:
     """The share of sampled costs in a closed interval."""
     low, high = interval
-    return float(np.mean((costs >= low - SAME) & (costs <= high + SAME)))
+    return float(np.mean((costs >= low - NEAR_COST) & (costs <= high + NEAR_COST)))

@@ -17,6 +17,7 @@ from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.evaluation.search.trials import ORACLE, SearchTrial
 from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
+from workbench.tolerances import ROUNDING
 
 GREEDY = "greedy"
 KINDS = ("ai2-thor", "objaverse")
@@ -129,7 +130,7 @@ def _row(costs: Costs, name: str, seed: int, level: float) -> dict[str, Any]:
         "greedy_costs_more": float(greedy.sum() / own.sum() - 1),
         "oracle_gap_closed": _number(gap.value),
         "oracle_gap_closed_ci95": _ends(gap),
-        "worse_than_greedy": float(np.mean(own > greedy + 1e-9)),
+        "worse_than_greedy": float(np.mean(own > greedy + ROUNDING)),
         "searches": float(searches.mean()),
         "ms_a_decision": float(1000 * costs.decide_s[place].sum() / searches.sum()),
         "predicted": _mean(costs.predicted[place]),
@@ -151,8 +152,8 @@ def _pair(costs: Costs, a: str, b: str, seed: int, level: float) -> dict[str, An
         "ci95_resamples": difference.resampled("houses", "queries"),
         "share_of_greedy": share.value,
         "share_of_greedy_ci95": _ends(share),
-        "b_costs_more": float(np.mean(second > first + 1e-9)),
-        "b_costs_less": float(np.mean(second < first - 1e-9)),
+        "b_costs_more": float(np.mean(second > first + ROUNDING)),
+        "b_costs_less": float(np.mean(second < first - ROUNDING)),
     }
 
 

@@ -23,7 +23,7 @@ import numba
 import numpy as np
 
 from workbench.planning.builtin.move_codes import CARRY, CHOOSE, FETCH, LIMIT, NO_PLAN, PLACE, PREPARE, SOLVED
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 _INF = np.inf
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from workbench.planning.builtin.move_codes import FloatArray, IntArray
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 
 class FindRoutes(NamedTuple):

@@ -21,6 +21,7 @@ from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing, holds, initial_state, unreachable_goal
 from workbench.planning.strategy import Alternative
 from workbench.search.ties import by_cost, first_of_least, tolerance
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import LocationId
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def solve(
     run.staging_pass(attempts, polish_nodes)
     if run.best is None and at_most is not None and at_most.status is PlanStatus.SOLVED:
         bound = min(given, run.unproven)
-        kept = replace(at_most, lower_bound=bound, optimal=bound >= given - 1e-6, solver=SOLVER)
+        kept = replace(at_most, lower_bound=bound, optimal=bound >= given - NEAR_COST, solver=SOLVER)
         return SolverResult(plan=kept, expanded=run.expanded)
     if run.best is None:
         return SolverResult(plan=_no_plan(attempts, run.unproven, late=run.is_late()), expanded=run.expanded)
@@ -579,7 +580,7 @@ class _PlanWriter:
 
 def _plan_of(steps: tuple[PlanStep, ...], *, lower_bound: float) -> Plan:
     cost = sum(step.cost for step in steps)
-    optimal = lower_bound >= cost - 1e-6
+    optimal = lower_bound >= cost - NEAR_COST
     return Plan(
         status=PlanStatus.SOLVED,
         steps=steps,

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from workbench.arrays import Bools, Floats, Ints
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import NO_CHANCE, RELATIVE, SMALLEST_SCALE
 
 FETCH, LOOK = 0, 1
 """Kinds of first steps: fetch (or go on carrying) a wanted item and deliver it; look into a container."""
@@ -30,9 +30,6 @@ FAILURE_COST = 1e4
 
 MIN_REMAINING_PROBABILITY = 1e-9
 """A find with no more than this chance of coming to a next candidate has none left."""
-
-NO_CHANCE = 1e-12
-"""Added to every chance, so that the nearest comes first of containers that are believed to hold nothing."""
 
 
 class DeliveryState(NamedTuple):

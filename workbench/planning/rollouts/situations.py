@@ -16,7 +16,7 @@ from workbench.planning.tasks import Delivered
 from workbench.search.candidates import choose
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import still_missing_by_subset, unconditioned
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import ContainerId
 
 MAX_WANTS = 5

@@ -22,7 +22,7 @@ from workbench.search.orders import ExpectedSearch, order_cost
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import unconditioned
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import ContainerId
 
 LEADING = 10

@@ -13,6 +13,7 @@ import numpy as np
 
 from workbench.arrays import Bools, Ints32
 from workbench.errors import BadValue, Malformed
+from workbench.tolerances import ROUNDING
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid, distance_to_box, occupancy_of, room_labels
@@ -147,7 +148,7 @@ def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     from scipy import ndimage
 
     clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
-    clear = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
+    clear = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - ROUNDING)
     clear[[0, -1], :] = False
     clear[:, [0, -1]] = False
     return clear

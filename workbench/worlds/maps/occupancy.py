@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.arrays import Bools, Floats, Ints32
 from workbench.errors import BadValue
+from workbench.tolerances import MIN_LENGTH_M, ROUNDING
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import Container, FloorPlan, Furniture, Wall
 
@@ -107,7 +108,7 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
     """The pieces of a wall between the holes of its passable doors."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
-    if length < 1e-6:
+    if length < MIN_LENGTH_M:
         return []
     holes: list[tuple[float, float]] = []
     for door in plan.doors:
@@ -187,4 +188,4 @@ def _draw_segment(occupied: Bools, grid: OccupancyGrid, start: Point, end: Point
     ux, uy = end[0] - start[0], end[1] - start[1]
     square = ux * ux + uy * uy
     t = np.clip((dx * ux + dy * uy) / square, 0.0, 1.0) if square > 0 else np.zeros(1)
-    occupied[rows, columns] |= np.hypot(dx - t * ux, dy - t * uy) <= half + 1e-9
+    occupied[rows, columns] |= np.hypot(dx - t * ux, dy - t * uy) <= half + ROUNDING

@@ -19,6 +19,7 @@ import numba
 import numpy as np
 
 from workbench.arrays import Bools, Floats, Ints
+from workbench.tolerances import ROUNDING
 
 SQRT2 = sqrt(2.0)
 DIRECTIONS = np.array([(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)], dtype=np.int64)
@@ -88,9 +89,9 @@ def distances_from(free: Bools, source: int, targets: Ints) -> Floats:
                         continue
                     length = SQRT2
                 longer = base + length
-                if longer < distance[other] - 1e-9:
+                if longer < distance[other] - ROUNDING:
                     distance[other] = longer
-                    bucket = np.int64(longer + 1e-9)
+                    bucket = np.int64(longer + ROUNDING)
                     if queued[other] != bucket:
                         queued[other] = bucket
                         slot = bucket % 3
