@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from workbench.arrays import Floats
+from workbench.caches import Cache
 from workbench.log_schema.place import Place
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import LocationId
@@ -18,6 +19,7 @@ from workbench.worlds.house import LocationId
 if TYPE_CHECKING:
     from workbench.log_schema.events import ActionFinished, PlanComputed, Step
 
+MAX_CACHED_PATHS = 2_000
 MAX_LEGS = 12
 """The most legs of a plan that are drawn; a longer plan is clearer without its far end."""
 
@@ -28,17 +30,18 @@ class PlannedPaths:
 
     def __init__(self, place: Place) -> None:
         self._paths = place.paths()
-        self._found: dict[tuple[str, ...], Floats] = {}
+        self._found: Cache[tuple[str, ...], Floats] = Cache(MAX_CACHED_PATHS)
 
     def through(self, stops: tuple[str, ...]) -> Floats:
         """Corners of the way through locations in order, float64 (k, 2); empty for fewer than two."""
-        if stops not in self._found:
-            corners: list[Point] = []
-            for a, b in itertools.pairwise(stops):
-                leg = self._paths.path(LocationId(a), LocationId(b))
-                corners += list(leg or ())
-            self._found[stops] = np.array(corners, dtype=np.float64).reshape(-1, 2)
-        return self._found[stops]
+        return self._found.get(stops, lambda: self._corners(stops))
+
+    def _corners(self, stops: tuple[str, ...]) -> Floats:
+        corners: list[Point] = []
+        for a, b in itertools.pairwise(stops):
+            leg = self._paths.path(LocationId(a), LocationId(b))
+            corners += list(leg or ())
+        return np.array(corners, dtype=np.float64).reshape(-1, 2)
 
 
 def rest_of_leg(action: ActionFinished, stamp_ns: int) -> Floats:

@@ -33,7 +33,6 @@ from workbench.log_schema.events import (
 from workbench.worlds.house import ContainerId, FloorPlan
 
 if TYPE_CHECKING:
-    from dashboards.model.first_stop_costs import FirstLook
     from replayers.runs.run import Run
 
 NEVER = np.iinfo(np.int64).max
@@ -52,7 +51,7 @@ class DecisionFrame:
     actions: tuple[ActionFinished, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class Timeline:
     """A run as sorted arrays.
 
@@ -71,7 +70,6 @@ class Timeline:
         held: (stamp, item type or None), in order.
         phases: in order, without overlaps.
         top_belief: for each item type, the largest probability that it ever had in the run.
-        first_looks: cache of dashboards.model.first_stop_costs, by decision.
     """
 
     run: Run
@@ -98,7 +96,6 @@ class Timeline:
     ways: PlannedPaths = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
-    first_looks: dict[int, tuple[FirstLook, ...]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def duration_s(self) -> float:

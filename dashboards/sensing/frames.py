@@ -13,6 +13,7 @@ import numpy as np
 from replayers.importers.frames import matrix_of
 from replayers.runs.sensor_index import TRANSFORMS, SensorTracks, TopicIndex
 from workbench.arrays import Floats
+from workbench.caches import Cache
 
 MAP = "map"
 LOOK_BACK = 40
@@ -70,7 +71,7 @@ class Frames:
 
     def __init__(self, tracks: SensorTracks) -> None:
         self._tracks = tracks
-        self._of_message: dict[tuple[str, int], dict[str, tuple[str, Floats]]] = {}
+        self._of_message: Cache[tuple[str, int], dict[str, tuple[str, Floats]]] = Cache(MAX_CACHED_TRANSFORMS)
         self._static: dict[str, tuple[str, Floats]] | None = None
 
     def on_map(self, frame: str, stamp_ns: int) -> Floats | None:
@@ -96,15 +97,13 @@ class Frames:
         return self._static
 
     def _links(self, track: TopicIndex, index: int) -> dict[str, tuple[str, Floats]]:
-        key = (track.topic, index)
-        if len(self._of_message) > MAX_CACHED_TRANSFORMS:
-            self._of_message.clear()
-        if key not in self._of_message:
-            links: dict[str, tuple[str, Floats]] = {}
-            message = self._tracks.message(track, index)
-            for link in message.transforms if message is not None else ():
-                pose = matrix(link.translation, link.rotation)
-                if pose is not None:
-                    links[link.child_frame_id] = (link.parent_frame_id, pose)
-            self._of_message[key] = links
-        return self._of_message[key]
+        return self._of_message.get((track.topic, index), lambda: self._read_links(track, index))
+
+    def _read_links(self, track: TopicIndex, index: int) -> dict[str, tuple[str, Floats]]:
+        links: dict[str, tuple[str, Floats]] = {}
+        message = self._tracks.message(track, index)
+        for link in message.transforms if message is not None else ():
+            pose = matrix(link.translation, link.rotation)
+            if pose is not None:
+                links[link.child_frame_id] = (link.parent_frame_id, pose)
+        return links

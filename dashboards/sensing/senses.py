@@ -7,7 +7,6 @@ first seen, sorted by it, so that the site as known at any moment is a prefix of
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +27,7 @@ from replayers.runs.sensor_index import (
     sensor_tracks,
 )
 from workbench.arrays import Floats32, Indices, Ints
+from workbench.caches import Cache
 
 STALE_NS = 5_000_000_000
 """A grid older than this is not shown: the robot has walked on."""
@@ -49,8 +49,8 @@ class RobotSensors:
         self._raw = {t.topic.rpartition("/")[2]: t for t in tracks.of_kind(SPOT_IMAGE)}
         self._lenses = {t.topic: t for t in tracks.of_kind(LENS)}
         self._site: tuple[Ints, Floats32] | None = None
-        self._picture = lru_cache(maxsize=KEPT_PICTURES)(self._read_picture)
-        self._cells = lru_cache(maxsize=KEPT_GRIDS)(self._read_grid)
+        self._pictures: Cache[tuple[str, int], Picture | None] = Cache(KEPT_PICTURES)
+        self._cells: Cache[tuple[str, int], Cells | None] = Cache(KEPT_GRIDS)
 
     @property
     def path(self) -> Path:
@@ -81,7 +81,7 @@ class RobotSensors:
         for track in self._grids():
             index = track.last_at(stamp_ns)
             if index >= 0 and stamp_ns - int(track.stamps_ns[index]) <= STALE_NS:
-                return self._cells(track.topic, index)
+                return self._grid(track.topic, index)
         return None
 
     def gather_site(self) -> None:
@@ -110,6 +110,9 @@ class RobotSensors:
     def _grids(self) -> list[TopicIndex]:
         return [t for t in self._tracks.of_kind(GRID) if t.topic != "/map"]
 
+    def _picture(self, topic: str, index: int) -> Picture | None:
+        return self._pictures.get((topic, index), lambda: self._read_picture(topic, index))
+
     def _read_picture(self, topic: str, index: int) -> Picture | None:
         track = self._tracks.tracks[topic]
         message = self._tracks.message(track, index) if index >= 0 else None
@@ -119,6 +122,9 @@ class RobotSensors:
         raw = self._nearest(self._raw.get(topic.rpartition("/")[2]), stamp)
         lens = self._nearest(self._lenses.get(f"{topic}/calibration"), stamp)
         return picture_of(message, topic, stamp, self._frames, lens=lens, raw=raw)
+
+    def _grid(self, topic: str, index: int) -> Cells | None:
+        return self._cells.get((topic, index), lambda: self._read_grid(topic, index))
 
     def _read_grid(self, topic: str, index: int) -> Cells | None:
         track = self._tracks.tracks[topic]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -36,7 +36,7 @@ class ChannelSpec:
     important: bool = False
 
 
-@cache
+@lru_cache(maxsize=64)
 def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) -> ChannelSpec:
     """The channel of an event class of the log schema: JSON, a JSON Schema that viewers read; important."""
     return ChannelSpec(
@@ -50,7 +50,7 @@ def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) ->
     )
 
 
-@cache
+@lru_cache(maxsize=256)
 def protobuf_channel(topic: str, message_class: type[Message], *, latched: bool = False) -> ChannelSpec:
     """A channel of a protobuf class, such as Foxglove's, with its descriptors."""
     return ChannelSpec(

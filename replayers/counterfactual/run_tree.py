@@ -17,6 +17,7 @@ from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from workbench.beliefs.belief import Estimator
+from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.actions import prepares
@@ -25,6 +26,7 @@ from workbench.planning.tasks import Task
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
+MAX_CACHED_DECISIONS = 50_000
 MAX_STEPS = 500
 """As the closed loop's."""
 
@@ -347,7 +349,7 @@ class MemoizedStrategy:
     def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
         self._strategy = strategy
         self._key = key
-        self._made: dict[Hashable, Decision] = {}
+        self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
 
     @property
     def name(self) -> str:
@@ -357,10 +359,7 @@ class MemoizedStrategy:
         return self._strategy.relevant_types(task)
 
     def decide(self, view: View) -> Decision:
-        key = self._key(view.knowledge)
-        if key not in self._made:
-            self._made[key] = self._strategy.decide(view)
-        return self._made[key]
+        return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))
 
 
 def zero_clock() -> float:

@@ -11,7 +11,7 @@ import importlib
 import importlib.util
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol, final
@@ -20,6 +20,7 @@ import numpy as np
 
 from workbench.arrays import Floats32
 from workbench.beliefs.weights import VERSION, Header, Weights, read_weights, write_weights
+from workbench.caches import PerObject
 from workbench.errors import BadValue, InputError, MissingExtra
 from workbench.worlds.names import readable_name, vocabulary
 
@@ -87,7 +88,7 @@ class SentenceTransformer:
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class ShippedVectors:
     """A table of vectors, with a live encoder for names that are not in the table.
 
@@ -98,7 +99,6 @@ class ShippedVectors:
 
     name: str
     table: Mapping[str, Floats32]
-    _live: dict[str, Floats32] = field(default_factory=dict[str, Floats32], repr=False, compare=False)
 
     def encode(self, names: Sequence[str]) -> Floats32:
         """Vectors of readable names, float32, shape (names, dimensions).
@@ -106,16 +106,22 @@ class ShippedVectors:
         Raises:
             NameNotShipped: a name is not in the table and no live encoder is installed.
         """
-        strange = sorted({n for n in names if n not in self.table and n not in self._live})
-        if strange:
-            try:
-                encoder = live_encoder(self.name)
-            except MissingExtra:
-                raise NameNotShipped(strange[0]) from None
-            # One at a time: padding in a batch changes the last bits.
-            self._live.update({n: encoder.encode([n])[0].astype(np.float16).astype(np.float32) for n in strange})
-        rows = [self.table[n] if n in self.table else self._live[n] for n in names]
+        live = _LIVE.of(self)
+        strange = {n: live.get(n, lambda n=n: self._encoded(n)) for n in sorted(set(names)) if n not in self.table}
+        rows = [self.table[n] if n in self.table else strange[n] for n in names]
         return np.array(rows, dtype=np.float32).reshape(len(names), -1)
+
+    def _encoded(self, name: str) -> Floats32:
+        try:
+            encoder = live_encoder(self.name)
+        except MissingExtra:
+            raise NameNotShipped(name) from None
+        # One at a time: padding in a batch changes the last bits.
+        return encoder.encode([name])[0].astype(np.float16).astype(np.float32)
+
+
+_LIVE: PerObject[str, Floats32] = PerObject(10_000)
+"""Vectors of names that are not in a table."""
 
 
 @lru_cache(maxsize=4)

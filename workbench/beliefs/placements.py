@@ -9,7 +9,7 @@ rivals.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +29,7 @@ from workbench.beliefs.placement_mixture import (
     tally,
 )
 from workbench.beliefs.weights import Weights
+from workbench.caches import PerObject
 from workbench.errors import MalformedFile
 from workbench.tolerances import NEAR_PROBABILITY
 from workbench.worlds.house import House
@@ -43,7 +44,7 @@ UNKNOWN_DUPLICATE_PROBABILITY = 0.15
 SEVERAL, HELD, STOOD, USUAL, RATES = "several", "often", "stood", "usual", "rates"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class Placements:
     """Placement statistics of item types by name.
 
@@ -69,11 +70,10 @@ class Placements:
     kinds: tuple[Kinds, ...]
     encoder: TextEncoder
     how: FitSettings = field(default_factory=FitSettings)
-    _item_at: dict[str, int] = field(default_factory=dict[str, int], repr=False)
-    _strange: dict[str, Floats] = field(default_factory=dict[str, "Floats"], repr=False)
+    _item_at: Mapping[str, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        self._item_at.update({name: k for k, name in enumerate(self.items)})
+        object.__setattr__(self, "_item_at", {name: k for k, name in enumerate(self.items)})
 
     def places(self, kinds: Sequence[str], types: Sequence[str]) -> tuple[list[int], list[int]]:
         """Place indices of containers, given by room kind and container type."""
@@ -103,12 +103,18 @@ class Placements:
         """Rates of one type in every kind of place, shape (rooms + 1, containers + 1)."""
         if name in self._item_at:
             return self.rates[self._item_at[name]]
-        if name not in self._strange:
-            vector = vectors_of(self.encoder, [name]).astype(np.float64)
-            stood = self.stood.reshape(1, -1)
-            runs = [rates_of(np.zeros_like(stood), stood, vector, kinds, self.how) for kinds in self.kinds]
-            self._strange[name] = np.mean(runs, axis=0).reshape(self.stood.shape)
-        return self._strange[name]
+        return _STRANGE.of(self).get(name, lambda: self._of_strange(name))
+
+    def _of_strange(self, name: str) -> Floats:
+        """Rates of a type that was in no training house, by its name alone."""
+        vector = vectors_of(self.encoder, [name]).astype(np.float64)
+        stood = self.stood.reshape(1, -1)
+        runs = [rates_of(np.zeros_like(stood), stood, vector, kinds, self.how) for kinds in self.kinds]
+        return np.mean(runs, axis=0).reshape(self.stood.shape)
+
+
+_STRANGE: PerObject[str, Floats] = PerObject(2_000)
+"""Rates of types that were in no training house."""
 
 
 def placements_from(

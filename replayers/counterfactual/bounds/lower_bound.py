@@ -17,6 +17,7 @@ import numpy as np
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.arrays import Floats, Indices
+from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.tolerances import ROUNDING_SHARE
@@ -43,7 +44,7 @@ class LowerBound:
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
         self._unknown: Containers = (*evidence.contents, *evidence.open)
-        self._parts: dict[Hashable, tuple[float, float]] = {}
+        self._parts: Cache[Hashable, tuple[float, float]] = Cache(MAX_CACHED_PARTS)
         self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
         for container, items in evidence.contents.items():
             for item in items:
@@ -76,12 +77,7 @@ class LowerBound:
         """The least that one part alone costs from here, and the loaded share of it. Siblings differ in few parts."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left
-        found = self._parts.get(key)
-        if found is None:
-            if len(self._parts) >= MAX_CACHED_PARTS:
-                self._parts.clear()
-            found = self._parts[key] = self._bound(part, knowledge, held=held)
-        return found
+        return self._parts.get(key, lambda: self._bound(part, knowledge, held=held))
 
     def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
         if is_met(part, knowledge):

@@ -6,12 +6,13 @@ free cell beside them are listed as unreachable. Results are cached on disk per 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import atan2, hypot
 
 import numpy as np
 
 from workbench.arrays import Bools, Ints32
+from workbench.caches import PerObject
 from workbench.errors import BadValue, Malformed
 from workbench.tolerances import ROUNDING
 from workbench.worlds.geometry import Point, Pose
@@ -49,9 +50,6 @@ class Navigation:
     grid: OccupancyGrid
     free: Bools
     standing: dict[LocationId, Pose]
-    _ways: dict[tuple[LocationId, LocationId], tuple[Point, ...]] = field(
-        default_factory=dict[tuple[LocationId, LocationId], tuple[Point, ...]], repr=False, compare=False
-    )
 
     def standing_pose(self, location: LocationId) -> Pose | None:
         """The pose at which the robot uses a location, facing it; None if unreachable."""
@@ -62,9 +60,8 @@ class Navigation:
         path."""
         if a not in self.standing or b not in self.standing:
             return None
-        if (a, b) not in self._ways:
-            self._ways[a, b] = self._find_way(self.standing[a].point, self.standing[b].point)
-        return self._ways[a, b]
+        start, end = self.standing[a].point, self.standing[b].point
+        return _WAYS.of(self).get((a, b), lambda: self._find_way(start, end))
 
     def _find_way(self, a: Point, b: Point) -> tuple[Point, ...]:
         from workbench.worlds.maps.shortest_paths import shortest_path
@@ -77,6 +74,10 @@ class Navigation:
         if len(cells) == 1:
             return (a, b)
         return tuple(self.grid.point_at(*cell) for cell in corner_cells(self.free, cells))
+
+
+_WAYS: PerObject[tuple[LocationId, LocationId], tuple[Point, ...]] = PerObject(10_000)
+"""Paths between locations, each found once."""
 
 
 def navigate(plan: FloorPlan, *, resolution_m: float = 0.1, robot_radius_m: float = 0.2) -> Navigation:
