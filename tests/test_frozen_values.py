@@ -11,18 +11,6 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 CHANGES = ("append", "add", "update", "setdefault", "clear", "pop", "extend", "insert", "remove", "discard")
-    "append",
-    "add",
-    "update",
-    "setdefault",
-    "clear",
-    "pop",
-    "popitem",
-    "extend",
-    "insert",
-    "remove",
-    "discard",
-]
 """Methods that change a dict, list or set."""
 
 

@@ -22,7 +22,7 @@ from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
-from workbench.planning.scenarios.paper import make_task, with_scenario_items
+from workbench.execution.start import scenario_start
 from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
 from workbench.tolerances import NEAR_COST
@@ -167,7 +167,7 @@ def tasks_for(
 def _supports(house: House, place: ReplayTask) -> bool:
     """Whether a house holds what a scenario needs."""
     try:
-        make_task(place.scenario, with_scenario_items(place.scenario, house, seed=place.seed), seed=place.seed)
+        scenario_start(place.scenario, house, seed=place.seed)
     except Unsupported:
         return False
     return True
