@@ -1,7 +1,6 @@
 """Colours of all views, safe for colour-blind eyes, the same in 3D, panels and figures.
 
-Runs take the colours of Okabe and Ito ("Color Universal Design", 2008). Belief takes matplotlib's magma, which is
-perceptually uniform, reversed and cropped so that unlikely is pale and likely is deep on a light floor.
+Runs take the colours of Okabe and Ito ("Color Universal Design", 2008); beliefs have workbench/belief_colours.py.
 """
 
 from __future__ import annotations
@@ -9,7 +8,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from workbench.arrays import Uints8
 
@@ -69,23 +67,6 @@ PHASES: dict[str, str] = {
     "planning": "#CC79A7",
     "waiting": "#d9dadd",
 }
-
-_PALE, _DEEP = 0.03, 0.80
-"""The range of reversed magma that is used."""
-
-
-@lru_cache(maxsize=1)
-def _belief_table() -> Uints8:
-    from matplotlib import colormaps
-
-    at = 1.0 - np.linspace(_PALE, _DEEP, 256)
-    return np.round(np.asarray(colormaps["magma"](at))[:, :3] * 255).astype(np.uint8)
-
-
-def belief_colours(share: npt.ArrayLike) -> Uints8:
-    """Colours of beliefs given as fractions of the scale's top, shape (..., 3); out of range is clipped."""
-    at = np.clip(np.nan_to_num(np.asarray(share, dtype=np.float64)), 0.0, 1.0)
-    return _belief_table()[np.round(at * 255).astype(np.intp)]
 
 
 @lru_cache(maxsize=1)

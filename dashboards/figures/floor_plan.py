@@ -9,13 +9,13 @@ from matplotlib.patheffects import withStroke
 
 from dashboards.figures.style import as_map
 from dashboards.geometry.floors import floors
-from dashboards.geometry.walls import gaps_of
 from dashboards.model.labels import label
 from dashboards.palette import floor_colour, unit_rgb
 from workbench.arrays import Floats
 from workbench.worlds.geometry import footprint
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
+from workbench.worlds.walls import gaps_of
 
 LOW_M = 1.0
 """Furniture that hangs higher than this is left out."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from dashboards.palette import Colour, floor_colour
 from workbench.arrays import Floats, Floats32, Uints32
 from workbench.tolerances import MIN_AREA_M2
+from workbench.worlds.floor_triangles import triangulated
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan, Room
 
@@ -40,15 +42,11 @@ def floors(plan: FloorPlan) -> tuple[Floor, ...]:
 
 
 def _floor(room: Room, taken: Floats) -> Floor | None:
-    polygon = shapely.make_valid(shapely.Polygon(room.floor))
+    drawn = shapely.Polygon(room.floor)
+    polygon = shapely.make_valid(drawn)
     if polygon.area < MIN_AREA_M2:
         return None
-    triangles = [
-        np.asarray(t.exterior.coords)[:3]
-        for t in shapely.constrained_delaunay_triangles(polygon).geoms
-        if isinstance(t, shapely.Polygon) and t.area > 0
-    ]
-    corners = np.concatenate([_counter_clockwise(t) for t in triangles])
+    corners = _simple(room.floor) if drawn.is_valid else _of_any(polygon)
     vertices = np.column_stack([corners, np.zeros(len(corners))]).astype(np.float32)
     return Floor(
         room=room.id,
@@ -58,6 +56,20 @@ def _floor(room: Room, taken: Floats) -> Floor | None:
         colour=floor_colour(room.kind),
         label_at=_label_at(polygon, taken),
     )
+
+
+def _simple(floor: Sequence[Point]) -> Floats:
+    return np.array([floor[i] for triangle in triangulated(floor) for i in triangle], dtype=np.float64)
+
+
+def _of_any(polygon: BaseGeometry) -> Floats:
+    """The triangles of what a polygon that crosses itself encloses; it may have holes."""
+    triangles = [
+        np.asarray(t.exterior.coords)[:3]
+        for t in shapely.constrained_delaunay_triangles(polygon).geoms
+        if isinstance(t, shapely.Polygon) and t.area > 0
+    ]
+    return np.concatenate([_counter_clockwise(t) for t in triangles])
 
 
 def _label_at(polygon: BaseGeometry, taken: Floats) -> Point:

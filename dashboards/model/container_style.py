@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from dashboards.model.scene import STATUSES, Scene
-from dashboards.palette import FOUND, KNOWN, NO_BELIEF, SEARCHED, UNREACHABLE, belief_colours
+from dashboards.palette import FOUND, KNOWN, NO_BELIEF, SEARCHED, UNREACHABLE
 from workbench.arrays import Floats, Uints8
+from workbench.belief_colours import belief_colours
 
 BAR_M = 1.1
 """Height of a bar of belief at the top of the scale."""

@@ -6,8 +6,9 @@ import numpy as np
 
 from dashboards.model.scene import STATUSES, Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import belief_colours, css
+from dashboards.palette import css
 from dashboards.panels.markup import bar, command, name, number, percent, place, table, text
+from workbench.belief_colours import belief_colours
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 

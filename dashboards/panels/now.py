@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
+from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, css
 from dashboards.panels.markup import chip, dot, name, number, percent, text
 from replayers.runs.gaps import gaps_of
+from workbench.belief_colours import belief_colours
 from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
