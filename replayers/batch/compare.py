@@ -14,7 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
-from replayers.batch.store import StoredAnswer, StoredReplay, StoredWorldGroup
+from replayers.batch.store import StoredReplay
+from replayers.counterfactual.results import Assignment, WorldGroup
 from workbench.arrays import Bools, Ints
 from workbench.evaluation.statistics import Estimate, paired_difference
 from workbench.tolerances import NEAR_COST
@@ -95,7 +96,7 @@ def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     """a minus b over the log that both were made from."""
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
-    least, most = a.bounds.lower - b.bounds.at_most, a.bounds.at_most - b.bounds.lower
+    least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
     paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MAX_PAIRS
     if paired:
         lowest, highest = _difference_bounds(a.told, b.told)
@@ -174,15 +175,15 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
     return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
 
 
-def _difference_bounds(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> tuple[float, float]:
+def _difference_bounds(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> tuple[float, float]:
     """The least and the greatest cost difference over the groups of worlds that both strategies share."""
     together = _compatible_groups(a, b)
-    least = np.array([x.least for x in a])[:, None] - np.array([y.at_most for y in b])[None, :]
-    most = np.array([x.at_most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
+    least = np.array([x.least for x in a])[:, None] - np.array([y.most for y in b])[None, :]
+    most = np.array([x.most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
     return float(least[together].min()), float(most[together].max())
 
 
-def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> Bools:
+def _compatible_groups(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> Bools:
     """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
     possible = np.ones((len(a), len(b)), dtype=bool)
     told_a, told_b = _by_container(a), _by_container(b)
@@ -197,10 +198,10 @@ def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGro
 
 
 def _by_container(
-    groups: Sequence[StoredWorldGroup],
-) -> dict[str, tuple[tuple[StoredAnswer, ...], Ints]]:
+    groups: Sequence[WorldGroup],
+) -> dict[str, tuple[tuple[Assignment, ...], Ints]]:
     """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
-    found: dict[str, tuple[dict[StoredAnswer, int], Ints]] = {}
+    found: dict[str, tuple[dict[Assignment, int], Ints]] = {}
     for g, group in enumerate(groups):
         for answer in group.filled:
             known, which = found.setdefault(answer.container, ({}, np.full(len(groups), -1, dtype=np.int64)))
@@ -208,7 +209,7 @@ def _by_container(
     return {container: (tuple(known), which) for container, (known, which) in found.items()}
 
 
-def answers_compatible(a: StoredAnswer, b: StoredAnswer) -> bool:
+def answers_compatible(a: Assignment, b: Assignment) -> bool:
     """Whether one container can have given both answers: equal in every type that mattered to both."""
     both = set(a.live) & set(b.live)
     return all(a.answer.count(t) == b.answer.count(t) for t in both)

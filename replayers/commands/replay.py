@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+from replayers.counterfactual.estimates.intervals import finite
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
@@ -195,14 +196,14 @@ def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "status": outcome.status,
         "cost": outcome.cost,
         "lower": bounds.lower if bounds else None,
-        "upper": bounds.upper if bounds else None,
+        "upper": finite(bounds.upper) if bounds else None,
         "estimate": estimate.mean if estimate else None,
         "exact": outcome.exact,
         "lower_proof": bounds.lower_proof if bounds else None,
         "upper_proof": bounds.upper_proof if bounds else None,
         "complete": bounds.complete if bounds else None,
         "steady_beliefs": outcome.steady_beliefs,
-        "if_beliefs_stand": {"lower": standing.lower, "upper": standing.upper} if standing else None,
+        "if_beliefs_stand": {"lower": standing.lower, "upper": finite(standing.upper)} if standing else None,
         "estimate_ci95": estimate.ci95 if estimate else None,
         "estimate_ci95_resamples": "drawn worlds" if estimate else None,
         "interval90": estimate.interval90 if estimate else None,
@@ -233,7 +234,6 @@ def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
 
     from replayers.batch.compare import cost_difference
     from replayers.batch.store import StoredReplay
-    from replayers.counterfactual.estimates.intervals import finite
 
     bounded = [o for o in outcomes if isinstance(o, StoredReplay) and o.bounds is not None]
     found: list[dict[str, Any]] = []

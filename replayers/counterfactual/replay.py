@@ -13,14 +13,15 @@ from types import MappingProxyType
 
 import numpy as np
 
-from replayers.counterfactual.bounds.bounds import Bounds, Proof
+from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.climb import climbed_ends
-from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
+from replayers.counterfactual.estimates.estimate import costs_in, estimate_of
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
+from replayers.counterfactual.results import Estimate, Proof
 from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs

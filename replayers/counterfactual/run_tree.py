@@ -16,6 +16,7 @@ from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
+from replayers.counterfactual.results import Assignment
 from workbench.beliefs.belief import Estimator
 from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
@@ -95,15 +96,6 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Assignment:
-    """What an open container answered, and for which types it was asked: the others no longer mattered."""
-
-    container: ContainerId
-    live: tuple[ItemType, ...]
-    answer: Answer
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Leaf:
     """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
 
@@ -111,15 +103,6 @@ class Leaf:
     cost: float
     own_cost: float
     status: RunStatus
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WorldGroup:
-    """Bounds of the charged cost in all worlds that answer as `filled` says; both equal at the end of a run."""
-
-    filled: tuple[Assignment, ...]
-    least: float
-    most: float
 
 
 Choose = Callable[[UnobservedLook], Answer]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,6 @@ from replayers.batch.replay_all import (
 )
 from replayers.batch.replay_tables import replays_frame, steps_frame
 from replayers.batch.store import (
-    StoredAnswer,
     StoredReplay,
     read_replay,
     replay_key,
@@ -38,6 +38,7 @@ from replayers.batch.store import (
 )
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
+from replayers.counterfactual.results import Assignment
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.errors import FileMissing, MalformedFile
@@ -121,7 +122,7 @@ def test_bounds_without_a_run_to_its_end_are_kept_and_read_again(tmp_path: Path)
     ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=0, budget=Budget(stretches=0, finish=0)))
     made = to_stored(ground, replay_strategy(ground, InOrder((BED, COUNTER))), key="k")
     assert made.bounds is not None
-    assert (made.bounds.least_found, made.bounds.largest_found) == (None, None)
+    assert (made.bounds.least_found, made.bounds.largest_found) == (inf, -inf)
     assert (made.bounds.lower, made.bounds.upper) != (None, None)
     write_replay(tmp_path / "made.replay.json", made)
     assert read_replay(tmp_path / "made.replay.json") == made
@@ -243,8 +244,8 @@ def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
 
 
 def test_answers_agree_when_no_type_that_mattered_to_both_differs() -> None:
-    def told(live: str, answer: str) -> StoredAnswer:
-        return StoredAnswer(container="x", live=tuple(live), answer=tuple(answer))
+    def told(live: str, answer: str) -> Assignment:
+        return Assignment(container="x", live=tuple(live), answer=tuple(answer))
 
     assert answers_compatible(told("ab", "a"), told("ab", "a"))
     assert not answers_compatible(told("ab", "a"), told("ab", ""))
@@ -272,7 +273,7 @@ def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
     whole = kept(tmp_path, InOrder((TABLE, COUNTER), name="quick"), tmp_path)
     other = msgspec.structs.replace(whole, sha256="other", run_id="other")
     assert whole.bounds is not None
-    less = msgspec.structs.replace(whole.bounds, lower=whole.bounds.lower - 1)
+    less = replace(whole.bounds, lower=whole.bounds.lower - 1)
     parts = [msgspec.structs.replace(whole, sha256=f"part {k}", log=f"p{k}.mcap", bounds=less) for k in range(5)]
     records, several = runs_once([whole, *parts, other])
     assert records == (other,)

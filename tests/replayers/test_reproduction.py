@@ -12,10 +12,11 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, simulated_log, toy_run
 
 from recorders.simulated_run import TaskRequest, record_trial, trial_for
-from replayers.counterfactual.bounds.bounds import Budget, Proof
+from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.logged_belief import LoggedBelief
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on, replay_strategy
+from replayers.counterfactual.results import Proof
 from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import BeliefUpdated, RunStatus

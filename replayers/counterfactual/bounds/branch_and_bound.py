@@ -18,12 +18,13 @@ from itertools import islice
 from math import inf
 from typing import Literal, final
 
-from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, Bounds, Budget, Proof
+from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, Bounds, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.relevance import Answer
-from replayers.counterfactual.run_tree import Assignment, Leaf, Node, RunTree, UnobservedLook, WorldGroup
+from replayers.counterfactual.results import Assignment, Proof, WorldGroup
+from replayers.counterfactual.run_tree import Leaf, Node, RunTree, UnobservedLook
 from workbench.tolerances import NEAR_COST
 
 Side = Literal["low", "high"]

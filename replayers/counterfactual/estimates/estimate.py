@@ -7,12 +7,12 @@ estimates come true is measured by calibration.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import RunTree
 from workbench.arrays import Bools, Floats
 from workbench.execution.events import RunStatus
@@ -22,28 +22,6 @@ MIN_WORLDS = 50
 Z95 = 1.959964
 MASS = 0.9
 """The nominal share of sampled worlds in the predictive interval."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
-    """A mean over sampled worlds.
-
-    Attributes:
-        mean: mean charged cost, in metres and their equivalents.
-        ci95: 95 % Monte Carlo confidence interval of that mean: more worlds make it narrower.
-        interval90: the shortest interval that contains the cost in at least 90 % of the sampled worlds, ends
-            included.
-        interval90_mass: the share of sampled worlds that it contains: more than 90 % where costs are discrete.
-        success: share of worlds in which the task was done.
-        worlds: how many were sampled.
-    """
-
-    mean: float
-    ci95: tuple[float, float]
-    interval90: tuple[float, float]
-    interval90_mass: float
-    success: float
-    worlds: int
 
 
 def costs_in(worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None) -> tuple[Floats, Bools]:
