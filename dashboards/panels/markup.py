@@ -49,7 +49,7 @@ def breakable(value: str) -> Markup:
     """As `name`, with breaks allowed where a file's name has its joints, so that a narrow table need not be cut."""
     if len(value) > MAX_NAME_CHARS:
         return name(value)
-    return Markup(re.sub(r"(?<=[_:/.])", "<wbr>", text(value)))
+    return Markup(re.sub(r"(?<=[_:/.])", Markup("<wbr>"), text(value)))
 
 
 def place(location: str) -> Markup:
