@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from dashboards.model.labels import humanize_ids
+from dashboards.model.paths.planned_path import rest_of_leg, stops_after
 from dashboards.model.plan_progress import PlannedStep, progress
-from dashboards.model.planned_path import rest_of_leg, stops_after
 from dashboards.model.timeline import DecisionFrame, Timeline
 from workbench.arrays import Bools, Floats, Ints8, Ints32
 from workbench.log_schema.events import FindCosts, Stop, WayNotTaken

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dashboards.model.action_path import path_of_actions
 from dashboards.model.labels import humanize_ids
-from dashboards.model.odometry_path import path_of_poses
+from dashboards.model.paths.action_path import path_of_actions
+from dashboards.model.paths.odometry_path import path_of_poses
+from dashboards.model.paths.planned_path import PlannedPaths
 from dashboards.model.phases import Phase, phases_of
-from dashboards.model.planned_path import PlannedPaths
 from dashboards.model.replay_bounds import Counterfactual
 from workbench.arrays import Bools, Floats, Ints
 from workbench.log_schema.events import (

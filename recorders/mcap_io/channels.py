@@ -13,6 +13,9 @@ from mcap_protobuf.schema import build_file_descriptor_set
 from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import TOPIC_OF, schema_name
 
+STAMPS, UNCERTAIN = "lios.stamps", "uncertain"
+"""Metadata of a channel whose messages came while the clock of their source was not compared with ours."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelSpec:
@@ -51,14 +54,21 @@ def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) ->
 
 
 @lru_cache(maxsize=256)
-def protobuf_channel(topic: str, message_class: type[Message], *, latched: bool = False) -> ChannelSpec:
-    """A channel of a protobuf class, such as Foxglove's, with its descriptors."""
+def protobuf_channel(
+    topic: str, message_class: type[Message], *, latched: bool = False, uncertain: bool = False
+) -> ChannelSpec:
+    """A channel of a protobuf class, such as Foxglove's, with its descriptors.
+
+    Args:
+        uncertain: the stamps of its messages are by an old skew; a channel of its own beside the topic's other one.
+    """
     return ChannelSpec(
         topic=topic,
         message_encoding="protobuf",
         schema_name=message_class.DESCRIPTOR.full_name,
         schema_encoding="protobuf",
         schema_data=build_file_descriptor_set(message_class).SerializeToString(deterministic=True),
+        metadata=((STAMPS, UNCERTAIN),) if uncertain else (),
         latched=latched,
     )
 

@@ -26,7 +26,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import (
     ActionFinished,
@@ -117,7 +117,13 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     def again(planner: Strategy) -> Iterator[Event]:
         world = LoggedWorld(evidence, with_ways=False)
         return run_task(
-            world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=zero_clock
+            world,
+            planner,
+            estimator,
+            evidence.task,
+            costs=evidence.costs,
+            seed=run.info.seed,
+            options=LoopOptions(stopwatch=zero_clock),
         )
 
     if is_foreign(name, origin=origin):

@@ -22,14 +22,14 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.results import Estimate, Proof
-from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
+from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
@@ -199,14 +199,16 @@ def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
         fast_strategy(planner, ground.memory),
         ground.estimator,
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
-        seed=evidence.info.seed,
-        merge=built_in is not None and not is_from_outside(planner),
-        steady=ground.steady,
-        exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
-        reads_beliefs=uses_beliefs(planner, evidence.task.goal),
-        nearest_first=looks_nearest_first(planner, evidence.task.goal),
-        empty_handed=looks_empty_handed(planner),
-        durations=ground.durations,
+        TreeOptions(
+            seed=evidence.info.seed,
+            merge=built_in is not None and not is_from_outside(planner),
+            steady=ground.steady,
+            exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
+            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
+            nearest_first=looks_nearest_first(planner, evidence.task.goal),
+            empty_handed=looks_empty_handed(planner),
+            durations=ground.durations,
+        ),
     )
 
 
@@ -272,8 +274,7 @@ def _run(ground: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Ev
             evidence.task,
             costs=evidence.costs,
             seed=evidence.info.seed,
-            max_steps=MAX_STEPS,
-            stopwatch=zero_clock,
+            options=LoopOptions(max_steps=MAX_STEPS, stopwatch=zero_clock),
         )
     )
 

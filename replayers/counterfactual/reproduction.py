@@ -14,7 +14,7 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
 from workbench.planning.strategies import canonical_name, needs_truth, strategy
@@ -58,7 +58,13 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     planner = strategy(name, origin=NameOrigin.LOG)
     world = LoggedWorld(evidence, with_ways=False)
     events = run_task(
-        world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=_no_time
+        world,
+        planner,
+        estimator,
+        evidence.task,
+        costs=evidence.costs,
+        seed=run.info.seed,
+        options=LoopOptions(stopwatch=_no_time),
     )
     return _compared(run, events)
 

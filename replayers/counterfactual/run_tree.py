@@ -20,7 +20,7 @@ from replayers.counterfactual.results import Assignment
 from workbench.beliefs.belief import Estimator
 from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
@@ -108,11 +108,13 @@ class Leaf:
 Choose = Callable[[UnobservedLook], Answer]
 
 
-@final
-class RunTree:
-    """A strategy's runs over one log, remembered as far as they have been followed.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TreeOptions:
+    """What is known of a strategy and its estimator, by which a tree is kept small, and how its runs are made.
 
-    Args:
+    Attributes:
+        seed: passed to the strategy with every view.
+        max_steps: actions after which a run ends.
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
@@ -122,6 +124,22 @@ class RunTree:
         nearest_first: its looks go to the nearest unsearched container.
         empty_handed: it looks only with its hand free.
         durations: how long actions take where a run is told.
+    """
+
+    seed: int = 0
+    max_steps: int = MAX_STEPS
+    merge: bool = False
+    steady: bool = True
+    exact_beliefs: bool = True
+    reads_beliefs: bool = True
+    nearest_first: bool = False
+    empty_handed: bool = False
+    durations: Durations = SIMULATED
+
+
+@final
+class RunTree:
+    """A strategy's runs over one log, remembered as far as they have been followed.
 
     Attributes:
         root: the start.
@@ -136,16 +154,7 @@ class RunTree:
         strategy: Strategy,
         estimator: Estimator,
         relevance: Relevance,
-        *,
-        seed: int = 0,
-        max_steps: int = MAX_STEPS,
-        merge: bool = False,
-        steady: bool = True,
-        exact_beliefs: bool = True,
-        reads_beliefs: bool = True,
-        nearest_first: bool = False,
-        empty_handed: bool = False,
-        durations: Durations = SIMULATED,
+        options: TreeOptions = TreeOptions(),
     ) -> None:
         self.evidence = evidence
         self.relevance = relevance
@@ -153,17 +162,17 @@ class RunTree:
         self.stretches = 0
         self.largest_picks = 0
         self.asked: dict[ContainerId, None] = {}
-        self.max_steps = max_steps
-        self.nearest_first = nearest_first
-        self.empty_handed = empty_handed
-        self._key = StateKey(relevance, steady)
-        self._planner = MemoizedStrategy(strategy, self._key) if merge else strategy
+        self.max_steps = options.max_steps
+        self.nearest_first = options.nearest_first
+        self.empty_handed = options.empty_handed
+        self._key = StateKey(relevance, options.steady)
+        self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
         self._estimator = estimator
-        self._seed = seed
-        self._merge = merge
-        self._durations = durations
-        self._exact_beliefs = exact_beliefs
-        self._reads_beliefs = reads_beliefs and not (steady and exact_beliefs)
+        self._seed = options.seed
+        self._merge = options.merge
+        self._durations = options.durations
+        self._exact_beliefs = options.exact_beliefs
+        self._reads_beliefs = options.reads_beliefs and not (options.steady and options.exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
@@ -277,9 +286,7 @@ class RunTree:
             self.evidence.task,
             costs=self.evidence.costs,
             seed=self._seed,
-            max_steps=max(1, steps_left),
-            stopwatch=zero_clock,
-            begin_with=begin_with,
+            options=LoopOptions(max_steps=max(1, steps_left), stopwatch=zero_clock, begin_with=begin_with),
         )
 
     def _question(self, container: ContainerId, knowledge: Knowledge) -> UnobservedLook:

@@ -36,7 +36,7 @@ from replayers.counterfactual.replay import replay_on
 from replayers.runs.run import read
 from workbench.beliefs.estimators import estimator
 from workbench.errors import Unsupported
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import goal_types
 from workbench.plugins import NameOrigin
@@ -130,7 +130,7 @@ def record_with_refusals(trial: Trial, log: Path) -> bool:
         trial.task,
         costs=trial.costs,
         seed=trial.seed,
-        stopwatch=lambda: 0.0,
+        options=LoopOptions(stopwatch=lambda: 0.0),
     )
     record_run(
         log,

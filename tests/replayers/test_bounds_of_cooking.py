@@ -19,7 +19,7 @@ from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.relevance import Assumptions, relevance_of
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_on
 from replayers.counterfactual.results import Proof
-from replayers.counterfactual.run_tree import RunTree
+from replayers.counterfactual.run_tree import RunTree, TreeOptions
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first
 from replayers.runs.run import read
 from workbench.cli import run as lios
@@ -38,9 +38,11 @@ def bounded(folder: Path, goal: Goal, *, stretches: int) -> Bounds:
         planner,
         Even(),
         relevance_of(evidence, planner.relevant_types(evidence.task), Assumptions()),
-        merge=True,
-        nearest_first=looks_nearest_first(planner, goal),
-        empty_handed=looks_empty_handed(planner),
+        TreeOptions(
+            merge=True,
+            nearest_first=looks_nearest_first(planner, goal),
+            empty_handed=looks_empty_handed(planner),
+        ),
     )
     return bounds_of(tree, budget=Budget(stretches=stretches, finish=stretches))
 

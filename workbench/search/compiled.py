@@ -48,7 +48,7 @@ def cost_table(
             found[these],
             ends[these],
             float(search),
-            *layers,
+            layers,
             answer[these],
         )
 
@@ -80,7 +80,7 @@ def pair_costs(
 ) -> Floats:
     """W(nothing, origin) of pairs of an origin and a target; arguments and answer as reference.pair_costs."""
     layers = _layers(sets.shape[1])
-    return _pair_costs(missing, sets, between_m, from_m, found, float(search), start, pairs, *layers)
+    return _pair_costs(missing, sets, between_m, from_m, found, float(search), (start, pairs), layers)
 
 
 @njit(cache=True, nogil=True)
@@ -111,11 +111,10 @@ def _cost_table(
     found: Floats,
     ends: Floats,
     search: float,
-    order: Ints,
-    position: Ints,
-    start: Ints,
+    layers: tuple[Ints, Ints, Ints],
     answer: Floats,
 ) -> None:
+    order, position, start = layers
     items, origins, k = from_m.shape
     targets = found.shape[2]
     largest = 0
@@ -168,12 +167,10 @@ def _pair_costs(
     from_m: Floats,
     found: Floats,
     search: float,
-    start: Ints,
-    pairs: Ints,
-    order: Ints,
-    position: Ints,
-    layer_start: Ints,
+    groups: tuple[Ints, Ints],
+    layers: tuple[Ints, Ints, Ints],
 ) -> Floats:
+    start, pairs = groups
     answer = np.empty(len(pairs))
     origins, k, targets = len(from_m), sets.shape[1], found.shape[1]
     column = np.empty(targets, np.int64)
@@ -196,7 +193,7 @@ def _pair_costs(
                     ends[0, i, column[g]] = found[sets[u, i], g]
         table = np.empty((1, origins, width))
         here = missing[u : u + 1]
-        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, order, position, layer_start, table)
+        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, layers, table)
         for pair in range(start[u], start[u + 1]):
             answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
     return answer

@@ -18,7 +18,7 @@ import numpy as np
 from workbench.arrays import Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.errors import BadValue
-from workbench.search.candidates import PAPER_LIMIT, Ranking
+from workbench.search.candidates import PAPER_LIMIT
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
@@ -42,14 +42,15 @@ def corrected_find_costs(
     costs: ActionCosts,
     belief_model: BeliefModel = "marginal",
     limit: int = PAPER_LIMIT,
-    ranking: Ranking | None = None,
     scale: float | None = None,
 ) -> FindCosts:
     """Find costs that are calibrated on average.
 
     Args:
         scale: realised over predicted cost; None takes the scale of the belief's estimator.
-        The others: as in expected_find_costs. Raises:
+        The others: as in expected_find_costs.
+
+    Raises:
         BadValue: a scale that is not positive and finite.
         The others as expected_find_costs.
     """
@@ -62,7 +63,6 @@ def corrected_find_costs(
         costs=costs,
         belief_model=belief_model,
         limit=limit,
-        ranking=ranking,
         tail=lambda p, candidates: tail_costs(here, p, candidates, costs=costs, model=belief_model),
     )
     return FindCosts(

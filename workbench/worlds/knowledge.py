@@ -95,6 +95,11 @@ class Knowledge:
         """Known instances of a type with their locations, without the held one, sorted by location."""
         return self._known.by_type.get(item_type, ())
 
+    @property
+    def known_types(self) -> frozenset[ItemType]:
+        """The types of all items whose location is known, without the held one."""
+        return frozenset(item.type for items in self.items_at.values() for item in items)
+
     def has_known_instance(self, item_type: ItemType) -> bool:
         """Whether the location of some instance is known, including one in the hand."""
         return (self.holding is not None and self.holding.type == item_type) or bool(self.where(item_type))

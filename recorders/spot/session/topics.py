@@ -8,6 +8,9 @@
 /spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
 /tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
 
+A protobuf message that came while the time sync was away is in a second channel of its topic, whose metadata has
+"lios.stamps": "uncertain": its publish_time is by an old skew.
+
 Class docstrings are part of the JSON Schemas in logs (as descriptions): changing one changes the bytes of logs.
 """
 

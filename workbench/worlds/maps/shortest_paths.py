@@ -61,12 +61,9 @@ def distances_from(free: Bools, source: int, targets: Ints) -> Floats:
             is_target[target] = True
             left += 1
     stop_early = left > 0
-    buckets = np.empty((3, size), dtype=np.int64)
-    counts = np.zeros(3, dtype=np.int64)
-    distance[source] = 0.0
-    buckets[0, 0] = source
-    counts[0] = 1
-    queued[source] = 0
+    buckets, counts = np.empty((3, size), dtype=np.int64), np.zeros(3, dtype=np.int64)
+    distance[source], queued[source] = 0.0, 0
+    buckets[0, 0], counts[0] = source, 1
     turn = 0
     while counts[0] + counts[1] + counts[2] > 0:
         now = turn % 3

@@ -33,6 +33,7 @@ from bosdyn.api import (
 )
 from bosdyn.api.graph_nav import graph_nav_service_pb2_grpc
 
+from recorders.certificate import new_identity
 from recorders.spot.client.time_source import RobotClock, RunningClock
 from recorders.spot.simulated.basic_services import (
     AUTHORITIES,
@@ -45,7 +46,6 @@ from recorders.spot.simulated.basic_services import (
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.robot import RobotState, new_state
 from recorders.spot.simulated.sensing import State, WorldObjects
-from recorders.spot.simulated.services.certificate import new_identity
 from recorders.spot.simulated.services.commands import Commands
 from recorders.spot.simulated.services.graph_nav import GraphNav
 from recorders.spot.simulated.services.images import Images
