@@ -33,6 +33,8 @@ def record(
 ) -> RunEnded:
     """Record one simulated run. The same arguments give the same bytes.
 
+    It takes what `lios record` takes, which is more than eight parameters, all but the path by keyword.
+
     Args:
         path: the MCAP file to write.
         house: "houses:9" (a shipped one), FILE:INDEX, a house's .json, or a house.

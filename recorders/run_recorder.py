@@ -9,7 +9,7 @@ in a crash. In simulation `log_time` is the event's own stamp, so that the same 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, final
@@ -41,6 +41,9 @@ WORLD_CLOCK, COMPUTER_CLOCK = "the world's clock", "the computer's clock"
 @final
 class RunRecorder:
     """Records one run; a context manager.
+
+    It has more than eight parameters, all but the path by keyword: what the log holds, and how it is written, each
+    with a default that most callers keep.
 
     Args:
         path: the log to write.
@@ -182,26 +185,6 @@ class RunRecorder:
 
     def _log_time(self, stamp_ns: int) -> int:
         return stamp_ns if self._receipt_ns is None else self._receipt_ns()
-
-
-def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> RunEnded | None:
-    """Record all events of a run; returns its Ended event, or None if the events stop before it.
-
-    Args:
-        options: as for RunRecorder.
-    """
-    ended = None
-    with RunRecorder(path, **options) as recorder:
-        for event in recording_events(events, recorder):
-            ended = event if isinstance(event, RunEnded) else ended
-    return ended
-
-
-def recording_events(events: Iterable[Event], recorder: RunRecorder) -> Iterator[Event]:
-    """Yield the events, each after it has been recorded."""
-    for event in events:
-        recorder.record(event)
-        yield event
 
 
 def _bytes(message: Message) -> bytes:

@@ -15,10 +15,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from sample_logs import toy_events, toy_info, toy_options
+from sample_logs import record_run, toy_events, toy_info, toy_options
 
 from dashboards.viser_app.serving import open_dashboard
-from recorders.run_recorder import record_run
 from replayers.batch.recorded_strategy import UnknownRecordedStrategy
 from replayers.batch.replan import replan
 from replayers.batch.verify import verify

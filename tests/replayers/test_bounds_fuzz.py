@@ -27,8 +27,8 @@ from consistent_worlds import (
     run_in,
     world_around,
 )
+from sample_logs import record_run
 
-from recorders.run_recorder import record_run
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log

@@ -67,7 +67,7 @@ def run_task(
     seed: int = 0,
     options: LoopOptions = LoopOptions(),
 ) -> Iterator[Event]:
-    """Run one task in one world with one strategy; yields events, the last of which is Ended.
+    """Run one task in one world with one strategy; yields events, the last of which is RunEnded.
 
     Args:
         world: the environment: simulation, robot, or log.
@@ -85,7 +85,7 @@ def outcome_of(events: list[Event]) -> RunEnded:
     """The final event of a run.
 
     Raises:
-        ValueError: the events contain no Ended.
+        ValueError: the events contain no RunEnded.
     """
     for event in reversed(events):
         if isinstance(event, RunEnded):

@@ -68,7 +68,7 @@ class Control:
         stand: power on and stand up; off for tests of the lease alone.
 
     Attributes:
-        without_item: an event, set when the lease is lost.
+        lease_lost: an event, set when the lease is lost.
         estop_guard: names of the endpoints whose emergency stop guards the run; "" before control is taken.
 
     Raises:
@@ -83,7 +83,7 @@ class Control:
         self._keep_alive: LeaseKeepAlive | None = None
         self._estop: EstopKeepAlive | None = None
         self._lease: Lease | None = None
-        self.without_item = threading.Event()
+        self.lease_lost = threading.Event()
         self.returned = False
         self.estop_guard = ""
 
@@ -120,7 +120,7 @@ class Control:
 
     def give_back(self) -> None:
         """Stop, sit down, power off and return the lease. Safe to call twice; never raises because of the robot."""
-        if self._lease is not None and not self.without_item.is_set() and self._stand:
+        if self._lease is not None and not self.lease_lost.is_set() and self._stand:
             self.stop()
             self._try_command(RobotCommandBuilder.safe_power_off_command())
             self._await_motors_off()
@@ -150,7 +150,7 @@ class Control:
     def _on_failure(self, error: Exception) -> None:
         """Keep-alive callback: a lease taken by another client is lost, but a failed call does not lose it."""
         if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
-            self.without_item.set()
+            self.lease_lost.set()
 
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")

@@ -233,7 +233,7 @@ class SpotWorld:
         self.connection.clock.sleep(seconds)
         if self.stop.is_pressed:
             raise RunStopped(self.stop.reason)
-        if self.control.without_item.is_set():
+        if self.control.lease_lost.is_set():
             raise RunStopped(LEASE_LOST)
 
     def call(self, ask: Callable[[], Answer]) -> Answer:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from workbench.arrays import Floats, Ints
 
-FETCH, PLACE, CARRY, PREPARE, CHOOSE, DROP = range(6)
+FETCH, PLACE, CARRY, PREPARE, CHOOSE = range(5)
 """Moves of the search: (kind, slot or operation, place)."""
 
 SOLVED, NO_PLAN, LIMIT = range(3)

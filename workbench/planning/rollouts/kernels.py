@@ -243,11 +243,11 @@ def _fill_legs(
     finds: Floats,
     is_known: Bools,
 ) -> None:
-    """Fill Room.legs: the cost of delivering each want from the robot's location (row 0) and from each remaining
+    """Fill `legs`: the cost of delivering each want from the robot's location (row 0) and from each remaining
     target.
 
     Args:
-        begin: index of the robot's location in Room.finds.
+        begin: index of the robot's location in `finds`.
     """
     wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
