@@ -94,7 +94,6 @@ def run_and_record(
         as for Connection and Control before the run; a started run always ends with a status.
     """
     setup = setup or setup_of(run)
-    stepped = isinstance(connection.clock, Stepped)
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
         read_graph(run.map_folder)
@@ -105,18 +104,7 @@ def run_and_record(
         run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
-        with RunRecorder(
-            output,
-            info=_info(connection, run, setup),
-            place=place_of(run.site),
-            task=run.task,
-            costs=run.costs,
-            truth=run.truth,
-            force=force,
-            background=not stepped,
-            receipt_ns=None if stepped else connection.clock.now_ns,
-            settings={"spot": {**_settings(run), "estop_guard": control.estop_guard}},
-        ) as recorder:
+        with _recorder(connection, run, setup, output, guard=control.estop_guard, force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
@@ -133,6 +121,24 @@ def run_and_record(
         lease_returned=control.returned,
         gaps=tuple(session.gaps),
         skipped=sum(session.skipped.values()),
+    )
+
+
+def _recorder(
+    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, guard: str, force: bool
+) -> RunRecorder:
+    stepped = isinstance(connection.clock, Stepped)
+    return RunRecorder(
+        output,
+        info=_info(connection, run, setup),
+        place=place_of(run.site),
+        task=run.task,
+        costs=run.costs,
+        truth=run.truth,
+        force=force,
+        background=not stepped,
+        receipt_ns=None if stepped else connection.clock.now_ns,
+        settings={"spot": {**_settings(run), "estop_guard": guard}},
     )
 
 
