@@ -70,6 +70,7 @@ MANY_PARAMETERS = {
 
 CROSS_CUTTING_TESTS = {
     "test_architecture": "all packages",
+    "test_frozen_values": "every frozen class",
     "test_stopped_early": "every command that prints",
     "test_abandoned_drafts": "every writer of drafts",
     "test_all_layouts": "every reader of logs",

@@ -87,8 +87,7 @@ def run_and_record(
     """Run a task on a robot and record it; the lease is always returned.
 
     Args:
-        setup: from setup_of, if that was called before.
-        hear: called with every event.
+        setup: from setup_of, if that was called before. hear: called with every event.
 
     Raises:
         as for Connection and Control before the run; a started run always ends with a status.
@@ -110,8 +109,8 @@ def run_and_record(
                 operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
-                events = setup.events(world)
-                seen = _record_events(stopping_on_error(events, world, control, run.task), recorder, session, hear)
+                events = stopping_on_error(setup.events(world), world, control, run.task)
+                seen = _record_events(events, recorder, session, hear)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
