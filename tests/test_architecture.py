@@ -74,7 +74,6 @@ CROSS_CUTTING_TESTS = {
     "test_stopped_early": "every command that prints",
     "test_abandoned_drafts": "every writer of drafts",
     "test_all_layouts": "every reader of logs",
-    "test_frozen_values": "all packages",
     "test_import_evidence": "importing, as far as replays",
 }
 """Tests of no one module; those of documents and of the package as shipped stand in tests/docs."""
