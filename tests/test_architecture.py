@@ -70,6 +70,7 @@ MANY_PARAMETERS = {
 
 CROSS_CUTTING_TESTS = {
     "test_architecture": "all packages",
+    "test_frozen_values": "every frozen class",
     "test_stopped_early": "every command that prints",
     "test_abandoned_drafts": "every writer of drafts",
     "test_all_layouts": "every reader of logs",
@@ -159,7 +160,9 @@ def test_modules_say_what_is_in_them() -> None:
 
 
 def test_no_folder_is_crowded() -> None:
+    """Folders of commands hold one module a command, however many there are."""
     modules = Counter(_name(path.parent) for path in _sources() if path.stem != "__init__")
+    modules = {folder: n for folder, n in modules.items() if not folder.endswith("/commands")}
     assert {folder: n for folder, n in modules.items() if n > MAX_FOLDER_MODULES} == {}
 
 

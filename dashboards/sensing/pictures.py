@@ -7,9 +7,9 @@ from math import atan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from dashboards.sensing.frames import Frames, Matrix, spot_pose
+from dashboards.sensing.frames import Frames, spot_pose
+from workbench.arrays import Floats, Uints8
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -37,7 +37,7 @@ class Picture:
     stamp_ns: int
     mime: str
     data: bytes
-    on_map: Matrix | None
+    on_map: Floats | None
     field_rad: float
     aspect: float
 
@@ -82,7 +82,7 @@ def picture_of(
     )
 
 
-def pixels(picture: Picture) -> npt.NDArray[np.uint8] | None:
+def pixels(picture: Picture) -> Uints8 | None:
     """The picture small enough for the 3D view, uint8 (rows, columns, 3); None when it cannot be decoded.
 
     Of grey pixels of 16 bits the upper eight are shown.
@@ -110,7 +110,7 @@ def _eight_bits(image: Image) -> Image:
     return Image.fromarray((np.asarray(image, dtype=np.uint32) >> 8).astype(np.uint8))
 
 
-def _place(frame: str, stamp_ns: int, frames: Frames, raw: Any | None) -> Matrix | None:
+def _place(frame: str, stamp_ns: int, frames: Frames, raw: Any | None) -> Floats | None:
     found = frames.on_map(frame, stamp_ns) if frame else None
     if found is not None or raw is None:
         return found

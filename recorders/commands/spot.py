@@ -11,6 +11,7 @@ from workbench.parameters import Option
 if TYPE_CHECKING:
     from recorders.spot.client.connection import Connection
     from recorders.spot.run.run import RobotRun, RunReport
+    from workbench.execution.setup import RunSetup
 
 Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
@@ -212,7 +213,7 @@ def run(
 
     require_bosdyn()
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.run.run import RobotRun, strategy_and_estimator
+    from recorders.spot.run.run import RobotRun, setup_of
     from recorders.spot.run.site_tasks import delivery_of, site_task
     from recorders.spot.run.world import RunSettings
     from recorders.spot.session.session import Rates
@@ -239,27 +240,29 @@ def run(
         own_estop=own_estop,
         map_folder=map_folder,
     )
-    strategy_and_estimator(wanted)
+    ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            _tell_plan(connection, wanted)
+            _tell_plan(connection, wanted, ready)
             return
-        report = _run_by_keys(connection, wanted, output, force=force)
+        report = _run_by_keys(connection, wanted, ready, output, force=force)
     _tell_run(report, output, as_json=json)
 
 
-def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
+def _tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
     """Print the first decision without moving the robot."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.run import first_decision
     from workbench.terminal import say
 
-    planned = first_decision(connection, wanted)
+    planned = first_decision(connection, wanted, ready)
     say(f"{connection.serial} is localised and all waypoints of {wanted.site.name} are on its map.")
     say(event_line(planned) if planned is not None else "The goal is met already: nothing to do.")
 
 
-def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
+def _run_by_keys(
+    connection: Connection, wanted: RobotRun, ready: RunSetup, output: Path, *, force: bool
+) -> RunReport:
     """Run with progress output and keyboard control."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
@@ -270,7 +273,14 @@ def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, forc
     say("Space or s stops the robot; n marks the moment in the log.")
     with stop_on_signals(stop), KeyboardOperator(stop) as keys:
         return run_and_record(
-            connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(event_line(e))
+            connection,
+            wanted,
+            output,
+            setup=ready,
+            stop=stop,
+            operator=keys,
+            force=force,
+            hear=lambda e: say(event_line(e)),
         )
 
 

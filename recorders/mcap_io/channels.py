@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -39,7 +39,7 @@ class ChannelSpec:
     important: bool = False
 
 
-@cache
+@lru_cache(maxsize=64)
 def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) -> ChannelSpec:
     """The channel of an event class of the log schema: JSON, a JSON Schema that viewers read; important."""
     return ChannelSpec(
@@ -53,7 +53,7 @@ def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) ->
     )
 
 
-@cache
+@lru_cache(maxsize=256)
 def protobuf_channel(
     topic: str, message_class: type[Message], *, latched: bool = False, uncertain: bool = False
 ) -> ChannelSpec:

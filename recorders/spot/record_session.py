@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
 from recorders.sinks.ring_buffer import RingBuffer
@@ -236,4 +237,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")
+    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    return robot_run_info(connection, site, task, driver, told_apart_by="session")

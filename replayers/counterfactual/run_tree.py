@@ -16,7 +16,9 @@ from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
+from replayers.counterfactual.results import Assignment
 from workbench.beliefs.belief import Estimator
+from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.actions import prepares
@@ -25,6 +27,7 @@ from workbench.planning.tasks import Task
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
+MAX_CACHED_DECISIONS = 50_000
 MAX_STEPS = 500
 """As the closed loop's."""
 
@@ -93,15 +96,6 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Assignment:
-    """What an open container answered, and for which types it was asked: the others no longer mattered."""
-
-    container: ContainerId
-    live: tuple[ItemType, ...]
-    answer: Answer
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Leaf:
     """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
 
@@ -109,15 +103,6 @@ class Leaf:
     cost: float
     own_cost: float
     status: RunStatus
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WorldGroup:
-    """Bounds of the charged cost in all worlds that answer as `filled` says; both equal at the end of a run."""
-
-    filled: tuple[Assignment, ...]
-    least: float
-    most: float
 
 
 Choose = Callable[[UnobservedLook], Answer]
@@ -354,7 +339,7 @@ class MemoizedStrategy:
     def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
         self._strategy = strategy
         self._key = key
-        self._made: dict[Hashable, Decision] = {}
+        self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
 
     @property
     def name(self) -> str:
@@ -364,10 +349,7 @@ class MemoizedStrategy:
         return self._strategy.relevant_types(task)
 
     def decide(self, view: View) -> Decision:
-        key = self._key(view.knowledge)
-        if key not in self._made:
-            self._made[key] = self._strategy.decide(view)
-        return self._made[key]
+        return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))
 
 
 def zero_clock() -> float:

@@ -12,13 +12,14 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings, task_of, toy_evidence
 
-from replayers.counterfactual.bounds.bounds import Bounds, Budget, Proof
+from replayers.counterfactual.bounds.bounds import Bounds, Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Assumptions, demand, imputed_items, relevance_of
-from replayers.counterfactual.run_tree import Assignment, RunTree, TreeOptions, zero_clock
+from replayers.counterfactual.results import Assignment, Proof
+from replayers.counterfactual.run_tree import RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus

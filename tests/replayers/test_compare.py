@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -16,12 +17,12 @@ from replayers.batch.replay_all import (
     ReplayRequest,
 )
 from replayers.batch.store import (
-    StoredAnswer,
     StoredReplay,
     to_stored,
     write_replay,
 )
 from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
+from replayers.counterfactual.results import Assignment
 from workbench.cli import run as lios
 
 NAMES = ("opt-greedy", "model-lios", "conditioned-lios")
@@ -65,8 +66,8 @@ def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
 
 
 def test_answers_agree_when_no_type_that_mattered_to_both_differs() -> None:
-    def told(live: str, answer: str) -> StoredAnswer:
-        return StoredAnswer(container="x", live=tuple(live), answer=tuple(answer))
+    def told(live: str, answer: str) -> Assignment:
+        return Assignment(container="x", live=tuple(live), answer=tuple(answer))
 
     assert answers_compatible(told("ab", "a"), told("ab", "a"))
     assert not answers_compatible(told("ab", "a"), told("ab", ""))
@@ -94,7 +95,7 @@ def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
     whole = kept(tmp_path, InOrder((TABLE, COUNTER), name="quick"), tmp_path)
     other = msgspec.structs.replace(whole, sha256="other", run_id="other")
     assert whole.bounds is not None
-    less = msgspec.structs.replace(whole.bounds, lower=whole.bounds.lower - 1)
+    less = replace(whole.bounds, lower=whole.bounds.lower - 1)
     parts = [msgspec.structs.replace(whole, sha256=f"part {k}", log=f"p{k}.mcap", bounds=less) for k in range(5)]
     records, several = runs_once([whole, *parts, other])
     assert records == (other,)

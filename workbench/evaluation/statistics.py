@@ -20,9 +20,8 @@ from math import isfinite
 import numpy as np
 import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import BadValue
-
-Array = npt.NDArray[np.float64]
 
 DRAWS = 4000
 _DRAWS_AT_ONCE = 500
@@ -188,7 +187,7 @@ def ends_in_words(ends: Sequence[float | None], form: str = ".1f", *, scale: flo
     return " to ".join(format(scale * end, form) for end in shown) if len(shown) == len(ends) else "no interval"
 
 
-def _check(top: Array, bottom: Array, clusters: Sequence[Hashable], level: float) -> None:
+def _check(top: Floats, bottom: Floats, clusters: Sequence[Hashable], level: float) -> None:
     if top.ndim != 1 or top.shape != bottom.shape or len(clusters) != len(top):
         raise BadValue("trials", (top.shape, bottom.shape, len(clusters)), "one value and one cluster a trial")
     if len(top) == 0:
@@ -199,7 +198,7 @@ def _check(top: Array, bottom: Array, clusters: Sequence[Hashable], level: float
         raise BadValue("level", level, "between 0 and 1")
 
 
-def _sums(top: Array, bottom: Array, clusters: Sequence[Hashable]) -> tuple[Array, Array]:
+def _sums(top: Floats, bottom: Floats, clusters: Sequence[Hashable]) -> tuple[Floats, Floats]:
     """Sums by cluster in order of first appearance; the trials themselves if there is only one cluster."""
     numbers = {name: i for i, name in enumerate(dict.fromkeys(clusters))}
     if len(numbers) == 1:
@@ -211,8 +210,8 @@ def _sums(top: Array, bottom: Array, clusters: Sequence[Hashable]) -> tuple[Arra
     return tops, bottoms
 
 
-def _drawn_ratios(tops: Array, bottoms: Array, rng: np.random.Generator, draws: int) -> Array:
-    n, ratios = len(tops), list[Array]()
+def _drawn_ratios(tops: Floats, bottoms: Floats, rng: np.random.Generator, draws: int) -> Floats:
+    n, ratios = len(tops), list[Floats]()
     for start in range(0, draws, _DRAWS_AT_ONCE):
         chosen = rng.integers(n, size=(min(_DRAWS_AT_ONCE, draws - start), n))
         below = bottoms[chosen].sum(axis=1)

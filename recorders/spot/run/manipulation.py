@@ -23,6 +23,7 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 from recorders.spot.client.connection import reason_of
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.tags import TagSighting
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, Container, ContainerId, ItemId
 
@@ -214,7 +215,7 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     mx, my = at.x_m + c * along - s * across - here.x_m, at.y_m + s * along + c * across - here.y_m
     c, s = cos(here.yaw_rad), sin(here.yaw_rad)
     x, y = c * mx + s * my, -s * mx + c * my
-    away = hypot(x, y) or 1e-9
+    away = hypot(x, y) or TINY
     far = max(AHEAD_M, min(REACH_M, away))
     top = min(container.base_m + tall, HIGHEST_M)
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)

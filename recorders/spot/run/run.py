@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
+from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import Connection
@@ -20,16 +21,12 @@ from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, 
 from recorders.spot.run.world import RunSettings, SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
-from workbench.beliefs.belief import Estimator
-from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.execution.events import Event, PlanMade, RunEnded
-from workbench.execution.loop import outcome_of, run_task
+from workbench.execution.loop import outcome_of
+from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
-from workbench.planning.strategies import strategy as strategy_named
-from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
-from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
 from workbench.worlds.house import Contents, House
 from workbench.worlds.sites.site import Site
@@ -84,18 +81,18 @@ def run_and_record(
     stop: StopSwitch | None = None,
     operator: Operator | None = None,
     force: bool = False,
+    setup: RunSetup | None = None,
     hear: Callable[[Event], None] | None = None,
 ) -> RunReport:
     """Run a task on a robot and record it; the lease is always returned.
 
     Args:
-        hear: called with every event.
+        setup: from setup_of, if that was called before. hear: called with every event.
 
     Raises:
         as for Connection and Control before the run; a started run always ends with a status.
     """
-    strategy, estimator = strategy_and_estimator(run)
-    stepped = isinstance(connection.clock, Stepped)
+    setup = setup or setup_of(run)
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
         read_graph(run.map_folder)
@@ -106,25 +103,14 @@ def run_and_record(
         run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
-        with RunRecorder(
-            output,
-            info=_info(connection, run, strategy, estimator),
-            place=place_of(run.site),
-            task=run.task,
-            costs=run.costs,
-            truth=run.truth,
-            force=force,
-            background=not stepped,
-            receipt_ns=None if stepped else connection.clock.now_ns,
-            settings={"spot": {**_settings(run), "estop_guard": control.estop_guard}},
-        ) as recorder:
+        with _recorder(connection, run, setup, output, guard=control.estop_guard, force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
-                events = run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed)
-                seen = _record_events(stopping_on_error(events, world, control, run.task), recorder, session, hear)
+                events = stopping_on_error(setup.events(world), world, control, run.task)
+                seen = _record_events(events, recorder, session, hear)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
@@ -137,7 +123,25 @@ def run_and_record(
     )
 
 
-def first_decision(connection: Connection, run: RobotRun) -> PlanMade | None:
+def _recorder(
+    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, guard: str, force: bool
+) -> RunRecorder:
+    stepped = isinstance(connection.clock, Stepped)
+    return RunRecorder(
+        output,
+        info=_info(connection, run, setup),
+        place=place_of(run.site),
+        task=run.task,
+        costs=run.costs,
+        truth=run.truth,
+        force=force,
+        background=not stepped,
+        receipt_ns=None if stepped else connection.clock.now_ns,
+        settings={"spot": {**_settings(run), "estop_guard": guard}},
+    )
+
+
+def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None = None) -> PlanMade | None:
     """The first decision, without moving the robot, taking the lease or recording.
 
     Raises:
@@ -148,8 +152,7 @@ def first_decision(connection: Connection, run: RobotRun) -> PlanMade | None:
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
-    strategy, estimator = strategy_and_estimator(run)
-    for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
+    for event in (setup or setup_of(run)).events(world):
         if isinstance(event, PlanMade):
             return event
     return None
@@ -223,19 +226,16 @@ def _record_events(
     return seen
 
 
-def strategy_and_estimator(run: RobotRun) -> tuple[Strategy, Estimator]:
-    """The strategy and the estimator of a run by name; needs no robot.
+def setup_of(run: RobotRun) -> RunSetup:
+    """The set-up of a run, with its names resolved; needs no robot.
 
     Raises:
         UnknownName: no such strategy or estimator.
     """
-    made = strategy_named(run.strategy, origin=NameOrigin.USER, house=_house(run))
-    return made, estimator_named(run.estimator, origin=NameOrigin.USER)
-
-
-def _house(run: RobotRun) -> House | None:
-    """The true house, for the oracle on a simulated robot."""
-    return None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
+    house = None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
+    return set_up(
+        run.task, strategy=run.strategy, estimator=run.estimator, costs=run.costs, seed=run.seed, house=house
+    )
 
 
 def _settings(run: RobotRun) -> dict[str, object]:
@@ -251,14 +251,7 @@ def _settings(run: RobotRun) -> dict[str, object]:
     }
 
 
-def _info(connection: Connection, run: RobotRun, strategy: Strategy, estimator: Estimator) -> RunInfo:
-    return robot_run_info(
-        connection,
-        run.site,
-        run.task,
-        strategy=strategy.name,
-        estimator=estimator.name,
-        seed=run.seed,
-        title=run.title,
-        told_apart_by=f"{strategy.name}|{run.seed}|{run.title}",
-    )
+def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:
+    driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=run.seed)
+    by = f"{driver.strategy}|{driver.seed}|{run.title}"
+    return robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)

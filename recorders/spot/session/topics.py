@@ -16,7 +16,7 @@ Class docstrings are part of the JSON Schemas in logs (as descriptions): changin
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 
 import msgspec
 
@@ -76,7 +76,7 @@ SessionFact = RobotStatus | ClockSkew | Gap | Note
 TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {RobotStatus: STATUS, ClockSkew: CLOCK, Gap: GAP, Note: NOTE}
 
 
-@cache
+@lru_cache(maxsize=64)
 def fact_channel(fact_class: type[msgspec.Struct]) -> ChannelSpec:
     """The channel of a message class; gaps and notes are marked important."""
     return ChannelSpec(

@@ -12,9 +12,9 @@ from bosdyn.api import estop_pb2, geometry_pb2, image_pb2, lease_pb2, local_grid
 from bosdyn.client.frame_helpers import get_a_tform_b
 from bosdyn.client.lease import Lease
 from bosdyn.client.math_helpers import SE3Pose
-from recorders.spot.simulated.services.certificate import Identity, new_identity
 from spot_help import robot
 
+from recorders.certificate import Identity, new_identity
 from recorders.spot.client.connection import Credentials, RobotAddress, find_credentials
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.tags import read_tags, within

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.arrays import Ints
 from workbench.planning.builtin.errand_moves import moves_from
 from workbench.planning.builtin.lower_bounds import heuristic
 from workbench.planning.builtin.search_interface import (
@@ -27,15 +28,14 @@ from workbench.planning.builtin.search_interface import (
     PLACE,
     PREPARE,
     SOLVED,
-    IntArray,
     RecipeArrays,
     SearchQuery,
 )
 from workbench.planning.builtin.search_queue import INF, compiled, grown_table, pop, push, row_of_code
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 
-def search(recipe: RecipeArrays, query: SearchQuery) -> tuple[int, float, float, IntArray, int]:
+def search(recipe: RecipeArrays, query: SearchQuery) -> tuple[int, float, float, Ints, int]:
     """A* search from one state.
 
     Returns:

@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.arrays import Ints
 from workbench.planning.builtin.greedy_order import errand_order
 from workbench.planning.builtin.recipe_arrays import arrays_of, routes_of
 from workbench.planning.builtin.recipes import MAX_RECIPES, Recipe, recipes_of
-from workbench.planning.builtin.search_interface import (
-    CARRY,
-    FETCH,
-    PLACE,
-    IntArray,
-    RecipeArrays,
-    SearchQuery,
-)
+from workbench.planning.builtin.search_interface import CARRY, FETCH, PLACE, RecipeArrays, SearchQuery
 from workbench.planning.problem import Problem
 from workbench.search.ties import by_cost
 
@@ -86,7 +80,7 @@ def find_moves(
     first: int = -1,
     staging: bool = False,
     weight: float = 1.0,
-) -> tuple[int, float, float, IntArray, int]:
+) -> tuple[int, float, float, Ints, int]:
     from workbench.planning.builtin.astar import search
 
     query = SearchQuery(
@@ -114,7 +108,7 @@ def has_state_codes(attempt: Attempt, *, staging: bool) -> bool:
     return states < MAX_STATE_CODE
 
 
-def sequential_plan(problem: Problem, attempt: Attempt) -> tuple[float, IntArray] | None:
+def sequential_plan(problem: Problem, attempt: Attempt) -> tuple[float, Ints] | None:
     """Cost and moves (in reverse order) of fetching one item after another; None for recipes with preparations, or
     if infeasible."""
     a, hand = attempt.arrays, attempt.hand

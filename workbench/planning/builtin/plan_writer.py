@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from workbench.arrays import Ints
 from workbench.planning.builtin.attempts import Attempt
 from workbench.planning.builtin.recipe_arrays import place_of
-from workbench.planning.builtin.search_interface import CARRY, CHOOSE, FETCH, PLACE, IntArray
+from workbench.planning.builtin.search_interface import CARRY, CHOOSE, FETCH, PLACE
 from workbench.planning.plans import Plan, PlanStep
 from workbench.planning.problem import MISSING, Problem, Thing
 from workbench.search.ties import first_of_least
 from workbench.worlds.house import LocationId
 
 
-def steps_of(problem: Problem, attempt: Attempt, moves: IntArray) -> tuple[PlanStep, ...]:
+def steps_of(problem: Problem, attempt: Attempt, moves: Ints) -> tuple[PlanStep, ...]:
     """The errands found by the search (in reverse order) as steps of a plan."""
     return _PlanWriter(problem, attempt).steps(moves)
 
@@ -29,7 +30,7 @@ class _PlanWriter:
         self.at: dict[int, LocationId] = {}
         self.out: list[PlanStep] = []
 
-    def steps(self, moves: IntArray) -> tuple[PlanStep, ...]:
+    def steps(self, moves: Ints) -> tuple[PlanStep, ...]:
         held = next((thing for thing in self.problem.things if thing.held), None)
         if held is not None and self.attempt.put_down:
             self.handle("place", held)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.arrays import Floats, Ints
 from workbench.planning.builtin.recipes import Operation, Recipe
-from workbench.planning.builtin.search_interface import FloatArray, IntArray, RecipeArrays
+from workbench.planning.builtin.search_interface import RecipeArrays
 from workbench.planning.problem import Problem, Thing
 from workbench.worlds.house import LocationId
 
@@ -58,9 +59,9 @@ def _errands(
     recipe: Recipe,
     routes: FindRoutes,
     where: dict[LocationId, int],
-    d: FloatArray,
-    potential: FloatArray,
-) -> tuple[FloatArray, FloatArray, IntArray]:
+    d: Floats,
+    potential: Floats,
+) -> tuple[Floats, Floats, Ints]:
     """fetch, least and standing of RecipeArrays."""
     from workbench.planning.builtin.lower_bounds import errand_costs
 
@@ -77,7 +78,7 @@ def _errands(
     return errand_costs(at, find, routes.metres, d, potential, problem.costs.manipulation)
 
 
-def _find_tables(problem: Problem) -> FloatArray:
+def _find_tables(problem: Problem) -> Floats:
     """Find costs between the problem's locations, shape (types, locations, locations), read-only."""
     costs, n = problem.find_costs, len(problem.locations)
     if costs is not None and costs.origins == problem.locations == costs.targets:
@@ -91,7 +92,7 @@ def _find_tables(problem: Problem) -> FloatArray:
     return tables
 
 
-def _operations(recipe: Recipe) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+def _operations(recipe: Recipe) -> tuple[Ints, Ints, Ints, Ints]:
     """op_slot, op_where, op_after and link of RecipeArrays."""
     parts = max([len(o.slots) for o in recipe.operations], default=1)
     op_slot = np.full((max(len(recipe.operations), 1), parts), -1, dtype=np.int64)
@@ -105,7 +106,7 @@ def _operations(recipe: Recipe) -> tuple[IntArray, IntArray, IntArray, IntArray]
     return op_slot, op_where, op_after, _links(recipe)
 
 
-def _links(recipe: Recipe) -> IntArray:
+def _links(recipe: Recipe) -> Ints:
     """Pairs of consecutive operations that share a standing slot; see RecipeArrays."""
     operations = recipe.operations
     link = np.full((max(len(operations), 1), 4), -1, dtype=np.int64)

@@ -7,11 +7,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from workbench.arrays import Floats, Ints
 
 FETCH, PLACE, CARRY, PREPARE, CHOOSE = range(5)
 """Moves of the search: (kind, slot or operation, place)."""
@@ -40,17 +36,17 @@ class RecipeArrays(NamedTuple):
         c: cost of a manipulation.
     """
 
-    d: FloatArray
-    fetch: FloatArray
-    least: FloatArray
-    potential: FloatArray
-    standing: IntArray
-    end: IntArray
-    in_hand: IntArray
-    op_slot: IntArray
-    op_where: IntArray
-    op_after: IntArray
-    link: IntArray
+    d: Floats
+    fetch: Floats
+    least: Floats
+    potential: Floats
+    standing: Ints
+    end: Ints
+    in_hand: Ints
+    op_slot: Ints
+    op_where: Ints
+    op_after: Ints
+    link: Ints
     n_ops: int
     c: float
 

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from workbench.arrays import Ints
 from workbench.planning.builtin.attempts import (
     Attempt,
     attempts_of,
@@ -20,11 +21,12 @@ from workbench.planning.builtin.attempts import (
     sequential_plan,
 )
 from workbench.planning.builtin.plan_writer import steps_of
-from workbench.planning.builtin.search_interface import LIMIT, SOLVED, IntArray
+from workbench.planning.builtin.search_interface import LIMIT, SOLVED
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import Problem, holds, initial_state, unreachable_goal
 from workbench.planning.strategy import Alternative
 from workbench.search.ties import by_cost, tolerance
+from workbench.tolerances import NEAR_COST
 
 SOLVER = "built-in"
 MAX_NODES = 100_000
@@ -97,7 +99,7 @@ def solve(
     run.staging_pass(attempts, polish_nodes)
     if run.best is None and at_most is not None and at_most.status is PlanStatus.SOLVED:
         bound = min(given, run.unproven)
-        kept = replace(at_most, lower_bound=bound, optimal=bound >= given - 1e-6, solver=SOLVER)
+        kept = replace(at_most, lower_bound=bound, optimal=bound >= given - NEAR_COST, solver=SOLVER)
         return SolverResult(plan=kept, expanded=run.expanded)
     if run.best is None:
         return SolverResult(plan=_no_plan(attempts, run.unproven, late=run.is_late()), expanded=run.expanded)
@@ -118,7 +120,7 @@ class _SearchState:
     enough: float
     clock: Clock
     given: float
-    best: tuple[float, Attempt, IntArray] | None = None
+    best: tuple[float, Attempt, Ints] | None = None
     unproven: float = float("inf")
     expanded: int = 0
     others: list[Alternative] = field(default_factory=list[Alternative])
@@ -173,7 +175,7 @@ class _SearchState:
         self.expanded += nodes
         return nodes
 
-    def greedy_plan(self, attempt: Attempt) -> tuple[int, float, IntArray, int]:
+    def greedy_plan(self, attempt: Attempt) -> tuple[int, float, Ints, int]:
         """Seek a first plan by greedy search with growing node limits, until time is up."""
         most, expanded = FIRST_GREEDY_NODES, 0
         while True:
@@ -218,7 +220,7 @@ def cost_by_first_slot(problem: Problem, *, most: int = 12) -> tuple[Alternative
 
 def _plan_of(steps: tuple[PlanStep, ...], *, lower_bound: float) -> Plan:
     cost = sum(step.cost for step in steps)
-    optimal = lower_bound >= cost - 1e-6
+    optimal = lower_bound >= cost - NEAR_COST
     return Plan(
         status=PlanStatus.SOLVED,
         steps=steps,
