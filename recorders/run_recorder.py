@@ -20,6 +20,7 @@ from recorders.foxglove.channels import LATCHED, ViewerMessage, ViewerMessages
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.mirrored import Audience, MirroredSink
 from recorders.sinks.threaded import ThreadedSink
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded
 from workbench.log_schema.codec import encode, ground_truth, to_wire
@@ -62,6 +63,7 @@ class RunRecorder:
         background: write in a thread, so that `record` never waits for the disk and never raises for it.
         split: continue in further files.
         sink: sink used in place of `path`: a ring buffer, or files shared with other topics.
+        audience: viewers that are shown every message once it is written.
         receipt_ns: clock for log_time; by default the event's stamp, which publish_time always is.
 
     Raises:
@@ -87,10 +89,12 @@ class RunRecorder:
         background: bool = False,
         split: Split | None = None,
         sink: Sink | None = None,
+        audience: Audience | None = None,
         receipt_ns: Callable[[], int] | None = None,
     ) -> None:
         self.info = info
-        self._files = sink or LogFiles(path, force=force, split=split)
+        files = sink or LogFiles(path, force=force, split=split)
+        self._files = files if audience is None else MirroredSink(files, audience)
         self._background = ThreadedSink(self._files, sync_s=sync_s) if background else None
         self._receipt_ns = receipt_ns
         self._sync_s, self._synced = sync_s, time.monotonic()

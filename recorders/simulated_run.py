@@ -12,6 +12,7 @@ import numpy as np
 from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import Sink
+from recorders.sinks.mirrored import Audience
 from workbench.errors import InputError, UnknownName
 from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of
@@ -129,12 +130,14 @@ def record_trial(
     *,
     force: bool = False,
     sink: Sink | None = None,
+    audience: Audience | None = None,
     begun: Callable[[], None] | None = None,
 ) -> RunEnded:
     """Run a trial and record it, including the ground truth.
 
     Args:
         sink: sink used in place of `path`, such as several files.
+        audience: viewers that are shown every message once it is written.
         begun: called once after everything is loaded, before the first event.
 
     Raises:
@@ -152,6 +155,7 @@ def record_trial(
         truth=trial.house.contents,
         force=force,
         sink=sink,
+        audience=audience,
     ) as recorder:
         if begun is not None:
             begun()

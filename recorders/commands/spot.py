@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import Force, Json
+from workbench.options import Force, Json, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -109,6 +110,7 @@ def record(
         float | None,
         Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
     ] = None,
+    serve: ServePort = None,
     certificate: Certificate = None,
     force: Force = False,
     json: Json = False,
@@ -132,6 +134,7 @@ def record(
 
     require_bosdyn()
     from recorders.sinks.files import Split
+    from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
@@ -157,12 +160,15 @@ def record(
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
     )
-    with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
+    with (
+        Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection,
+        watched(output.name, serve) as audience,
+    ):
         say(
             f"Recording {connection.serial} at {robot} to {output}. "
             "Keys: n note, m mark, o opened, d done, f failed, q end."
         )
-        report = record_session(connection, wanted, output, force=force)
+        report = record_session(connection, replace(wanted, audience=audience), output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
     else:
@@ -193,6 +199,7 @@ def run(
         bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
     ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    serve: ServePort = None,
     certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
     force: Force = False,
@@ -212,6 +219,7 @@ def run(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.run.run import RobotRun, setup_of
     from recorders.spot.run.site_tasks import delivery_of, site_task
@@ -245,7 +253,9 @@ def run(
         if dry_run:
             _tell_plan(connection, wanted, ready)
             return
-        report = _run_by_keys(connection, wanted, ready, output, force=force)
+        with watched(output.name, serve) as audience:
+            watched_run = replace(wanted, audience=audience)
+            report = _run_by_keys(connection, watched_run, ready, output, force=force)
     _tell_run(report, output, as_json=json)
 
 

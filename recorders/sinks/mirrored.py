@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol, final
 
@@ -57,3 +58,23 @@ class MirroredSink:
 
     def close(self) -> None:
         self._inner.close()
+
+
+@contextmanager
+def watched(name: str, port: int | None) -> Generator[Audience | None]:
+    """A server for viewers on this machine while it is open; None without a port.
+
+    Raises:
+        MissingExtra, CannotServe: as for LiveServer.
+    """
+    if port is None:
+        yield None
+        return
+    from recorders.foxglove.live_server import LiveServer, ServedAt
+
+    server = LiveServer(name, ServedAt(port=port))
+    try:
+        say(f"Viewers can connect to {server.address} while it records.")
+        yield server
+    finally:
+        server.close()

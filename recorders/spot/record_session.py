@@ -10,6 +10,7 @@ from typing import Any
 from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.mirrored import Audience
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
@@ -41,6 +42,7 @@ class SessionPlan:
         task: the task of the session; without it there is no goal.
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
+        audience: viewers that are shown every message once it is written.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -50,6 +52,7 @@ class SessionPlan:
     for_s: float | None = None
     split: Split | None = None
     keep_last_s: float | None = None
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,6 +137,7 @@ def record_session(
         costs=ROBOT_COSTS,
         background=True,
         sink=files,
+        audience=plan.audience,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
+from recorders.sinks.mirrored import Audience
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.control import Control
@@ -40,6 +41,7 @@ class RobotRun:
         truth: true contents of a simulated robot's containers, for the log; None on a real robot.
         take_lease, own_estop: as in Control.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
+        audience: viewers that are shown every message once it is written.
     """
 
     site: Site
@@ -55,6 +57,7 @@ class RobotRun:
     own_estop: bool = False
     map_folder: Path | None = None
     title: str = ""
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,6 +138,7 @@ def _recorder(
         costs=run.costs,
         truth=run.truth,
         force=force,
+        audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
         settings={"spot": {**_settings(run), "estop_guard": guard}},
