@@ -54,7 +54,7 @@ def test_nothing_unpickles() -> None:
     assert [p.name for p in _sources() if forbidden.search(p.read_text(encoding="utf-8"))] == []
 
 
-MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_PARAMETERS, MAX_FOLDER_MODULES = 400, 60, 8, 16
+MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_PARAMETERS, MAX_FOLDER_MODULES = 400, 60, 8, 17
 
 LONG_FUNCTIONS = {
     "workbench/planning/builtin/astar.py _search": "its arrays stay in one function; handed on, 1.13 of the time",
