@@ -44,8 +44,7 @@ def upload_map(connection: Connection, folder: Path) -> int:
         FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it, or asks for
             a snapshot that is not of this map.
     """
-    graph = read_graph(folder)
-    snapshots, edges = _read_snapshots(graph, folder)
+    graph, snapshots, edges = read_map_folder(folder)
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
         client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
@@ -64,6 +63,18 @@ def upload_map(connection: Connection, folder: Path) -> int:
     except KeyError as error:
         raise MapRefused(str(connection.address), f"it asks for a snapshot {error} that is not of this map") from None
     return len(graph.waypoints)
+
+
+def read_map_folder(
+    folder: Path,
+) -> tuple[map_pb2.Graph, dict[str, map_pb2.WaypointSnapshot], dict[str, map_pb2.EdgeSnapshot]]:
+    """The graph of a map's folder with all snapshots that it names, by id: of waypoints, and of edges.
+
+    Raises:
+        FileMissing, MalformedFile: a part is missing or invalid.
+    """
+    graph = read_graph(folder)
+    return graph, *_read_snapshots(graph, folder)
 
 
 def _read_snapshots(

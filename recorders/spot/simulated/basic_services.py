@@ -36,6 +36,8 @@ SERVICES = {
     "image": ("bosdyn.api.ImageService", "camera.spot.robot"),
     "local-grid-service": ("bosdyn.api.LocalGridService", "localgrid.spot.robot"),
     "manipulation": ("bosdyn.api.ManipulationApiService", "manipulation.spot.robot"),
+    "docking": ("bosdyn.api.docking.DockingService", "docking.spot.robot"),
+    "license": ("bosdyn.api.LicenseService", "license.spot.robot"),
     "data-buffer": ("bosdyn.api.DataBufferService", "buffer.spot.robot"),
 }
 """Type and authority of each service by name, as in a Spot's directory."""

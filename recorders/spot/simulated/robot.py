@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
-from bosdyn.api import power_pb2
+from bosdyn.api import license_pb2, power_pb2
 from bosdyn.api.graph_nav import nav_pb2
 
 from recorders.spot.client.time_source import RobotClock
@@ -73,6 +73,10 @@ class RobotState:
         fiducials_from_floor: whether a lying robot sees a fiducial of the map.
         power_refusal: a power_pb2.PowerCommandStatus with which power-on is refused; STATUS_UNKNOWN for none.
         behaviour_fault: a fault that forbids commands until a person clears it.
+        critical_fault: the name of a critical system fault; "" for none.
+        on_shore_power: whether it is plugged in. dock: the number of the dock on which it stands; None for none.
+        docks: the numbers of the docks in the site.
+        licence: a license_pb2.LicenseInfo.Status.
         arm_stalls: whether arm motions never finish.
         arm_goal: last goal of the arm: frame, x, y, z.
         on_drop: called with the duration of a network outage in seconds.
@@ -93,6 +97,11 @@ class RobotState:
     fiducials_from_floor: bool = True
     power_refusal: power_pb2.PowerCommandStatus.ValueType = power_pb2.STATUS_UNKNOWN
     behaviour_fault: bool = False
+    critical_fault: str = ""
+    on_shore_power: bool = False
+    dock: int | None = None
+    docks: tuple[int, ...] = (520,)
+    licence: license_pb2.LicenseInfo.Status.ValueType = license_pb2.LicenseInfo.STATUS_VALID
     arm_stalls: bool = False
     arm_goal: tuple[str, float, float, float] | None = None
     hides_tags: bool = False

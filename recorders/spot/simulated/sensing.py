@@ -72,6 +72,11 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
             robot_power_state=robot_state_pb2.PowerState.ROBOT_POWER_STATE_ON,
             locomotion_charge_percentage=percent,
             locomotion_estimated_runtime=left,
+            shore_power_state=(
+                robot_state_pb2.PowerState.SHORE_POWER_STATE_ON
+                if state.on_shore_power
+                else robot_state_pb2.PowerState.SHORE_POWER_STATE_OFF
+            ),
         ),
         kinematic_state=kinematics(state.body, state.clock.robot_ns()),
     )
@@ -90,6 +95,22 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
         type=stopped.TYPE_SOFTWARE,
         state=stopped.STATE_ESTOPPED if state.estop.stopped else stopped.STATE_NOT_ESTOPPED,
     )
+    if state.critical_fault:
+        message.system_fault_state.faults.add(
+            name=state.critical_fault,
+            onset_timestamp=now,
+            severity=robot_state_pb2.SystemFault.SEVERITY_CRITICAL,
+            error_message="it needs service",
+        )
+    if state.behaviour_fault:
+        message.behavior_fault_state.faults.add(
+            behavior_fault_id=1,
+            onset_timestamp=now,
+            cause=robot_state_pb2.BehaviorFault.CAUSE_FALL,
+            status=robot_state_pb2.BehaviorFault.STATUS_CLEARABLE,
+        )
+    message.comms_states.add(timestamp=now).wifi_state.current_mode = robot_state_pb2.WiFiState.MODE_ACCESS_POINT
+    message.comms_states[0].wifi_state.essid = "simulated"
     if body.stuck or not state.localized:
         name = "obstacle" if body.stuck else "lost"
         message.system_fault_state.faults.add(

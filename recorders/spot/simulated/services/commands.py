@@ -49,6 +49,9 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             if state.behaviour_fault and not full.HasField("safe_power_off_request"):
                 response.status = answer.STATUS_BEHAVIOR_FAULT
                 return response
+            if state.dock is not None and not full.HasField("safe_power_off_request"):
+                response.status = answer.STATUS_DOCKED
+                return response
             number = self._obey(state, request.command)
             response.status = answer.STATUS_UNSUPPORTED if number is None else answer.STATUS_OK
             response.robot_command_id = number or 0
