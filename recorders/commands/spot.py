@@ -32,7 +32,8 @@ def simulate(
         Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew. Repeatable.",
+            "dropped, estop, clock-skew, no-route, constraint-fault, area-callback, overridden, "
+            "impaired. Repeatable.",
         ),
     ] = None,
     certificate: Annotated[
@@ -191,6 +192,9 @@ def run(
     furniture_open: Annotated[
         bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
     ] = False,
+    resume: Annotated[
+        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+    ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
@@ -233,7 +237,7 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open),
+        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
         rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,

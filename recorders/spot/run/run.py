@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -116,9 +116,10 @@ def run_and_record(
             force=force,
             background=not stepped,
             receipt_ns=None if stepped else connection.clock.now_ns,
-            settings={"spot": {**_settings(run), "estop_guard": control.estop_guard}},
+            settings={"spot": {**_settings(run), **_as_found(world)}},
         ) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            world.tell = session.words
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
             try:
@@ -246,9 +247,16 @@ def _settings(run: RobotRun) -> dict[str, object]:
         "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
         "look_s": driven.look_s,
         "furniture_open": driven.furniture_open,
+        "resume": driven.resume,
         "images_hz": rates.images_hz,
         "cameras": list(rates.cameras),
     }
+
+
+def _as_found(world: SpotWorld) -> dict[str, object]:
+    """What was found before the first decision: whose e-stop guards the run, and where the robot was localised."""
+    localized = None if world.localized is None else asdict(world.localized)
+    return {"estop_guard": world.control.estop_guard, "localization": localized}
 
 
 def _info(connection: Connection, run: RobotRun, strategy: Strategy, estimator: Estimator) -> RunInfo:

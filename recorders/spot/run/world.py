@@ -23,13 +23,14 @@ from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.localized import is_localized
+from recorders.spot.client.localized import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.client.tags import TagSighting, read_tags, within
 from recorders.spot.run.manipulation import ArmManipulator, HelperManipulator, Manipulator
-from recorders.spot.run.navigate import LEASE_LOST, walk
+from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
+from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
 from workbench.worlds.sites.site import Site, starting_at
@@ -52,6 +53,7 @@ class RunSettings:
         walk_factor: time limit of a walk as a multiple of its expected time.
         attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
             people step aside.
+        resume: whether the robot goes on by itself after an outage in which it stopped.
         furniture_open: the operator's word that all closed furniture was opened before the run.
         start_within_m: distance from the surveyed start within which the robot is at it.
         margin_m: distance beyond a container's edge up to which a tag belongs to it.
@@ -68,12 +70,22 @@ class RunSettings:
     margin_m: float = 0.35
     start_within_m: float = 0.25
     furniture_open: bool = False
+    resume: bool = False
+
+
+def _tell_nobody(_text: str) -> None:
+    """Say nothing: there is no log yet."""
 
 
 @final
 @dataclass(slots=True, kw_only=True)
 class SpotWorld:
-    """A Spot in a site, under control. Implements World."""
+    """A Spot in a site, under control. Implements World.
+
+    Attributes:
+        tell: called with what the log should say in words.
+        localized: where, by which tag and how long ago the robot was last localised; None before.
+    """
 
     connection: Connection
     control: Control
@@ -82,6 +94,8 @@ class SpotWorld:
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
+    tell: Callable[[str], None] = _tell_nobody
+    localized: Localization | None = None
     _hands: Manipulator = field(init=False)
 
     def __post_init__(self) -> None:
@@ -108,17 +122,26 @@ class SpotWorld:
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
-        reason = ""
+        ended = WalkEnd(ending=Ending.REFUSED)
         for attempt in range(self.settings.attempts):
             if attempt:
                 self.wait(self.settings.retry_s)
-                self._localize()
-            reason = walk(self, location, walked)
-            if not reason:
+            if not self._localize():
+                ended = WalkEnd(ending=Ending.LOCALIZE, reason="the robot does not know where it is, and stays")
+                continue
+            ended = walk(self, location, walked)
+            if ended.ending is Ending.ARRIVED:
                 self.at, end_ns = location, self.now_ns()
                 return ActionDone(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+            self.tell(f"On the way to {location}: {ended.reason}")
+            if ended.ending is Ending.REFUSED:
+                break
         return ActionRefused(
-            start_ns=start_ns, end_ns=self.now_ns(), reason=reason, travel_m=walked.metres, path=walked.corners()
+            start_ns=start_ns,
+            end_ns=self.now_ns(),
+            reason=ended.reason,
+            travel_m=walked.metres,
+            path=walked.corners(),
         )
 
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
@@ -240,23 +263,50 @@ class SpotWorld:
         """Call the robot, retrying while the network is down.
 
         Raises:
-            RunStopped: the network stayed down, or the robot refuses the request.
+            RunStopped: the network stayed down, or the robot refuses the request; or it was down for so long that
+                the robot stopped by itself, and nobody says that it may go on.
         """
-        asked_ns = self.now_ns()
+        asked_ns, failed = self.now_ns(), False
         while True:
             try:
-                return ask()
+                answer = ask()
             except (LeaseUseError, LeaseClientError) as error:
                 raise RunStopped(LEASE_LOST) from error
             except UnauthenticatedError:
                 self.connection.log_in_again()
             except ResponseError:
+                self._came_back(asked_ns, failed=failed)
                 raise
             except RpcError as error:
+                failed = True
                 if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
                     reason = f"the robot did not answer for {self.settings.patience_s:g} s ({reason_of(error)})"
                     raise RunStopped(reason) from error
                 self.wait(self.settings.poll_s)
+            else:
+                self._came_back(asked_ns, failed=failed)
+                return answer
+
+    def go_on_after(self, why: str) -> None:
+        """Go on after the robot has stopped by itself, if `resume` was given or the operator says so.
+
+        Raises:
+            RunStopped: neither.
+        """
+        if self.settings.resume:
+            self.tell(f"The robot goes on: {why}")
+            return
+        if self.operator.confirm(f"The robot stopped by itself: {why}. Is the way clear? y lets it go on."):
+            self.tell(f"The operator lets the robot go on: {why}")
+            return
+        if self.stop.is_pressed:
+            raise RunStopped(self.stop.reason)
+        raise RunStopped(f"the robot stopped by itself ({why}); it goes on by itself only with --resume")
+
+    def _came_back(self, asked_ns: int, *, failed: bool) -> None:
+        away_s = (self.now_ns() - asked_ns) / 1e9
+        if failed and away_s > self.settings.dead_man_s:
+            self.go_on_after(f"no contact for {away_s:.0f} s")
 
     def graph_nav(self) -> Any:
         """The SDK's client of GraphNav; its methods have no types."""
@@ -287,4 +337,29 @@ class SpotWorld:
             self.call(find)
         except ResponseError:
             return False
-        return self.body_pose() is not None
+        if self.body_pose() is None:
+            return False
+        self.localized = self._localization()
+        self.tell(f"Localised {self.localized.in_words()}")
+        return True
+
+    def _localization(self) -> Localization:
+        """Where and by which tag the robot was just localised: the nearest seen that is no item's."""
+        timeout_s = self.connection.timeout_s
+        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
+            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
+        )
+        at, body = state.localization.timestamp, self.body_pose()
+        away: list[tuple[float, int]] = []
+        if body is not None:
+            away = [
+                (hypot(seen.position[0] - body.position.x, seen.position[1] - body.position.y), seen.tag)
+                for seen in self.sightings() or ()
+                if seen.tag not in self.site.tags
+            ]
+        age_ns = self.now_ns() - self.connection.clock.from_robot(at.seconds * NANO + at.nanos)
+        return Localization(
+            waypoint=state.localization.waypoint_id,
+            tag=min(away)[1] if away else None,
+            age_s=round(age_ns / NANO, 3),
+        )

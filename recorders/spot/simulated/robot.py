@@ -14,7 +14,7 @@ from math import inf
 
 import numpy as np
 from bosdyn.api import license_pb2, power_pb2
-from bosdyn.api.graph_nav import nav_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 
 from recorders.spot.client.time_source import RobotClock
 from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
@@ -32,6 +32,19 @@ PICK_S, PLACE_S = 20.0, 4.0
 """Times in seconds of a grasp and of an arm motion."""
 FORGET_S = 15.0
 """Time in seconds for which a tag is still listed after its last detection."""
+
+_Feedback = graph_nav_pb2.NavigationFeedbackResponse
+ROUTE_ENDS = {
+    FaultKind.NO_ROUTE: _Feedback.STATUS_NO_ROUTE,
+    FaultKind.CONSTRAINT_FAULT: _Feedback.STATUS_CONSTRAINT_FAULT,
+    FaultKind.AREA_CALLBACK: _Feedback.STATUS_AREA_CALLBACK_ERROR,
+    FaultKind.OVERRIDDEN: _Feedback.STATUS_COMMAND_OVERRIDDEN,
+    FaultKind.IMPAIRED: _Feedback.STATUS_ROBOT_IMPAIRED,
+}
+"""Faults that end every walk with a feedback status of GraphNav."""
+
+FIDUCIAL, FIDUCIAL_M = 540, 0.6
+"""Number and height in metres of the map's fiducial, which hangs at the start."""
 
 log = logging.getLogger("lios.spot.simulated")
 
@@ -79,6 +92,8 @@ class RobotState:
         licence: a license_pb2.LicenseInfo.Status.
         arm_stalls: whether arm motions never finish.
         arm_goal: last goal of the arm: frame, x, y, z.
+        navigation_status: the feedback status with which every walk ends at once; None for none.
+        fiducials: tag numbers of the map's own fiducials, and where they hang in metres on the map.
         on_drop: called with the duration of a network outage in seconds.
     """
 
@@ -114,6 +129,8 @@ class RobotState:
     commands: dict[int, str] = field(default_factory=dict)
     comments: list[str] = field(default_factory=list)
     next_command: int = 1
+    navigation_status: graph_nav_pb2.NavigationFeedbackResponse.Status.ValueType | None = None
+    fiducials: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     on_drop: Callable[[float], None] | None = None
 
     @property
@@ -161,6 +178,8 @@ class RobotState:
             self.estop.press()
         elif fault.kind is FaultKind.CLOCK_SKEW:
             self.clock.skew_s = fault.for_s or 0.0
+        elif fault.kind in ROUTE_ENDS:
+            self.navigation_status = ROUTE_ENDS[fault.kind]
         elif fault.kind is FaultKind.DROPPED and self.on_drop is not None:
             self.on_drop(fault.for_s or 2.0)
         if fault.for_s is not None and fault.kind not in (FaultKind.CLOCK_SKEW, FaultKind.DROPPED):
@@ -176,6 +195,8 @@ class RobotState:
             self.localized = True
         elif kind is FaultKind.ESTOP:
             self.estop.release()
+        elif kind in ROUTE_ENDS:
+            self.navigation_status = None
 
     def number(self, what: str) -> int:
         """The id of a new command."""
@@ -268,6 +289,10 @@ class RobotState:
                 noise = self.rng.normal(0.0, 0.005, 3)
                 x, y, z = (float(value) for value in np.add(thing.position, noise))
                 self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns())
+        for tag, (x, y, z) in self.fiducials.items():
+            hung = TaggedThing(tag=tag, container=None, position=(x, y, z))
+            if not self.hides_tags and sees(self.site, self.body.pose, hung):
+                self.sightings[tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns())
         for tag in [t for t, seen in self.sightings.items() if self.body.lived_s - seen.body_s > FORGET_S]:
             del self.sightings[tag]
 
@@ -295,4 +320,5 @@ def new_state(
         rng=np.random.default_rng(seed),
         things=things,
         faults=sorted(faults, key=lambda fault: fault.at_s),
+        fiducials={FIDUCIAL: (site.plan.start.x_m, site.plan.start.y_m, FIDUCIAL_M)},
     )

@@ -164,7 +164,9 @@ def test_what_is_no_map_is_refused_before_the_lease_is_taken(tmp_path: Path) -> 
 def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> None:
     with robot() as (spot, connection), Control(connection, own_estop=True) as control:
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
-        world = SpotWorld(connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5))
+        world = SpotWorld(
+            connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5, resume=True)
+        )
         bed = LocationId("bed")
         standing = world.site.paths.standing_pose(bed)
         assert standing is not None
