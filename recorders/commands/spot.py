@@ -32,7 +32,7 @@ def simulate(
         Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew, no-route, constraint-fault, area-callback, overridden, "
+            "dropped, estop, clock-skew, dropped-item, no-route, constraint-fault, area-callback, overridden, "
             "impaired. Repeatable.",
         ),
     ] = None,
@@ -217,8 +217,8 @@ def run(
     require_bosdyn()
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.run.run import RobotRun, strategy_and_estimator
+    from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
-    from recorders.spot.run.world import RunSettings
     from recorders.spot.session.session import Rates
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site

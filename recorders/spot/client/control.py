@@ -68,7 +68,8 @@ class Control:
         stand: power on and stand up; off for tests of the lease alone.
 
     Attributes:
-        without_item: an event, set when the lease is lost.
+        lease_lost: an event, set when the lease is lost.
+        before_rest: called before the robot sits down, while it still stands; it must not raise.
         estop_guard: names of the endpoints whose emergency stop guards the run; "" before control is taken.
 
     Raises:
@@ -83,7 +84,8 @@ class Control:
         self._keep_alive: LeaseKeepAlive | None = None
         self._estop: EstopKeepAlive | None = None
         self._lease: Lease | None = None
-        self.without_item = threading.Event()
+        self.lease_lost = threading.Event()
+        self.before_rest: Callable[[], None] | None = None
         self.returned = False
         self.estop_guard = ""
 
@@ -120,8 +122,11 @@ class Control:
 
     def give_back(self) -> None:
         """Stop, sit down, power off and return the lease. Safe to call twice; never raises because of the robot."""
-        if self._lease is not None and not self.without_item.is_set() and self._stand:
+        if self._lease is not None and not self.lease_lost.is_set() and self._stand:
             self.stop()
+            if self.before_rest is not None:
+                self.before_rest()
+            self._sit_down()
             self._try_command(RobotCommandBuilder.safe_power_off_command())
             self._await_motors_off()
         if self._keep_alive is not None:
@@ -150,7 +155,7 @@ class Control:
     def _on_failure(self, error: Exception) -> None:
         """Keep-alive callback: a lease taken by another client is lost, but a failed call does not lose it."""
         if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
-            self.without_item.set()
+            self.lease_lost.set()
 
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")
@@ -213,12 +218,31 @@ class Control:
                 raise NotReady(str(self._connection.address), otherwise)
             clock.sleep(POLL_S)
 
-    def _try_command(self, command: robot_command_pb2.RobotCommand) -> None:
-        """Send a command, tolerating failure: the robot may be unreachable, or the lease lost."""
+    def _try_command(self, command: robot_command_pb2.RobotCommand) -> int | None:
+        """Send a command, tolerating failure: the robot may be unreachable, or the lease lost; None if it failed."""
         try:
-            self._connection.client("robot-command").robot_command(command, timeout=2.0)
+            number: int = self._connection.client("robot-command").robot_command(command, timeout=2.0)
         except ROBOT_ERRORS as error:
             log.warning("the robot did not take a command: %s", reason_of(error))
+            return None
+        return number
+
+    def _sit_down(self) -> None:
+        """Let the robot sit down, and wait until it sits, as the SDK's blocking_sit does."""
+        number = self._try_command(RobotCommandBuilder.synchro_sit_command())
+        client, clock = self._connection.client("robot-command"), self._connection.clock
+        end, sitting = clock.now_ns() + round(SIT_S * 1e9), basic_command_pb2.SitCommand.Feedback.STATUS_IS_SITTING
+        try:
+            while number is not None and clock.now_ns() < end:
+                answer: robot_command_pb2.RobotCommandFeedbackResponse = client.robot_command_feedback(
+                    number, timeout=2.0
+                )
+                moving = answer.feedback.synchronized_feedback.mobility_command_feedback
+                if moving.sit_feedback.status == sitting:
+                    return
+                clock.sleep(POLL_S)
+        except ROBOT_ERRORS as error:
+            log.warning("the robot does not say whether it sits: %s", reason_of(error))
 
     def _await_motors_off(self) -> None:
         """Wait until the robot has sat down and its motors are off; returning the lease earlier would stop it

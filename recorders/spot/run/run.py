@@ -17,7 +17,8 @@ from recorders.spot.client.identity import robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.beliefs.belief import Estimator

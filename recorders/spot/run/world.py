@@ -30,6 +30,7 @@ from recorders.spot.client.tags import TagSighting, read_tags, within
 from recorders.spot.run.manipulation import ArmManipulator, HelperManipulator, Manipulator
 from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
+from recorders.spot.run.run_settings import RunSettings
 from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
@@ -38,39 +39,12 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Answer = TypeVar("Answer")
+ENDING_S = 3.0
+"""How long an answer is waited for while the robot comes to rest after a run."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunSettings:
-    """Settings of motion and perception.
-
-    Attributes:
-        speed_mps: speed limit of walking; None for the site's.
-        look_s: duration of a look, within which tags must be seen.
-        poll_s: polling interval.
-        dead_man_s: time for which the robot walks on without a renewed command.
-        patience_s: network outage after which the run ends.
-        walk_factor: time limit of a walk as a multiple of its expected time.
-        attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
-            people step aside.
-        resume: whether the robot goes on by itself after an outage in which it stopped.
-        furniture_open: the operator's word that all closed furniture was opened before the run.
-        start_within_m: distance from the surveyed start within which the robot is at it.
-        margin_m: distance beyond a container's edge up to which a tag belongs to it.
-    """
-
-    speed_mps: float | None = None
-    look_s: float = 6.0
-    poll_s: float = 0.25
-    dead_man_s: float = 3.0
-    patience_s: float = 20.0
-    walk_factor: float = 4.0
-    attempts: int = 3
-    retry_s: float = 5.0
-    margin_m: float = 0.35
-    start_within_m: float = 0.25
-    furniture_open: bool = False
-    resume: bool = False
+def _refused(start_ns: int, end_ns: int, reason: str) -> ActionRefused:
+    return ActionRefused(start_ns=start_ns, end_ns=end_ns, reason=reason)
 
 
 def _tell_nobody(_text: str) -> None:
@@ -84,6 +58,10 @@ class SpotWorld:
 
     Attributes:
         tell: called with what the log should say in words.
+        ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
+            about.
+        opened_by: who opened which closed furniture.
+        hands: what picks and places.
         localized: where, by which tag and how long ago the robot was last localised; None before.
     """
 
@@ -96,11 +74,13 @@ class SpotWorld:
     at: LocationId | None = None
     tell: Callable[[str], None] = _tell_nobody
     localized: Localization | None = None
-    _hands: Manipulator = field(init=False)
+    ending: bool = False
+    opened_by: dict[LocationId, str] = field(default_factory=dict)
+    hands: Manipulator = field(init=False)
 
     def __post_init__(self) -> None:
         arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
-        self._hands = ArmManipulator(self) if arm else HelperManipulator(self)
+        self.hands = ArmManipulator(self) if arm else HelperManipulator(self)
 
     @property
     def plan(self) -> FloorPlan:
@@ -146,9 +126,7 @@ class SpotWorld:
 
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start_ns = self.now_ns()
-        closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
-        shut = closed and not self.settings.furniture_open
-        if shut and not self.operator.confirm(f"Open {container}, then press y."):
+        if not self._stands_open(container):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
         found: dict[ItemId, TagSighting] = {}
         box, placed = self.site.plan.container(container), self._localize()
@@ -166,16 +144,27 @@ class SpotWorld:
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
         items = tuple(by_id[name] for name in sorted(found))
-        return LookResult(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
+        return LookResult(
+            start_ns=start_ns,
+            end_ns=self.now_ns(),
+            container=container,
+            items=items,
+            opened_by=self.opened_by.get(LocationId(container), ""),
+        )
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
-        reason = self._hands.pick(item)
-        return self._handled(start_ns, reason)
+        if not self._may_reach():
+            return replace(_refused(start_ns, self.now_ns(), f"nobody opened {self.at}"), item_remains=True)
+        picked = self.hands.pick(item)
+        if not picked.reason:
+            return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
+        refused = _refused(start_ns, self.now_ns(), picked.reason)
+        return replace(refused, item_remains=picked.item_remains)
 
     def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
-        reason = self._hands.place(item)
+        reason = self.hands.place(item) if self._may_reach() else f"nobody opened {self.at}"
         return self._handled(start_ns, reason)
 
     def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
@@ -254,9 +243,9 @@ class SpotWorld:
             RunStopped: stop key, or lost lease.
         """
         self.connection.clock.sleep(seconds)
-        if self.stop.is_pressed:
+        if self.stop.is_pressed and not self.ending:
             raise RunStopped(self.stop.reason)
-        if self.control.without_item.is_set():
+        if self.control.lease_lost.is_set():
             raise RunStopped(LEASE_LOST)
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
@@ -279,8 +268,9 @@ class SpotWorld:
                 raise
             except RpcError as error:
                 failed = True
-                if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
-                    reason = f"the robot did not answer for {self.settings.patience_s:g} s ({reason_of(error)})"
+                patience_s = ENDING_S if self.ending else self.settings.patience_s
+                if self.now_ns() - asked_ns > round(patience_s * 1e9):
+                    reason = f"the robot did not answer for {patience_s:g} s ({reason_of(error)})"
                     raise RunStopped(reason) from error
                 self.wait(self.settings.poll_s)
             else:
@@ -293,6 +283,8 @@ class SpotWorld:
         Raises:
             RunStopped: neither.
         """
+        if self.ending:
+            return
         if self.settings.resume:
             self.tell(f"The robot goes on: {why}")
             return
@@ -314,8 +306,23 @@ class SpotWorld:
 
     def _handled(self, start_ns: int, reason: str) -> ActionDone | ActionRefused:
         if reason:
-            return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+            return _refused(start_ns, self.now_ns(), reason)
         return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
+
+    def _stands_open(self, container: ContainerId) -> bool:
+        """Whether a container may be looked into or reached into; for closed furniture an operator is asked once."""
+        if not any(entry.closed for entry in self.site.file.containers if entry.id == container):
+            return True
+        place = LocationId(container)
+        if place not in self.opened_by:
+            if self.settings.furniture_open:
+                self.opened_by[place] = "operator, before the run"
+            elif self.operator.confirm(f"Open {container}, then press y."):
+                self.opened_by[place] = "operator"
+        return place in self.opened_by
+
+    def _may_reach(self) -> bool:
+        return self.at is None or self.at == START or self._stands_open(ContainerId(self.at))
 
     def _localize(self) -> bool:
         return self.body_pose() is not None or self._localize_by_fiducial()

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
-from bosdyn.api import license_pb2, power_pb2
+from bosdyn.api import license_pb2, power_pb2, robot_state_pb2, world_object_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 
 from recorders.spot.client.time_source import RobotClock
@@ -28,6 +28,7 @@ from workbench.worlds.house import ContainerId, House, LocationId
 from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.site import Site
 
+NOT_CARRIABLE = robot_state_pb2.ManipulatorState.CARRY_STATE_NOT_CARRIABLE
 PICK_S, PLACE_S = 20.0, 4.0
 """Times in seconds of a grasp and of an arm motion."""
 FORGET_S = 15.0
@@ -90,7 +91,11 @@ class RobotState:
         on_shore_power: whether it is plugged in. dock: the number of the dock on which it stands; None for none.
         docks: the numbers of the docks in the site.
         licence: a license_pb2.LicenseInfo.Status.
-        arm_stalls: whether arm motions never finish.
+        arm_stalls: whether arm motions never finish. arm_mishaps: what an arm ran into for want of care, in words.
+        grasps_miss: how many of the next grasps close on nothing.
+        tag_status: the AprilTagProperties status with which items' tags are reported.
+        carry_state: of what is held; a robot without an override does not stow it, and lets go of it when the
+            connection breaks off (SDK example arm_grasp_carry_override).
         arm_goal: last goal of the arm: frame, x, y, z.
         navigation_status: the feedback status with which every walk ends at once; None for none.
         fiducials: tag numbers of the map's own fiducials, and where they hang in metres on the map.
@@ -118,6 +123,15 @@ class RobotState:
     docks: tuple[int, ...] = (520,)
     licence: license_pb2.LicenseInfo.Status.ValueType = license_pb2.LicenseInfo.STATUS_VALID
     arm_stalls: bool = False
+    arm_mishaps: list[str] = field(default_factory=list)
+    arm_at: tuple[float, float, float] | None = None
+    released_at: tuple[float, float, float] | None = None
+    released_goal: tuple[str, float, float, float] | None = None
+    grasps_miss: int = 0
+    tag_status: world_object_pb2.AprilTagProperties.AprilTagPoseStatus.ValueType = (
+        world_object_pb2.AprilTagProperties.STATUS_OK
+    )
+    carry_state: robot_state_pb2.ManipulatorState.CarryState.ValueType = NOT_CARRIABLE
     arm_goal: tuple[str, float, float, float] | None = None
     hides_tags: bool = False
     ends: list[tuple[float, FaultKind]] = field(default_factory=list)
@@ -180,7 +194,11 @@ class RobotState:
             self.clock.skew_s = fault.for_s or 0.0
         elif fault.kind in ROUTE_ENDS:
             self.navigation_status = ROUTE_ENDS[fault.kind]
+        elif fault.kind is FaultKind.DROPPED_ITEM:
+            self.drop_item()
         elif fault.kind is FaultKind.DROPPED and self.on_drop is not None:
+            if self.carry_state == NOT_CARRIABLE:
+                self.drop_item()
             self.on_drop(fault.for_s or 2.0)
         if fault.for_s is not None and fault.kind not in (FaultKind.CLOCK_SKEW, FaultKind.DROPPED):
             self.ends.append((self.body.lived_s + fault.for_s, fault.kind))
@@ -237,6 +255,8 @@ class RobotState:
         ]
         reachable.sort(key=lambda thing: float(np.hypot(*np.subtract(thing.position[:2], at[:2]))))
         number = self.number("grasp")
+        if self.grasps_miss > 0:
+            self.grasps_miss, reachable = self.grasps_miss - 1, []
         self.grasp = Grasp(number=number, began_s=self.body.lived_s, thing=reachable[0] if reachable else None)
         self.arm_deployed, self.gripper_open = True, True
         return number
@@ -260,7 +280,15 @@ class RobotState:
             place = sum(1 for other in self.things if other.container == near and not other.held)
             put = thing_in(thing.tag, container, place)
             thing.container, thing.position = near, put.position
-        thing.held = False
+        thing.held, self.carry_state = False, NOT_CARRIABLE
+
+    def drop_item(self) -> None:
+        """Let go of what is held: it falls to the floor in front of the robot."""
+        thing = self.held
+        if thing is not None:
+            x, y, _ = in_hand(self.body.pose)
+            thing.held, thing.container, thing.position = False, None, (x, y, 0.05)
+            self.carry_state = NOT_CARRIABLE
 
     def _container_at_hand(self) -> ContainerId | None:
         here = self.body.pose

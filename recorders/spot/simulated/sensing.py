@@ -129,7 +129,7 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
         arm.is_gripper_holding_item = state.held is not None
         stow = robot_state_pb2.ManipulatorState
         arm.stow_state = stow.STOWSTATE_DEPLOYED if state.arm_deployed else stow.STOWSTATE_STOWED
-        arm.carry_state = stow.CARRY_STATE_CARRIABLE if state.held is not None else stow.CARRY_STATE_NOT_CARRIABLE
+        arm.carry_state = state.carry_state
     return message
 
 
@@ -164,7 +164,9 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
                 mark.tag_id, mark.dimensions.x, mark.dimensions.y = tag, TAG_M, TAG_M
                 mark.frame_name_fiducial, mark.frame_name_fiducial_filtered = names
                 mark.frame_name_camera = "frontleft_fisheye"
-                mark.fiducial_pose_status = world_object_pb2.AprilTagProperties.STATUS_OK
+                mark.fiducial_pose_status = (
+                    world_object_pb2.AprilTagProperties.STATUS_OK if tag in state.fiducials else state.tag_status
+                )
                 mark.fiducial_filtered_pose_status = world_object_pb2.AprilTagProperties.STATUS_OK
             return response
 

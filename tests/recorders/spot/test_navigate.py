@@ -15,7 +15,8 @@ from recorders.spot.client.errors import RunStopped
 from recorders.spot.run.navigate import ENDINGS, Ending, navigation_goal, renew_navigation
 from recorders.spot.run.operator import AgreeingOperator, StopSwitch
 from recorders.spot.run.run import run_and_record
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from recorders.spot.simulated.faults import FaultKind
 from replayers.runs.run import read
 from workbench.worlds.house import LocationId
