@@ -9,6 +9,7 @@ from pathlib import Path
 from bosdyn.api.graph_nav import map_pb2
 
 from recorders.spot.checks.findings import Finding, fine, forbids, warning
+from recorders.spot.client.graph_nav_map import waypoint_ids
 from recorders.spot.client.map_upload import read_map_folder
 from workbench.errors import LiosError
 from workbench.terminal import counted
@@ -35,7 +36,7 @@ def map_findings(
         return [forbids(SUBJECT, "the robot holds none: load it with the tablet, or give --map with its folder")]
     size = f"{counted(len(graph.waypoints), 'waypoint')}, {counted(len(graph.edges), 'edge')}"
     found = [fine(SUBJECT, f"{graph_hash(graph)}, {size}")]
-    missing, ambiguous = missing_waypoints(graph, site.waypoints.values())
+    _, missing, ambiguous = waypoint_ids(graph, site.waypoints.values())
     if missing:
         found.append(forbids("waypoints", f"the map has no {', '.join(missing[:6])}: another map, or other names"))
     if ambiguous:
@@ -43,14 +44,6 @@ def map_findings(
     if not graph.anchoring.anchors and any(place not in site.waypoints for place in site.travel.locations[1:]):
         found.append(forbids("anchors", "places without a waypoint need an anchored map: process it on the tablet"))
     return [*found, *_fiducials(graph, site, snapshots)]
-
-
-def missing_waypoints(graph: map_pb2.Graph, wanted: Iterable[str]) -> tuple[list[str], list[str]]:
-    """The wanted waypoints (ids or names) that the map does not have, and the names that several of its have."""
-    ids = {waypoint.id for waypoint in graph.waypoints}
-    names = [waypoint.annotations.name for waypoint in graph.waypoints]
-    asked = sorted({name for name in wanted if name not in ids})
-    return [name for name in asked if name not in names], [name for name in asked if names.count(name) > 1]
 
 
 def map_fiducials(graph: map_pb2.Graph, snapshots: Iterable[map_pb2.WaypointSnapshot]) -> frozenset[int]:

@@ -25,8 +25,10 @@ from bosdyn.client.lease import (
 )
 from bosdyn.client.robot_command import RobotCommandBuilder
 
+from recorders.spot.client.battery import START_PERCENT, charge_percent
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.client.docking import docked_at, undock
 from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
@@ -66,6 +68,7 @@ class Control:
         own_estop: set up a separate emergency-stop endpoint, whatever the stop level is; it replaces the robot's
             configuration, also a live endpoint of the tablet.
         stand: power on and stand up; off for tests of the lease alone.
+        dock: the number of the dock that the robot may leave; None where a docked robot is refused.
 
     Attributes:
         lease_lost: an event, set when the lease is lost.
@@ -77,7 +80,13 @@ class Control:
     """
 
     def __init__(
-        self, connection: Connection, *, take: bool = False, own_estop: bool = False, stand: bool = True
+        self,
+        connection: Connection,
+        *,
+        take: bool = False,
+        own_estop: bool = False,
+        stand: bool = True,
+        dock: int | None = None,
     ) -> None:
         self._connection = connection
         self._take, self._own_estop, self._stand = take, own_estop, stand
@@ -85,6 +94,7 @@ class Control:
         self._estop: EstopKeepAlive | None = None
         self._lease: Lease | None = None
         self.lease_lost = threading.Event()
+        self._dock = dock
         self.before_rest: Callable[[], None] | None = None
         self.returned = False
         self.estop_guard = ""
@@ -94,7 +104,9 @@ class Control:
             self._take_lease()
             if self._stand:
                 self._allow_motion()
+                self._check_battery()
                 self._power_on()
+                self._undock()
                 self._stand_up()
         except ROBOT_ERRORS as error:
             self.give_back()
@@ -183,6 +195,20 @@ class Control:
         self._estop.allow()
         self.estop_guard = ESTOP_NAME
         log.info("our own e-stop guards this run: it stops the robot %g s after this program falls silent", silent_s)
+
+    def _check_battery(self) -> None:
+        charge = charge_percent(self._connection.client("robot-state").get_robot_state())
+        if charge is not None and charge < START_PERCENT:
+            what = f"its battery is at {charge:.0f} %, and a run begins with at least {START_PERCENT:.0f} %"
+            raise NotReady(str(self._connection.address), what)
+
+    def _undock(self) -> None:
+        """Leave the dock, where the site names it: standing up on it is refused."""
+        if self._dock is None or docked_at(self._connection) is None:
+            return
+        reason = undock(self._connection)
+        if reason:
+            raise NotReady(str(self._connection.address), f"it did not leave its dock ({reason})")
 
     def _power_on(self) -> None:
         client, state = self._connection.client("power"), self._connection.client("robot-state")

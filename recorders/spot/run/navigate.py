@@ -97,6 +97,7 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
                 number, sent_ns = renew_navigation(world, goal, number), world.now_ns()
             world.wait(settings.poll_s)
             status = _status(world, number)
+            world.check_battery()
             if world.hands.check_holding():
                 number = None
         except RobotImpairedError as error:

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from recorders.run_recorder import RunRecorder
 from recorders.spot.client.clock import Stepped
-from recorders.spot.client.connection import Connection
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
+from recorders.spot.client.docking import dock
 from recorders.spot.client.errors import NotLocalized
 from recorders.spot.client.identity import robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
@@ -23,7 +24,8 @@ from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.execution.events import Event, PlanMade, RunEnded
+from workbench.errors import LiosError
+from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of, run_task
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
@@ -32,8 +34,10 @@ from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
-from workbench.worlds.house import Contents, House
+from workbench.terminal import say
+from workbench.worlds.house import START, Contents, House
 from workbench.worlds.sites.site import Site
+from workbench.worlds.world import ActionRefused
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +104,7 @@ def run_and_record(
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
         read_graph(run.map_folder)
-    control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
+    control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
         _localize_and_set_start(world, run, held)
@@ -121,12 +125,14 @@ def run_and_record(
         ) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             world.tell = session.words
+            world.recording_trouble = lambda: recorder.trouble
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
                 events = run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed)
                 seen = _record_events(stopping_on_error(events, world, control, run.task), recorder, session, hear)
+                _dock_at_the_end(world, seen)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
@@ -252,6 +258,21 @@ def _settings(run: RobotRun) -> dict[str, object]:
         "images_hz": rates.images_hz,
         "cameras": list(rates.cameras),
     }
+
+
+def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
+    """After a run that was not broken off, go back to the start and dock, where the site names a dock."""
+    number, ended = world.site.robot.dock, outcome_of(seen)
+    if number is None or ended.status is RunStatus.ABORTED or world.hands.check_holding():
+        return
+    try:
+        went = world.go_to(START)
+        reason = went.reason if isinstance(went, ActionRefused) else dock(world.connection, number)
+    except (*ROBOT_ERRORS, LiosError) as error:
+        reason = str(error)
+    world.tell(f"Docked at {number}" if not reason else f"The robot is not docked: {reason}")
+    if reason:
+        say(f"The robot is not docked: {reason}")
 
 
 def _as_found(world: SpotWorld) -> dict[str, object]:

@@ -19,10 +19,12 @@ from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.math_helpers import SE3Pose
 
+from recorders.spot.client.battery import STOP_PERCENT, charge_percent
 from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
 from recorders.spot.client.frame_trees import tform
+from recorders.spot.client.graph_nav_map import waypoint_ids
 from recorders.spot.client.localized import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
@@ -39,12 +41,17 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Answer = TypeVar("Answer")
+BATTERY_EVERY_S = 5.0
 ENDING_S = 3.0
 """How long an answer is waited for while the robot comes to rest after a run."""
 
 
 def _refused(start_ns: int, end_ns: int, reason: str) -> ActionRefused:
     return ActionRefused(start_ns=start_ns, end_ns=end_ns, reason=reason)
+
+
+def _no_trouble() -> str:
+    return ""
 
 
 def _tell_nobody(_text: str) -> None:
@@ -58,6 +65,7 @@ class SpotWorld:
 
     Attributes:
         tell: called with what the log should say in words.
+        recording_trouble: why nothing is recorded any more; "" while it is.
         ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
             about.
         opened_by: who opened which closed furniture.
@@ -74,7 +82,9 @@ class SpotWorld:
     at: LocationId | None = None
     tell: Callable[[str], None] = _tell_nobody
     localized: Localization | None = None
+    recording_trouble: Callable[[], str] = _no_trouble
     ending: bool = False
+    _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
     hands: Manipulator = field(init=False)
 
@@ -102,6 +112,7 @@ class SpotWorld:
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
+        self.check_battery()
         ended = WalkEnd(ending=Ending.REFUSED)
         for attempt in range(self.settings.attempts):
             if attempt:
@@ -183,14 +194,9 @@ class SpotWorld:
         graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=timeout_s))
         if not graph.waypoints:
             raise NoMap(str(self.connection.address))
-        named: dict[str, list[str]] = {}
-        for waypoint in graph.waypoints:
-            named.setdefault(waypoint.annotations.name, []).append(waypoint.id)
-        known = {waypoint.id: waypoint.id for waypoint in graph.waypoints}
-        known |= {name: ids[0] for name, ids in named.items() if name and len(ids) == 1 and name not in known}
-        missing = sorted(name for name in self.site.waypoints.values() if name not in known)
-        if missing:
-            raise WaypointMissing(str(self.connection.address), missing, [name for name in missing if name in named])
+        known, missing, ambiguous = waypoint_ids(graph, self.site.waypoints.values())
+        if missing or ambiguous:
+            raise WaypointMissing(str(self.connection.address), sorted([*missing, *ambiguous]), ambiguous)
         ids = {place: known[name] for place, name in self.site.waypoints.items()}
         self.site = replace(self.site, waypoints=MappingProxyType(ids))
 
@@ -240,13 +246,17 @@ class SpotWorld:
         """Wait, unless the run has to stop.
 
         Raises:
-            RunStopped: stop key, or lost lease.
+            RunStopped: stop key, lost lease, low battery, or nothing is recorded any more.
         """
         self.connection.clock.sleep(seconds)
         if self.stop.is_pressed and not self.ending:
             raise RunStopped(self.stop.reason)
         if self.control.lease_lost.is_set():
             raise RunStopped(LEASE_LOST)
+        if not self.ending:
+            trouble = self.recording_trouble()
+            if trouble:
+                raise RunStopped(f"recording stopped: {trouble}")
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
         """Call the robot, retrying while the network is down.
@@ -276,6 +286,22 @@ class SpotWorld:
             else:
                 self._came_back(asked_ns, failed=failed)
                 return answer
+
+    def check_battery(self) -> None:
+        """Ask for the charge of the battery, at most every BATTERY_EVERY_S.
+
+        Raises:
+            RunStopped: it is below STOP_PERCENT.
+        """
+        if self.now_ns() - self._power_checked_ns < BATTERY_EVERY_S * NANO:
+            return
+        self._power_checked_ns = self.now_ns()
+        timeout_s = self.connection.timeout_s
+        charge = charge_percent(
+            self.call(lambda: self.connection.client("robot-state").get_robot_state(timeout=timeout_s))
+        )
+        if charge is not None and charge < STOP_PERCENT:
+            raise RunStopped(f"the battery is at {charge:.0f} %, below {STOP_PERCENT:.0f} %")
 
     def go_on_after(self, why: str) -> None:
         """Go on after the robot has stopped by itself, if `resume` was given or the operator says so.
