@@ -132,7 +132,7 @@ def record(
 
     require_bosdyn()
     from recorders.sinks.files import Split
-    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials
+    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
     from recorders.spot.session.session import Rates
@@ -157,7 +157,8 @@ def record(
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
     )
-    with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
+    address = RobotAddress.read(robot)
+    with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         say(
             f"Recording {connection.serial} at {robot} to {output}. "
             "Keys: n note, m mark, o opened, d done, f failed, q end."

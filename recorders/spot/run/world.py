@@ -42,20 +42,14 @@ from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInL
 
 Answer = TypeVar("Answer")
 BATTERY_EVERY_S = 5.0
+LOCALIZE_TIMEOUT_S, DOWNLOAD_TIMEOUT_S = 20.0, 60.0
+"""Time limits of calls that take the robot, or a slow network, longer than others."""
 ENDING_S = 3.0
 """How long an answer is waited for while the robot comes to rest after a run."""
 
 
 def _refused(start_ns: int, end_ns: int, reason: str) -> ActionRefused:
     return ActionRefused(start_ns=start_ns, end_ns=end_ns, reason=reason)
-
-
-def _no_trouble() -> str:
-    return ""
-
-
-def _tell_nobody(_text: str) -> None:
-    """Say nothing: there is no log yet."""
 
 
 @final
@@ -80,9 +74,9 @@ class SpotWorld:
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
-    tell: Callable[[str], None] = _tell_nobody
+    tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
-    recording_trouble: Callable[[], str] = _no_trouble
+    recording_trouble: Callable[[], str] = field(default=lambda: "")
     ending: bool = False
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
@@ -190,8 +184,7 @@ class SpotWorld:
             NoMap: the robot has no map.
             WaypointMissing: the site's waypoints are not on it.
         """
-        timeout_s = self.connection.timeout_s
-        graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=timeout_s))
+        graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=DOWNLOAD_TIMEOUT_S))
         if not graph.waypoints:
             raise NoMap(str(self.connection.address))
         known, missing, ambiguous = waypoint_ids(graph, self.site.waypoints.values())
@@ -271,8 +264,11 @@ class SpotWorld:
                 answer = ask()
             except (LeaseUseError, LeaseClientError) as error:
                 raise RunStopped(LEASE_LOST) from error
-            except UnauthenticatedError:
+            except UnauthenticatedError as error:
+                if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
+                    raise RunStopped("the robot takes none of our tokens, although it gave them") from error
                 self.connection.log_in_again()
+                self.wait(self.settings.poll_s)
             except ResponseError:
                 self._came_back(asked_ns, failed=failed)
                 raise
@@ -363,7 +359,7 @@ class SpotWorld:
                 initial_guess_localization=nav_pb2.Localization(),
                 ko_tform_body=None if body is None else body.to_proto(),
                 fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
-                timeout=self.connection.timeout_s,
+                timeout=LOCALIZE_TIMEOUT_S,
             )
 
         try:
