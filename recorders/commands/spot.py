@@ -109,6 +109,9 @@ def record(
         float | None,
         Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
     ] = None,
+    furniture_open: Annotated[
+        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before.")
+    ] = False,
     certificate: Certificate = None,
     force: Force = False,
     json: Json = False,
@@ -156,6 +159,7 @@ def record(
         for_s=for_s,
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
+        furniture_open=furniture_open,
     )
     address = RobotAddress.read(robot)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:

@@ -40,6 +40,7 @@ class SessionPlan:
         task: the task of the session; without it there is no goal.
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
+        furniture_open: the operator's word that all closed furniture was opened before.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -49,6 +50,7 @@ class SessionPlan:
     for_s: float | None = None
     split: Split | None = None
     keep_last_s: float | None = None
+    furniture_open: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +139,12 @@ def record_session(
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = ActionDeriver(
-            site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record, closed_needs_word=True
+            site=plan.site,
+            task=task,
+            costs=ROBOT_COSTS,
+            tell=recorder.record,
+            closed_needs_word=True,
+            furniture_open=plan.furniture_open,
         )
         session.watch = derived
         keys: KeyboardOperator = KeyboardOperator(

@@ -37,6 +37,8 @@ class ImportPlan:
     Attributes:
         task: what the robot was to do; None when unknown.
         strategy, estimator: whose beliefs and plans are computed after the fact; "" for none.
+        furniture_open: somebody's word that all closed furniture was opened before; else a closed container in which
+            nothing was seen counts as not looked into.
         clock: whose times are used; None for header stamps unless they are of another clock or jump back.
     """
 
@@ -46,6 +48,7 @@ class ImportPlan:
     strategy: str = "model-lios"
     estimator: str = "best"
     clock: ClockName | None = None
+    furniture_open: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +126,9 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
         )
         given = "results" in roles.values()
-        importer = BagDerivation(plan.site, mapping, recorder, thinker, task, given, survey, clock)
+        importer = BagDerivation(
+            plan.site, mapping, recorder, thinker, task, given, survey, clock, plan.furniture_open
+        )
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
         ended = importer.end()
