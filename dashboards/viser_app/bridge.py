@@ -6,14 +6,15 @@ people can type into as well; the address is kept current with the History API. 
 
 from __future__ import annotations
 
-from html import escape
 from json import dumps
 from typing import Any
 from urllib.parse import parse_qs, urlencode
 
 import viser
+from markupsafe import Markup
 
 from dashboards.model.clock import ALIGNMENTS
+from dashboards.panels.markup import html
 from dashboards.resources import resource
 from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
 
@@ -25,22 +26,22 @@ DIGITS = 6
 """Of a run's number, at most."""
 
 
-def script() -> str:
+def script() -> Markup:
     """The markup that installs the script once."""
     code = "".join(resource(name) for name in SCRIPTS)
-    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+    return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
-def update_address(query: str) -> str:
+def update_address(query: str) -> Markup:
     """Markup that puts a query into the page's address without reloading it."""
     code = f"history.replaceState(null,'',{dumps('?' + query)})"
-    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+    return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
-def choose_tab(label: str, count: int) -> str:
+def choose_tab(label: str, count: int) -> Markup:
     """Markup that brings a tab to the front, each time that the count differs."""
     code = f"window.liosTab({dumps(label)})/*{count}*/"
-    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+    return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
 def address(state: ViewState, camera: viser.CameraHandle | None) -> str:

@@ -7,11 +7,11 @@ from itertools import product
 from math import cos, radians, sin, tan
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
 from dashboards.model.scene import RobotState
+from workbench.arrays import Floats, Floats32
 
 FIELD_OF_VIEW = radians(38)
 FILL = 0.92
@@ -70,12 +70,12 @@ def fitted(
     return CameraPose(_vector(eye), _vector(floor))
 
 
-def _corners(shape: HouseShape) -> npt.NDArray[np.float32]:
+def _corners(shape: HouseShape) -> Floats32:
     corners = product((shape.low[0], shape.high[0]), (shape.low[1], shape.high[1]), (0.0,))
     return np.array(list(corners), dtype=np.float32)
 
 
-def _vector(values: npt.NDArray[np.float64]) -> Vector:
+def _vector(values: Floats) -> Vector:
     return (float(values[0]), float(values[1]), float(values[2]))
 
 

@@ -8,6 +8,7 @@ from threading import Lock
 from typing import Literal, final
 
 import viser
+from markupsafe import Markup
 
 from dashboards.model.clock import Clock
 from dashboards.model.container_history import container_history
@@ -30,6 +31,7 @@ from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import address, choose_tab, execute_command, script, update_address
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
+from workbench.tolerances import ROUNDING
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
 CAMERA_PX, CAMERAS_PX = 220, 330
@@ -84,7 +86,7 @@ class Controls:
         gui.main_panel.set_width(PANEL_PX)
         self._add("address")
         self._add("choose")
-        self._html["style"] = gui.add_html(style() + script())
+        self._html["style"] = gui.add_html(str(style() + script()))
         self._add("title")
         self._add("trouble")
         self._add("now")
@@ -196,12 +198,12 @@ class Controls:
     def _add(self, name: str) -> None:
         self._html[name] = self._gui.add_html("")
 
-    def _set(self, name: str, content: str) -> None:
+    def _set(self, name: str, content: Markup) -> None:
         if self._sent.get(name) != content:
-            self._html[name].content = content
+            self._html[name].content = str(content)
             self._sent[name] = content
 
-    def _draw(self, name: str, make: Callable[[], str]) -> None:
+    def _draw(self, name: str, make: Callable[[], Markup]) -> None:
         """Fills a panel; one that cannot be drawn says so, and the others are drawn all the same."""
         with self._session.trouble.caught(f"the panel {name}", lambda line: self._set(name, error_line(line))):
             self._set(name, make())
@@ -246,7 +248,7 @@ class Controls:
         self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
-        if abs(self._slider.value - reading) > 1e-9:
+        if abs(self._slider.value - reading) > ROUNDING:
             self._slider.value = reading
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
@@ -297,7 +299,9 @@ class Controls:
     def _list_runs(self) -> None:
         library = self._session.library
         if len(library.paths) < 2:
-            self._set("runs", '<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
+            self._set(
+                "runs", Markup('<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
+            )
             return
         with self._listing:  # the filter and the view call concurrently; the newer words must win
             rows = [row for row in library.rows() if passes(row, self._filter.value)]

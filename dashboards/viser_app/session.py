@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from threading import Condition, Thread
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.library.library import Library
@@ -29,7 +28,9 @@ from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, l
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
 from dashboards.viser_app.trouble import ViewErrors, one_line
+from workbench.arrays import Bools, Floats
 from workbench.log_schema.events import SeenItem
+from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
@@ -89,7 +90,7 @@ class Session:
         self.stage = Stage(client)
         self.sensors = SensorLayers(client, self._show_again)
         self.senses: RobotSensors | None = None
-        self.unopened: npt.NDArray[np.bool_] = np.zeros(0, dtype=np.bool_)
+        self.unopened: Bools = np.zeros(0, dtype=np.bool_)
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
         self.state = state
@@ -176,7 +177,7 @@ class Session:
     def step(self, stops: tuple[float, ...], direction: int) -> None:
         """Goes to the next stop after, or the last before, the moment shown; pauses."""
         with self._wake:
-            at, near = self.state.at, 1e-6 * max(1.0, self.clock.end)
+            at, near = self.state.at, NEAR_COST * max(1.0, self.clock.end)
             ends = (*stops, 0.0, self.clock.end)
             ahead = [s for s in ends if (s > at + near if direction > 0 else s < at - near)]
             if ahead:
@@ -237,7 +238,7 @@ class Session:
         self.client.add_notification(title, words, color="red", auto_close_seconds=8)
 
     def _is_over(self, at: float) -> bool:
-        return at >= self.clock.end * (1 - 1e-9)
+        return at >= self.clock.end * (1 - ROUNDING)
 
     def look(self, *, from_above: bool = False) -> None:
         """Fits the camera to the house."""
@@ -359,7 +360,7 @@ class Session:
             state = self.state
             if not state.playing or not self.clock.timelines:
                 return
-            duration_s = max(self.clock.timelines[0].duration_s, 1e-9)
+            duration_s = max(self.clock.timelines[0].duration_s, TINY)
             pace = 1.0 if state.alignment == "time" else self.clock.end / duration_s
             at = state.at + seconds * state.speed * pace
             if at < self.clock.end:
@@ -391,5 +392,5 @@ class Session:
             watcher(self, scenes)
 
 
-def _is_near(place: Sequence[float] | npt.NDArray[np.float64], other: Sequence[float]) -> bool:
+def _is_near(place: Sequence[float] | Floats, other: Sequence[float]) -> bool:
     return np.allclose(place, other, atol=UNMOVED_M)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import Force, Json
+from workbench.options import Force, Json, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from recorders.spot.client.connection import Connection
     from recorders.spot.run.run import RobotRun, RunReport
+    from workbench.execution.setup import RunSetup
 
 Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
@@ -112,6 +114,7 @@ def record(
     furniture_open: Annotated[
         bool, Option("--furniture-open", help="Your word that all closed furniture was opened before.")
     ] = False,
+    serve: ServePort = None,
     certificate: Certificate = None,
     force: Force = False,
     json: Json = False,
@@ -135,6 +138,7 @@ def record(
 
     require_bosdyn()
     from recorders.sinks.files import Split
+    from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
@@ -162,12 +166,16 @@ def record(
         furniture_open=furniture_open,
     )
     address = RobotAddress.read(robot)
-    with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
+    with (
+        talking_to(address),
+        Connection(address, find_credentials(), certificate=certificate) as connection,
+        watched(output.name, serve) as audience,
+    ):
         say(
             f"Recording {connection.serial} at {robot} to {output}. "
             "Keys: n note, m mark, o opened, d done, f failed, q end."
         )
-        report = record_session(connection, wanted, output, force=force)
+        report = record_session(connection, replace(wanted, audience=audience), output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
     else:
@@ -201,6 +209,7 @@ def run(
         bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
     ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    serve: ServePort = None,
     certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
     force: Force = False,
@@ -220,8 +229,9 @@ def run(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.run.run import RobotRun, strategy_and_estimator
+    from recorders.spot.run.run import RobotRun, setup_of
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
     from recorders.spot.session.session import Rates
@@ -248,27 +258,31 @@ def run(
         own_estop=own_estop,
         map_folder=map_folder,
     )
-    strategy_and_estimator(wanted)
+    ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            _tell_plan(connection, wanted)
+            _tell_plan(connection, wanted, ready)
             return
-        report = _run_by_keys(connection, wanted, output, force=force)
+        with watched(output.name, serve) as audience:
+            watched_run = replace(wanted, audience=audience)
+            report = _run_by_keys(connection, watched_run, ready, output, force=force)
     _tell_run(report, output, as_json=json)
 
 
-def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
+def _tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
     """Print the first decision without moving the robot."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.run import first_decision
     from workbench.terminal import say
 
-    planned = first_decision(connection, wanted)
+    planned = first_decision(connection, wanted, ready)
     say(f"{connection.serial} is localised and all waypoints of {wanted.site.name} are on its map.")
     say(event_line(planned) if planned is not None else "The goal is met already: nothing to do.")
 
 
-def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
+def _run_by_keys(
+    connection: Connection, wanted: RobotRun, ready: RunSetup, output: Path, *, force: bool
+) -> RunReport:
     """Run with progress output and keyboard control."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
@@ -279,7 +293,14 @@ def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, forc
     say("Space or s stops the robot; n marks the moment in the log.")
     with stop_on_signals(stop), KeyboardOperator(stop) as keys:
         return run_and_record(
-            connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(event_line(e))
+            connection,
+            wanted,
+            output,
+            setup=ready,
+            stop=stop,
+            operator=keys,
+            force=force,
+            hear=lambda e: say(event_line(e)),
         )
 
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.mirrored import Audience
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
@@ -41,6 +43,7 @@ class SessionPlan:
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
         furniture_open: the operator's word that all closed furniture was opened before.
+        audience: viewers that are shown every message once it is written.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -51,6 +54,7 @@ class SessionPlan:
     split: Split | None = None
     keep_last_s: float | None = None
     furniture_open: bool = False
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,6 +139,7 @@ def record_session(
         costs=ROBOT_COSTS,
         background=True,
         sink=files,
+        audience=plan.audience,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
@@ -243,4 +248,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")
+    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    return robot_run_info(connection, site, task, driver, told_apart_by="session")

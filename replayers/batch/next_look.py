@@ -14,18 +14,16 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from workbench.arrays import Bools, Floats, Indices
 from workbench.errors import LiosError
+from workbench.tolerances import NEAR_COST
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from replayers.counterfactual.prepared_log import ReplaySettings
-
-Floats = npt.NDArray[np.float64]
-NEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,7 +127,7 @@ def best_looks(
 
 
 def _words(look: LookValue) -> str:
-    if look.doubt <= NEAR and look.narrows <= NEAR:
+    if look.doubt <= NEAR_COST and look.narrows <= NEAR_COST:
         return "no look would change what is known of these strategies"
     return (
         f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow the costs "
@@ -142,7 +140,7 @@ def _doubt(table: Floats) -> float:
     total = 0.0
     for a, b in combinations(range(len(table)), 2):
         apart = table[a] - table[b]
-        wins, loses = float(np.mean(apart < -NEAR)), float(np.mean(apart > NEAR))
+        wins, loses = float(np.mean(apart < -NEAR_COST)), float(np.mean(apart > NEAR_COST))
         total += 1 - max(wins, loses, 1 - wins - loses)
     return total
 
@@ -151,7 +149,7 @@ def _spread(table: Floats) -> float:
     return float(table.std(axis=1).mean())
 
 
-def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
+def _groups(inside: Bools) -> list[Indices]:
     """Groups of worlds that agree on what a container holds; inside has shape (worlds, types)."""
     codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
     return [np.flatnonzero(codes == code) for code in np.unique(codes)]

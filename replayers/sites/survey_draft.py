@@ -12,7 +12,6 @@ from math import atan2, cos, degrees, hypot, sin
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import yaml
 from foxglove_schemas_protobuf.Grid_pb2 import Grid
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -22,8 +21,10 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from recorders.spot.client.localized import waypoint_of
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
+from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.log_schema.events import NANO
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
@@ -78,7 +79,7 @@ class SiteDraft:
 
     start: Pose
     stops: tuple[Stop, ...]
-    metres: npt.NDArray[np.float64]
+    metres: Floats
     tags: dict[int, tuple[float, float, float]]
     corners: tuple[Point, Point]
     grid: OccupancyGrid | None
@@ -283,7 +284,7 @@ def _known_as(pose: Pose, plan: FloorPlan, number: int) -> tuple[str, str]:
     return f"container_{number}", "Unknown"
 
 
-def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.float64]:
+def _walked_lengths(points: list[Point], places: list[Point]) -> Floats:
     """Shortest lengths between places along the walked path, crossings joined; metres, shape (places, places)."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -298,7 +299,7 @@ def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.
     near = KDTree(nodes).query_pairs(JOIN_M)
     edges = np.array(sorted({*chain, *near}), dtype=np.int64).reshape(-1, 2)
     lengths = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
-    graph = csr_array((np.maximum(lengths, 1e-9), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
+    graph = csr_array((np.maximum(lengths, TINY), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
     last = np.arange(len(kept), len(nodes))
     return np.asarray(dijkstra(graph, directed=False, indices=last), dtype=np.float64)[:, last]
 

@@ -41,6 +41,22 @@ MAX_REFUSALS = 3
 Stopwatch = Callable[[], float]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopOptions:
+    """How far a run goes, where it begins, and what its planning times are measured by.
+
+    Attributes:
+        max_steps: actions after which the run ends with STEP_LIMIT.
+        stopwatch: time source in seconds for planning times; all other stamps come from the world's clock.
+        begin_with: knowledge to continue from, in a world in the same state, instead of the start; earlier
+            observations are not reported again.
+    """
+
+    max_steps: int = 500
+    stopwatch: Stopwatch = time.perf_counter
+    begin_with: Knowledge | None = None
+
+
 def run_task(
     world: World,
     strategy: Strategy,
@@ -49,11 +65,9 @@ def run_task(
     *,
     costs: ActionCosts,
     seed: int = 0,
-    max_steps: int = 500,
-    stopwatch: Stopwatch = time.perf_counter,
-    begin_with: Knowledge | None = None,
+    options: LoopOptions = LoopOptions(),
 ) -> Iterator[Event]:
-    """Run one task in one world with one strategy; yields events, the last of which is Ended.
+    """Run one task in one world with one strategy; yields events, the last of which is RunEnded.
 
     Args:
         world: the environment: simulation, robot, or log.
@@ -62,19 +76,16 @@ def run_task(
         task: the goal, its failure cost and its planning budget.
         costs: action costs; moves cost their distance in metres.
         seed: passed to the strategy with every view.
-        max_steps: actions after which the run ends with STEP_LIMIT.
-        stopwatch: time source in seconds for planning times; all other stamps come from the world's clock.
-        begin_with: knowledge to continue from, in a world in the same state, instead of the start; earlier
-            observations are not reported again.
+        options: limits and clocks of the run.
     """
-    return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch, begin_with).events()
+    return _Run(world, strategy, estimator, task, costs, seed, options).events()
 
 
 def outcome_of(events: list[Event]) -> RunEnded:
     """The final event of a run.
 
     Raises:
-        ValueError: the events contain no Ended.
+        ValueError: the events contain no RunEnded.
     """
     for event in reversed(events):
         if isinstance(event, RunEnded):
@@ -92,9 +103,7 @@ class _Run:
     task: Task
     costs: ActionCosts
     seed: int
-    max_steps: int
-    stopwatch: Stopwatch
-    begin_with: Knowledge | None = None
+    options: LoopOptions
     knowledge: Knowledge = field(init=False)
     decision: int = 0
     steps: int = 0
@@ -118,8 +127,8 @@ class _Run:
         yield self.ended
 
     def _start(self) -> Iterator[Event]:
-        if self.begin_with is not None:
-            self.knowledge = self.begin_with
+        if self.options.begin_with is not None:
+            self.knowledge = self.options.begin_with
             self._warm_up()
             return
         known = self.world.known_at_start()
@@ -142,12 +151,12 @@ class _Run:
 
     def _decide_and_act(self) -> Iterator[Event]:
         self.decision += 1
-        began = self.stopwatch()
+        began = self.options.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
         belief = believe_scenario_items(
             self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan
         )
-        believed = self.stopwatch()
+        believed = self.options.stopwatch()
         made = self.strategy.decide(
             View(
                 knowledge=self.knowledge,
@@ -158,7 +167,7 @@ class _Run:
                 seed=self.seed,
             )
         )
-        planned = self.stopwatch()
+        planned = self.options.stopwatch()
         self.planning_s += planned - began
         stamp = self.world.now_ns()
         yield BeliefUpdated(stamp_ns=stamp, decision=self.decision, belief=belief)
@@ -295,8 +304,8 @@ class _Run:
         self.cost += charged
         self.travel_m += travel
         self.steps += 1
-        if self.steps >= self.max_steps and self.ended is None:
-            self._end(RunStatus.STEP_LIMIT, f"{self.max_steps} actions without meeting the goal")
+        if self.steps >= self.options.max_steps and self.ended is None:
+            self._end(RunStatus.STEP_LIMIT, f"{self.options.max_steps} actions without meeting the goal")
         return ActionEnded(
             stamp_ns=answer.end_ns,
             decision=self.decision,

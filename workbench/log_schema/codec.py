@@ -15,8 +15,8 @@ from typing import cast
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import Malformed
 from workbench.execution.events import (
     ActionEnded,
@@ -256,5 +256,5 @@ def _rounded(value: float) -> float:
     return round(float(value), DECIMALS)
 
 
-def _cube(array: npt.NDArray[np.float64]) -> tuple[tuple[tuple[float, ...], ...], ...]:
+def _cube(array: Floats) -> tuple[tuple[tuple[float, ...], ...], ...]:
     return tuple(tuple(tuple(row) for row in layer) for layer in np.round(array, DECIMALS).tolist())

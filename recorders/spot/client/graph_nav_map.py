@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from bosdyn.api.graph_nav import map_pb2
 from bosdyn.client.math_helpers import SE3Pose
 from google.protobuf.message import DecodeError
+
+from workbench.arrays import Floats
 
 Graph = map_pb2.Graph
 Waypoint = map_pb2.Waypoint
@@ -49,6 +50,6 @@ def read_snapshot(folder: Path, waypoint: Waypoint) -> WaypointSnapshot | None:
     return snapshot
 
 
-def matrix(pose: Any) -> npt.NDArray[np.float64]:
+def matrix(pose: Any) -> Floats:
     """A bosdyn.api.SE3Pose as a homogeneous matrix, shape (4, 4), metres."""
     return np.asarray(SE3Pose.from_proto(pose).to_matrix(), dtype=np.float64)

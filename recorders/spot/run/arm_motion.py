@@ -17,6 +17,7 @@ from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, VISION_FRA
 from bosdyn.client.math_helpers import Quat, SE3Pose
 from bosdyn.client.robot_command import RobotCommandBuilder
 
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Container
 
@@ -56,7 +57,7 @@ def hand_to(position: Position) -> robot_command_pb2.RobotCommand:
 def in_front_of(position: Position) -> Position:
     """The point from which the hand goes to a position, and to which it returns: nearer to the body, and higher."""
     x, y, z = position
-    away = hypot(x, y) or 1e-9
+    away = hypot(x, y) or TINY
     return (x / away * BEFORE_M, y / away * BEFORE_M, z + RAISED_M)
 
 
@@ -93,7 +94,7 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     mx, my = at.x_m + c * along - s * across - here.x_m, at.y_m + s * along + c * across - here.y_m
     c, s = cos(here.yaw_rad), sin(here.yaw_rad)
     x, y = c * mx + s * my, -s * mx + c * my
-    away = hypot(x, y) or 1e-9
+    away = hypot(x, y) or TINY
     far = max(AHEAD_M, min(REACH_M, away))
     top = min(container.base_m + tall, HIGHEST_M)
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)

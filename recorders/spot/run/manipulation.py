@@ -33,6 +33,7 @@ from recorders.spot.run.arm_motion import (
     place_on,
 )
 from workbench.errors import LiosError
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, ItemId
 
@@ -181,7 +182,7 @@ class ArmManipulator:
         if body is None:
             return None
         dx, dy = sighting.in_vision[0] - body.x, sighting.in_vision[1] - body.y
-        away = hypot(dx, dy) or 1e-9
+        away = hypot(dx, dy) or TINY
         return (dx / away, dy / away, 0.0)
 
     def _carry(self, item: ItemId) -> None:

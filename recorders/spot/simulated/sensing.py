@@ -12,6 +12,7 @@ from bosdyn.api import (
     world_object_service_pb2_grpc,
 )
 from google.protobuf.duration_pb2 import Duration
+from google.protobuf.timestamp_pb2 import Timestamp
 from google.protobuf.wrappers_pb2 import DoubleValue
 
 from recorders.spot.simulated.basic_services import header_of
@@ -95,6 +96,25 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
         type=stopped.TYPE_SOFTWARE,
         state=stopped.STATE_ESTOPPED if state.estop.stopped else stopped.STATE_NOT_ESTOPPED,
     )
+    _add_faults(message, state, now)
+    message.comms_states.add(timestamp=now).wifi_state.current_mode = robot_state_pb2.WiFiState.MODE_ACCESS_POINT
+    message.comms_states[0].wifi_state.essid = "simulated"
+    for dx, dy in ((0.3, 0.17), (0.3, -0.17), (-0.3, 0.17), (-0.3, -0.17)):
+        foot = message.foot_state.add(contact=robot_state_pb2.FootState.CONTACT_MADE)
+        foot.foot_position_rt_body.x, foot.foot_position_rt_body.y = dx, dy
+        foot.foot_position_rt_body.z = -height_of(body)
+    if state.site.robot.arm:
+        arm = message.manipulator_state
+        arm.gripper_open_percentage = 100.0 if state.gripper_open else 0.0
+        arm.is_gripper_holding_item = state.held is not None
+        stow = robot_state_pb2.ManipulatorState
+        arm.stow_state = stow.STOWSTATE_DEPLOYED if state.arm_deployed else stow.STOWSTATE_STOWED
+        arm.carry_state = state.carry_state
+    return message
+
+
+def _add_faults(message: robot_state_pb2.RobotState, state: RobotState, now: Timestamp) -> None:
+    body = state.body
     if state.critical_fault:
         message.system_fault_state.faults.add(
             name=state.critical_fault,
@@ -109,8 +129,6 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
             cause=robot_state_pb2.BehaviorFault.CAUSE_FALL,
             status=robot_state_pb2.BehaviorFault.STATUS_CLEARABLE,
         )
-    message.comms_states.add(timestamp=now).wifi_state.current_mode = robot_state_pb2.WiFiState.MODE_ACCESS_POINT
-    message.comms_states[0].wifi_state.essid = "simulated"
     if body.stuck or not state.localized:
         name = "obstacle" if body.stuck else "lost"
         message.system_fault_state.faults.add(
@@ -119,18 +137,6 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
             severity=robot_state_pb2.SystemFault.SEVERITY_WARN,
             error_message="something stands in the way" if body.stuck else "not localized to the map",
         )
-    for dx, dy in ((0.3, 0.17), (0.3, -0.17), (-0.3, 0.17), (-0.3, -0.17)):
-        foot = message.foot_state.add(contact=robot_state_pb2.FootState.CONTACT_MADE)
-        foot.foot_position_rt_body.x, foot.foot_position_rt_body.y = dx, dy
-        foot.foot_position_rt_body.z = -height_of(body)
-    if state.site.robot.arm:
-        arm = message.manipulator_state
-        arm.gripper_open_percentage = 100.0 if state.gripper_open else 0.0
-        arm.is_gripper_holding_item = state.held is not None
-        stow = robot_state_pb2.ManipulatorState
-        arm.stow_state = stow.STOWSTATE_DEPLOYED if state.arm_deployed else stow.STOWSTATE_STOWED
-        arm.carry_state = state.carry_state
-    return message
 
 
 class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):

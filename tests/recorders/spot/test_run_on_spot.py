@@ -154,7 +154,7 @@ def test_a_planner_that_raises_does_not_keep_the_lease(tmp_path: Path, monkeypat
     def broken(*_: object, **__: object) -> object:
         raise ZeroDivisionError("a bug in somebody's planner")
 
-    monkeypatch.setattr("recorders.spot.run.run.run_task", broken)
+    monkeypatch.setattr("workbench.execution.setup.run_task", broken)
     with robot() as (spot, connection):
         with pytest.raises(ZeroDivisionError):
             run_and_record(connection, run_of(spot), tmp_path / "run.mcap")

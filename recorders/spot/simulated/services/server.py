@@ -35,6 +35,7 @@ from bosdyn.api import (
 from bosdyn.api.docking import docking_service_pb2_grpc
 from bosdyn.api.graph_nav import graph_nav_service_pb2_grpc
 
+from recorders.certificate import new_identity
 from recorders.spot.client.time_source import RobotClock, RunningClock
 from recorders.spot.simulated.basic_services import (
     AUTHORITIES,
@@ -47,7 +48,6 @@ from recorders.spot.simulated.basic_services import (
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.robot import RobotState, new_state
 from recorders.spot.simulated.sensing import State, WorldObjects
-from recorders.spot.simulated.services.certificate import new_identity
 from recorders.spot.simulated.services.commands import Commands
 from recorders.spot.simulated.services.docking import Docking
 from recorders.spot.simulated.services.graph_nav import GraphNav
