@@ -116,7 +116,7 @@ def _plan(
 def _pool(
     plan: MeasurementSettings, output: Path | None, *, workers: int, force: bool
 ) -> tuple[tuple[PoolTrial, ...], int]:
-    """The pool, of an earlier call where the folder holds the same tasks and strategies; and how many were skipped."""
+    """The pool, of an earlier call where the folder holds the same tasks and strategies; and how many it lacks."""
     from replayers.evaluation.selection_pool import pool_trials, read_pool, write_pool
     from replayers.evaluation.trials import SkippedTask
     from workbench.errors import Failed, OutputExists
@@ -182,7 +182,8 @@ def _answer(
     shares = next(row.share_of for row in rows if row.selector == OURS)
     if as_json:
         emit_json({"rows": [{"selector": r.selector, "regret": r.regret.value, "ci95": r.regret.interval,
-                             "best_share": r.best_share, "intervals_over_this": shares.get(r.selector)} for r in rows],
+                             "best_share": r.best_share, "intervals_over_this": shares.get(r.selector)}
+                            for r in rows],
                    "mean_costs": costs, "exact": exact, "eliminations": asdict(check), **facts})  # fmt: skip
         return
     emit_table(
@@ -196,7 +197,7 @@ def _answer(
             }
             for r in rows
         ],
-        title=f"{facts['scenario']}: {facts['trials']} trials, {facts['seeds']} seeds, from a pool of {facts['pool']}",
+        title=f"{facts['scenario']}: {facts['trials']} trials, {facts['seeds']} seeds, {facts['pool']} tasks",
     )
     emit_text("mean cost over the pool: " + ", ".join(f"{name} {cost:.1f}" for name, cost in costs.items()))
     emit_text(

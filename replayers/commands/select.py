@@ -128,13 +128,10 @@ def select(
 
 
 def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:
-    """The candidates that were replayed, in the order in which they were given."""
-    from replayers.batch.replay_all import strategies_named
+    """The candidates that were replayed, by the names that they give themselves, in the order asked for."""
     from workbench.errors import BadValue
 
-    names = tuple(n for n in strategies_named(strategies, with_truth=False) if n not in made.not_loaded)
-    replayed = {replay.strategy for replay in made}
-    names = tuple(name for name in names if name in replayed) or tuple(sorted(replayed))
+    names = tuple(dict.fromkeys(replay.strategy for replay in made))
     if len(names) == 1:
         raise BadValue("--strategies", strategies, "two or more: there is nothing to choose between")
     return names
