@@ -118,13 +118,15 @@ def best_looks(
         except LiosError:
             continue  # its row says why it was not replayed
         replays = by_log.get(run.sha256, [])
-        worlds = prepare_log(run, settings, with_ways=False).worlds if replays else None
-        if worlds is None:
+        ground = prepare_log(run, settings, with_ways=False) if replays else None
+        if ground is None or ground.worlds is None:
             continue
+        worlds, doubtful = ground.worlds, ground.evidence.doubtful
         costs = {r.strategy: np.array(r.drawn) for r in replays}
         looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
         if looks:
-            found.append(ContainerLook(log=str(path), value=looks[0], words=_words(looks[0])))
+            again = "it was looked into, and may hold more: look again; " if looks[0].container in doubtful else ""
+            found.append(ContainerLook(log=str(path), value=looks[0], words=again + _words(looks[0])))
     return tuple(found)
 
 

@@ -17,6 +17,9 @@ LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
 """What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
 on a filling of a container that nobody opened."""
 
+OVERLOOKED = "|overlooked|"
+"""Marks the id of an item that a recorded look is taken to have overlooked, before its container."""
+
 ELSEWHERE = ""
 """Where an item stood at first that was carried before the log first shows it."""
 Leg = tuple[LocationId, LocationId]

@@ -23,7 +23,8 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
-"""What an open container holds, given what the robot knows when it looks; None when it cannot be told."""
+"""What a container holds beyond the log, given what the robot knows when it looks: everything in an open one, what was
+overlooked in another; None when it cannot be told."""
 
 
 def unknown_contents(container: ContainerId, knowledge: Knowledge) -> None:
@@ -103,14 +104,17 @@ class LoggedWorld:
             self._now_ns += self._durations.look_ns
             self.knowledge = self.knowledge.shut(container)
             return ActionRefused(start_ns=start, end_ns=self._now_ns, reason=self.evidence.shut[container])
-        support = LOGGED if container in self.evidence.contents else IMPUTED
         inside = self.evidence.contents.get(container)
-        if inside is None:
-            inside = self._filling(container, self.knowledge)
-            if inside is None:
+        support = IMPUTED if inside is None else LOGGED
+        if inside is None or (container in self.evidence.doubtful and self.evidence.misses_left(self.knowledge)):
+            more = self._filling(container, self.knowledge)
+            if more is None:
                 return NotInLog(start_ns=start, container=container)
-            self.imputed[container] = inside
-            self._imputed_items |= {item.id for item in inside}
+            if inside is None or more:
+                self.imputed[container] = more
+                self._imputed_items |= {item.id for item in more}
+                support = IMPUTED
+            inside = (*(inside or ()), *more)
         self._now_ns += self._durations.look_ns
         there = self._now_there(container, inside)
         self.knowledge = self.knowledge.seen(container, there)
