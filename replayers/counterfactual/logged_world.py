@@ -23,8 +23,8 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
-"""What a container holds beyond the log, given what the robot knows when it looks: everything in an open one, what was
-overlooked in another; None when it cannot be told."""
+"""What a container holds beyond the log, given what the robot knows when it looks: everything in an open one, and
+what was overlooked in another; None when it cannot be told."""
 
 
 def unknown_contents(container: ContainerId, knowledge: Knowledge) -> None:
