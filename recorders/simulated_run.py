@@ -21,6 +21,7 @@ from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of, run_task
 from workbench.execution.start import MAX_KNOWN_SHARE, known_at_start
 from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
 from workbench.planning.scenarios.paper import make_task, with_scenario_items
 from workbench.planning.strategies import strategy as strategy_named
@@ -30,6 +31,7 @@ from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import Navigation, navigate
+from workbench.worlds.perception import missing_at
 from workbench.worlds.simulated import SimulatedWorld
 
 
@@ -41,6 +43,7 @@ class Trial:
         house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
+        miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
     """
 
     house: House
@@ -50,6 +53,7 @@ class Trial:
     seed: int = 0
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
+    miss_rate: float = 0.0
 
 
 class NotOneTask(InputError):
@@ -86,6 +90,7 @@ def trial_for(
     estimator: str = "best",
     seed: int = 0,
     most_known: float | None = None,
+    miss_rate: float = 0.0,
 ) -> Trial:
     """The trial for a task request in a house.
 
@@ -96,7 +101,9 @@ def trial_for(
     Raises:
         UnknownName: an unknown item type or scenario.
         Unsupported: a scenario that the house cannot support.
+        BadValue: a miss rate outside [0, 1).
     """
+    missing_at(miss_rate)
     if wish.find:
         task = find_task(item_type_in(house, wish.find), START)
         share = most_known or 0.0
@@ -106,7 +113,9 @@ def trial_for(
         task = make_task(scenario, house, seed=seed, travel=navigate(house.plan).travel)
         share = MAX_KNOWN_SHARE if most_known is None else most_known
     known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
-    return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)
+    return Trial(
+        house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known, miss_rate=miss_rate
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,6 +161,7 @@ def record_trial(
         truth=trial.house.contents,
         force=force,
         sink=sink,
+        settings=perception_to_settings(missing_at(trial.miss_rate)),
     ) as recorder:
         if begun is not None:
             begun()
@@ -182,7 +192,7 @@ def _prepare(trial: Trial) -> _PreparedRun:
     navigation = navigate(trial.house.plan)
     return _PreparedRun(
         navigation=navigation,
-        world=SimulatedWorld(trial.house, navigation, known=trial.known),
+        world=SimulatedWorld(trial.house, navigation, known=trial.known, miss_rate=trial.miss_rate, seed=trial.seed),
         strategy=_strategy(trial),
         estimator=estimator_named(trial.estimator, origin=NameOrigin.USER),
         place=Place.of(trial.house.plan, navigation),
@@ -196,7 +206,15 @@ def _strategy(trial: Trial) -> Strategy:
 
 
 def _events(trial: Trial, ready: _PreparedRun) -> Iterator[Event]:
-    return run_task(ready.world, ready.strategy, ready.estimator, trial.task, costs=trial.costs, seed=trial.seed)
+    return run_task(
+        ready.world,
+        ready.strategy,
+        ready.estimator,
+        trial.task,
+        costs=trial.costs,
+        seed=trial.seed,
+        perception=missing_at(trial.miss_rate),
+    )
 
 
 def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
@@ -225,6 +243,7 @@ def _run_id(trial: Trial, ready: _PreparedRun) -> str:
         task_to_json(trial.task),
         msgspec.json.encode([ready.strategy.name, ready.estimator.name, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
+        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}".encode(),
     )
     digest = hashlib.sha256()
     for part in identity:

@@ -16,8 +16,10 @@ from replayers.counterfactual.evidence_rules import (
     OVERLOOKED,
     Deed,
     Leg,
+    chances_of_missing,
     contents_at_start,
     first_belief,
+    looks_in_order,
     refused_looks,
     refused_targets,
     successful_manipulations,
@@ -26,11 +28,13 @@ from replayers.runs.gaps import Gaps, gaps_of
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
+from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
-from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
+from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.perception import PERFECT, Perception
 
 
 class PartOfRun(Unsupported):
@@ -79,6 +83,8 @@ class Evidence:
         rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
             robot believed.
         misses: how many items the recorded looks may have overlooked, at most.
+        perception: how surely a look of the run showed what was there, as the robot believed it.
+        looks: what each look of the run showed, by container, in order.
         miss_chance: per item type and searched container, the chance that every look there missed it, as the log
             assumes it; 0 where it is not named.
         notes: what was odd and how it is read, one line each.
@@ -104,6 +110,8 @@ class Evidence:
     imputed: tuple[ContainerId, ...] = ()
     rounded: bool = False
     misses: int = 0
+    perception: Perception = PERFECT
+    looks: Mapping[ContainerId, tuple[tuple[Item, ...], ...]] = field(default_factory=lambda: MappingProxyType({}))
     miss_chance: Mapping[tuple[ItemType, ContainerId], float] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
@@ -193,6 +201,9 @@ def evidence_of(run: Run) -> Evidence:
         steady=steady and not gaps.beliefs,
         rounded=rounded,
         imputed=imputed,
+        perception=perception_from_settings(run.settings),
+        looks=looks_in_order(seen),
+        miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
     )
 

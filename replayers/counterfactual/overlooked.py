@@ -31,12 +31,17 @@ def contradicting_types(evidence: Evidence, relevance: Relevance) -> tuple[ItemT
 
 def misses_note(evidence: Evidence, contradicting: tuple[ItemType, ...]) -> str:
     """How many items are taken to have been overlooked, and in which looks; empty if none."""
+    if not evidence.misses and not evidence.perception.perfect:
+        return "the looks of this run could miss: bounds take them at their word; --misses K allows for K such items"
     if not evidence.misses:
         return ""
-    looks = f"the looks that may have missed: {', '.join(evidence.doubtful)}"
     count = f"{evidence.misses} item{'' if evidence.misses == 1 else 's'}"
     if not contradicting:
-        return f"at most {count} may have been overlooked: the bounds hold over all such worlds; {looks}"
+        return (
+            f"at most {count} may have been overlooked in the {len(evidence.doubtful)} containers that were looked "
+            "into: the bounds hold over all such worlds"
+        )
+    looks = f"the looks that may have missed: {', '.join(evidence.doubtful)}"
     return (
         f"the task lists {', '.join(contradicting)}, and every container was opened without it: at least one look "
         f"overlooked it. The bounds hold over all worlds in which no more than {count} escaped the looks; {looks}"

@@ -23,6 +23,7 @@ class Belief:
         probability: float64, shape (item types, containers), within [0, 1], read-only. Entry (o, c) is the
             probability that at least one instance of o is in c; rows need not add up to 1.
         estimator: the estimator with a short hash of its weights: "fcnn@1a2b3c4d".
+        p_detect: per item type, the chance that one look detects it where it is, in (0, 1]; empty for certain.
 
     Raises:
         BadValue: the shape does not match the axes, or an entry is not a probability.
@@ -32,6 +33,7 @@ class Belief:
     containers: tuple[ContainerId, ...]
     probability: npt.NDArray[np.float64]
     estimator: str
+    p_detect: tuple[float, ...] = ()
     _only: dict[tuple[ItemType, ...], Belief] = field(
         default_factory=dict[tuple[ItemType, ...], "Belief"], init=False, repr=False, compare=False
     )
@@ -41,6 +43,8 @@ class Belief:
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
+        if self.p_detect and len(self.p_detect) != len(self.item_types):
+            raise BadValue("detection probabilities", len(self.p_detect), f"{len(self.item_types)}, one an item type")
         if p.size and not (p.min() >= 0 and p.max() <= 1):  # also true for nan
             raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
         p.flags.writeable = False
@@ -62,8 +66,18 @@ class Belief:
         if made is None:
             rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
             probability = np.array(rows).reshape(len(item_types), len(self.containers))
-            made = self._only[item_types] = replace(self, item_types=item_types, probability=probability)
+            made = self._only[item_types] = replace(
+                self,
+                item_types=item_types,
+                probability=probability,
+                p_detect=tuple(self.detects(t) for t in item_types) if self.p_detect else (),
+            )
         return made
+
+    def detects(self, item_type: ItemType) -> float:
+        """The chance that one look detects an item of that type where it is."""
+        certain = not self.p_detect or item_type not in self.item_types
+        return 1.0 if certain else self.p_detect[self.item_types.index(item_type)]
 
 
 class Estimator(Protocol):

@@ -27,7 +27,7 @@ class _QueryCache:
     """Cache of queries about the same contents; moving the robot, for example, does not invalidate it.
 
     Attributes:
-        items_at, first_seen, closed, plan, travel: the immutable inputs that the cached answers depend on,
+        items_at, first_seen, closed, again, plan, travel: the immutable inputs that the cached answers depend on,
             compared by identity.
         unsearched, where: cached answers of the methods of the same names.
     """
@@ -35,6 +35,7 @@ class _QueryCache:
     items_at: Mapping[LocationId, tuple[Item, ...]] | None = None
     first_seen: Contents | None = None
     closed: frozenset[ContainerId] | None = None
+    again: frozenset[ContainerId] | None = None
     plan: FloorPlan | None = None
     travel: TravelCosts | None = None
     unsearched: tuple[ContainerId, ...] | None = None
@@ -56,6 +57,7 @@ class Knowledge:
         facts: facts established by preparations, e.g. ("boiled", (egg,)).
         visited: containers searched in this run, in order; those known at the start are not among them.
         closed: containers that could not be searched (a failed look); no longer candidates.
+        again: searched containers that are worth another look, since looks can miss; unsearched once more.
     """
 
     plan: FloorPlan
@@ -67,24 +69,26 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
+    again: frozenset[ContainerId] = frozenset()
     _asked: _QueryCache = field(default_factory=_QueryCache, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         asked, plan, travel = self._asked, self.plan, self.travel
         same_place = asked.plan is plan and asked.travel is travel
-        same_left = same_place and asked.first_seen is self.first_seen and asked.closed is self.closed
+        same_seen = asked.first_seen is self.first_seen and asked.again is self.again
+        same_left = same_place and same_seen and asked.closed is self.closed
         if not same_left or asked.items_at is not self.items_at:
             left = asked.unsearched if same_left else None
-            anew = _QueryCache(self.items_at, self.first_seen, self.closed, plan, travel, left)
+            anew = _QueryCache(self.items_at, self.first_seen, self.closed, self.again, plan, travel, left)
             object.__setattr__(self, "_asked", anew)
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
-        """Reachable containers that have not been searched, in the plan's order."""
+        """Reachable containers that have not been searched, or are worth another look, in the plan's order."""
         if self._asked.unsearched is None:
-            seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
-            names = [c.id for c in self.plan.containers]
-            left = [c for c in names if c not in seen and c not in closed and reaches(LocationId(c))]
+            seen, again, closed, reaches = self.first_seen, self.again, self.closed, self.travel.reaches
+            names = [c.id for c in self.plan.containers if c.id not in seen or c.id in again]
+            left = [c for c in names if c not in closed and reaches(LocationId(c))]
             self._asked.unsearched = tuple(left)
         return self._asked.unsearched
 
@@ -105,7 +109,9 @@ class Knowledge:
         return self._with(location, self.holding, self.items_at)
 
     def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
-        """The knowledge after looking into a container."""
+        """The knowledge after looking into a container, for the first time or again."""
+        if container in self.again:
+            return self._seen_again(container, items)
         first = MappingProxyType({**self.first_seen, container: items})
         there = MappingProxyType({**self.items_at, LocationId(container): items})
         visited = (*self.visited, container) if in_run else self.visited
@@ -114,6 +120,27 @@ class Knowledge:
             after._asked.unsearched = tuple([c for c in self._asked.unsearched if c != container])
         before = self.items_at.get(LocationId(container), ())
         return after._others_stand_as_in(self, {item.type for item in (*before, *items)})
+
+    def _seen_again(self, container: ContainerId, items: tuple[Item, ...]) -> Knowledge:
+        """The knowledge after another look into a searched container: what it shows is added to what is known to be
+        there, since a look can miss but not invent."""
+        known = self.items_at.get(LocationId(container), ())
+        new = tuple(i for i in items if all(i.id != there.id for there in known))
+        return replace(
+            self,
+            items_at=MappingProxyType({**self.items_at, LocationId(container): (*known, *new)}),
+            first_seen=MappingProxyType({**self.first_seen, container: (*self.first_seen[container], *new)}),
+            visited=(*self.visited, container),
+            again=self.again - {container},
+        )
+
+    def looks(self, container: ContainerId) -> int:
+        """How often the container was looked into in this run."""
+        return self.visited.count(container)
+
+    def with_another_look_at(self, containers: frozenset[ContainerId]) -> Knowledge:
+        """The knowledge in which these searched containers, and no others, are worth another look."""
+        return self if containers == self.again else replace(self, again=containers)
 
     def shut(self, container: ContainerId) -> Knowledge:
         """The knowledge after a container turned out to be impossible to search."""
@@ -169,6 +196,7 @@ class Knowledge:
             facts=self.facts,
             visited=self.visited if visited is None else visited,
             closed=self.closed,
+            again=self.again,
             _asked=self._asked,
         )
 
