@@ -175,6 +175,13 @@ def record_session(
         if kept is not None:
             kept.save_the_end(recorder.sink)
         dropped = recorder.sink.dropped if isinstance(recorder.sink, ThreadedSink) else {}
+    written = tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files)
+    return _report(session, ended, seconds, dropped, written)
+
+
+def _report(
+    session: Session, ended: RunEnded, seconds: float, dropped: dict[str, int], files: tuple[Path, ...]
+) -> SessionReport:
     return SessionReport(
         ended=ended,
         seconds=seconds,
@@ -184,7 +191,7 @@ def record_session(
         gaps_s=tuple(session.gaps),
         failed=dict(sorted(session.failed.items())),
         troubles=dict(sorted(session.troubles.items())),
-        files=tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files),
+        files=files,
     )
 
 
