@@ -20,7 +20,8 @@ from replayers.mcap_io.records import ChunkRecord, Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import read_summary
 from workbench.errors import Failed, OutputExists, WrongKind
-from workbench.files import draft_path, remove_abandoned_drafts, replace
+from workbench.files import draft_path, remove_abandoned_drafts
+from workbench.files import replace as replace_file
 
 MESSAGE_INDEXES = frozenset({int(Opcode.MESSAGE_INDEX)})
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
@@ -145,7 +146,7 @@ class Copier:
         return placed[0].id
 
     def reserve(self, sources: Iterable[Path]) -> None:
-        """Reserves the ids of logs' channels, the largest log's first, so that most chunks can be copied as they stand."""
+        """Reserves the ids of logs' channels, the largest log's first, so that most chunks are copied as they are."""
         for source in sorted(sources, key=lambda path: -path.stat().st_size):
             with open_log(source) as stream:
                 summary = read_summary(stream)
@@ -199,7 +200,7 @@ class Copier:
         """Renames the finished file to its final name, unless another file has taken it meanwhile."""
         if self.path.exists() and not self._style.force:
             raise OutputExists(self.path)
-        replace(self.writer.path, self.path)
+        replace_file(self.writer.path, self.path)
 
     def discard(self) -> None:
         """Removes a file that has not been renamed to its final name."""
