@@ -145,7 +145,7 @@ class Copier:
         return placed[0].id
 
     def reserve(self, sources: Iterable[Path]) -> None:
-        """Reserves the ids of logs' channels, the largest log's first, so that most chunks can be copied as they stand."""
+        """Reserves the ids of logs' channels, of the largest log first: most chunks can then be copied whole."""
         for source in sorted(sources, key=lambda path: -path.stat().st_size):
             with open_log(source) as stream:
                 summary = read_summary(stream)
