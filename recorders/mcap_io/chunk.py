@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import threading
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -57,12 +58,12 @@ class Chunk:
             repeated: declarations of the previous chunk, written again so that a damaged chunk affects only itself.
         """
         again = b"".join(record_bytes(record) for record in repeated)
-        body = again + bytes(self.body)
+        body = again + self.body
         index = {
             channel_id: [(stamp, at + len(again)) for stamp, at in entries]
             for channel_id, entries in self.index.items()
         }
-        return PackedChunk(
+        parts, entry = PackedChunk(
             data=compress(body, compression),
             compression=compression,
             size=len(body),
@@ -71,6 +72,7 @@ class Chunk:
             end_ns=self.end_ns,
             index=index,
         ).at(offset)
+        return b"".join(parts), entry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +85,7 @@ class PackedChunk:
         index: log times and offsets in the chunk, for each channel id.
     """
 
-    data: bytes
+    data: bytes | memoryview
     compression: str
     size: int
     crc: int
@@ -91,8 +93,8 @@ class PackedChunk:
     end_ns: int
     index: Mapping[int, Sequence[tuple[int, int]]]
 
-    def at(self, offset: int) -> tuple[bytes, ChunkIndex]:
-        """The chunk with its message indexes as bytes, and its entry for the summary."""
+    def at(self, offset: int) -> tuple[Sequence[bytes | memoryview], ChunkIndex]:
+        """The chunk with its message indexes, in pieces, and its entry for the summary."""
         name = self.compression.encode()
         head = struct.pack(
             f"<BQQQQLL{len(name)}sQ",
@@ -121,7 +123,7 @@ class PackedChunk:
             message_start_time=self.start_ns,
             uncompressed_size=self.size,
         )
-        return b"".join((head, self.data, indexes)), entry
+        return (head, self.data, bytes(indexes)), entry
 
 
 def _message_index(channel_id: int, entries: Sequence[tuple[int, int]]) -> bytes:
@@ -133,10 +135,19 @@ def _message_index(channel_id: int, entries: Sequence[tuple[int, int]]) -> bytes
 
 def compress(body: bytes, compression: Compression) -> bytes:
     if compression == "zstd":
-        return zstandard.ZstdCompressor(level=ZSTD_LEVEL).compress(body)
+        return _zstd().compress(body)
     if compression == "lz4":
         return lz4.frame.compress(body)
     return body
 
 
+def _zstd() -> zstandard.ZstdCompressor:
+    """One compressor for each thread: its tables are large, and a new one would touch all their memory again."""
+    machine: zstandard.ZstdCompressor | None = getattr(_OF_THREAD, "machine", None)
+    if machine is None:
+        machine = _OF_THREAD.machine = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
+    return machine
+
+
+_OF_THREAD = threading.local()
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")

@@ -13,7 +13,7 @@ from __future__ import annotations
 import errno
 import os
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Self, final
@@ -215,7 +215,8 @@ class McapWriter:
         self.flush(sync=False)
         for record in declared:
             self._index.learn(record)
-        self._put_chunk(*chunk.at(self._offset))
+        parts, entry = chunk.at(self._offset)
+        self._put_chunk(parts, entry)
         for channel_id, stamps in chunk.index.items():
             self._index.count_all(channel_id, stamps)
 
@@ -250,7 +251,7 @@ class McapWriter:
         self._check_open()
         if self._chunk.body:
             data, entry = self._chunk.packed(self._offset, self._compression, repeated=self._repeat)
-            self._put_chunk(data, entry)
+            self._put_chunk((data,), entry)
             self._repeat, self._chunk = self._chunk.declared, Chunk()
         if sync:
             self._sync()
@@ -294,10 +295,10 @@ class McapWriter:
             if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a pipe or device cannot be synced
                 raise DiskFull(self.path, error.strerror or str(error)) from error
 
-    def _put_chunk(self, data: bytes, entry: ChunkIndex) -> None:
-        if self._no_room_for(len(data)):
+    def _put_chunk(self, parts: Sequence[bytes | memoryview], entry: ChunkIndex) -> None:
+        if self._no_room_for(sum(map(len, parts))):
             self._stop_in_time(f"less than {self._keep_free_bytes >> 20} MiB of the disk are free")
-        self._put(data)
+        self._put(*parts)
         self._index.chunks.append(entry)
 
     def _no_room_for(self, size: int) -> bool:
@@ -324,18 +325,20 @@ class McapWriter:
         self._index.first_ns, self._index.last_ns = min(stamps, default=0), max(stamps, default=0)
         self._chunk = Chunk()
 
-    def _put(self, data: bytes) -> None:
+    def _put(self, *parts: bytes | memoryview) -> None:
         """Write all or nothing: after a failure the file ends with its last complete record."""
-        view = memoryview(data)
         try:
-            while view:
-                view = view[self._file.write(view) or 0 :]
+            for part in parts:
+                view = memoryview(part)
+                while view:
+                    view = view[self._file.write(view) or 0 :]
         except OSError as error:
             self._cut_back()
             raise DiskFull(self.path, error.strerror or str(error)) from error
-        self._offset += len(data)
-        if self._data_crc is not None:  # None: appending to a log without a checksum
-            self._data_crc = zlib.crc32(data, self._data_crc)
+        for part in parts:
+            self._offset += len(part)
+            if self._data_crc is not None:  # None: appending to a log without a checksum
+                self._data_crc = zlib.crc32(part, self._data_crc)
 
     def _cut_back(self) -> None:
         self._closed = True

@@ -70,7 +70,7 @@ class ChunkRecord:
     uncompressed_size: int
     uncompressed_crc: int
     compression: str
-    packed: bytes
+    packed: bytes | memoryview
 
     def unpack(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
         """Decompresses the records inside, checked against size and checksum.
@@ -203,10 +203,10 @@ def is_known(opcode: int) -> bool:
     return opcode in _PARSERS
 
 
-def _unpacked(packed: bytes, compression: str, size: int) -> bytes:
+def _unpacked(packed: bytes | memoryview, compression: str, size: int) -> bytes:
     """Decompressed data; never more than size + 1 bytes are decompressed, whatever a frame claims."""
     if compression == "":
-        return packed
+        return bytes(packed)
     try:
         if compression == "zstd":
             with _zstd().stream_reader(packed, read_across_frames=True) as stream:
@@ -256,7 +256,7 @@ def _chunk(body: bytes) -> tuple[Record, int]:
         compression = body[32 : data - 8].decode("utf-8")
     except UnicodeDecodeError:
         raise UnreadableRecord("its compression's name is no text") from None
-    return ChunkRecord(start, end, size, crc, compression, body[data : data + length]), data + length
+    return ChunkRecord(start, end, size, crc, compression, memoryview(body)[data : data + length]), data + length
 
 
 def _attachment(body: bytes) -> tuple[Record, int]:
@@ -332,6 +332,16 @@ def _chunk_index(body: bytes) -> tuple[Record, int]:
     return record, used
 
 
+def _message_index(body: bytes) -> tuple[Record, int]:
+    if len(body) < 6:
+        raise UnreadableRecord("it is too short")
+    channel_id, length = struct.unpack_from("<HL", body)
+    if length % 16 or 6 + length > len(body):
+        raise UnreadableRecord("it claims more than it holds")
+    entries = list(struct.iter_unpack("<QQ", body[6 : 6 + length]))
+    return MessageIndex(channel_id=channel_id, records=entries), 6 + length
+
+
 class _StrictStream(ReadDataStream):
     """mcap's stream, but a short read raises instead of passing silently."""
 
@@ -355,7 +365,7 @@ _PARSERS: Mapping[int, Parser] = MappingProxyType(
         Opcode.CHANNEL: _cached_parser(Channel),
         Opcode.MESSAGE: _message,
         Opcode.CHUNK: _chunk,
-        Opcode.MESSAGE_INDEX: _checked_parser(MessageIndex),
+        Opcode.MESSAGE_INDEX: _message_index,
         Opcode.CHUNK_INDEX: _chunk_index,
         Opcode.ATTACHMENT: _attachment,
         Opcode.ATTACHMENT_INDEX: _checked_parser(AttachmentIndex),
