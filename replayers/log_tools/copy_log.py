@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.mcap_io.chunk import Compression
-from recorders.mcap_io.file import CannotCreate, remove_abandoned_drafts
+from recorders.mcap_io.file import CannotCreate
 from recorders.mcap_io.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
 from replayers.log_tools.read_ahead import read_ahead
 from replayers.log_tools.whole_chunk import WholeChunk, whole_chunk
@@ -22,6 +21,8 @@ from replayers.mcap_io.records import ChunkRecord, Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import read_summary
 from workbench.errors import Failed, OutputExists, WrongKind
+from workbench.files import draft_path, remove_abandoned_drafts
+from workbench.files import replace as replace_file
 
 MESSAGE_INDEXES = frozenset({int(Opcode.MESSAGE_INDEX)})
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
@@ -75,7 +76,7 @@ class Copier:
             raise OutputExists(self.path)
         try:
             self.writer = McapWriter(
-                self.path.with_name(f".{self.path.name}.{os.getpid()}.part"),
+                draft_path(self.path),
                 compression=style.compression,
                 chunk_bytes=style.chunk_bytes,
                 force=True,
@@ -146,7 +147,7 @@ class Copier:
         return placed[0].id
 
     def reserve(self, sources: Iterable[Path]) -> None:
-        """Reserves the ids of logs' channels, of the largest log first: most chunks can then be copied whole."""
+        """Reserves the ids of logs' channels, the largest log's first, so that most chunks are copied as they are."""
         for source in sorted(sources, key=lambda path: -path.stat().st_size):
             with open_log(source) as stream:
                 summary = read_summary(stream)
@@ -200,7 +201,7 @@ class Copier:
         """Renames the finished file to its final name, unless another file has taken it meanwhile."""
         if self.path.exists() and not self._style.force:
             raise OutputExists(self.path)
-        os.replace(self.writer.path, self.path)
+        replace_file(self.writer.path, self.path)
 
     def discard(self) -> None:
         """Removes a file that has not been renamed to its final name."""
