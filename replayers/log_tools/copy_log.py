@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,14 +12,17 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.mcap_io.chunk import Compression
-from recorders.mcap_io.file import CannotCreate, remove_abandoned_drafts
+from recorders.mcap_io.file import CannotCreate
 from recorders.mcap_io.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
+from replayers.log_tools.read_ahead import read_ahead
 from replayers.log_tools.whole_chunk import WholeChunk, whole_chunk
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.records import ChunkRecord, Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import read_summary
 from workbench.errors import Failed, OutputExists, WrongKind
+from workbench.files import draft_path, remove_abandoned_drafts
+from workbench.files import replace as replace_file
 
 MESSAGE_INDEXES = frozenset({int(Opcode.MESSAGE_INDEX)})
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
@@ -74,7 +76,7 @@ class Copier:
             raise OutputExists(self.path)
         try:
             self.writer = McapWriter(
-                self.path.with_name(f".{self.path.name}.{os.getpid()}.part"),
+                draft_path(self.path),
                 compression=style.compression,
                 chunk_bytes=style.chunk_bytes,
                 force=True,
@@ -145,7 +147,7 @@ class Copier:
         return placed[0].id
 
     def reserve(self, sources: Iterable[Path]) -> None:
-        """Reserves the ids of logs' channels, of the largest log first: most chunks can then be copied whole."""
+        """Reserves the ids of logs' channels, the largest log's first, so that most chunks are copied as they are."""
         for source in sorted(sources, key=lambda path: -path.stat().st_size):
             with open_log(source) as stream:
                 summary = read_summary(stream)
@@ -199,7 +201,7 @@ class Copier:
         """Renames the finished file to its final name, unless another file has taken it meanwhile."""
         if self.path.exists() and not self._style.force:
             raise OutputExists(self.path)
-        os.replace(self.writer.path, self.path)
+        replace_file(self.writer.path, self.path)
 
     def discard(self) -> None:
         """Removes a file that has not been renamed to its final name."""
@@ -260,24 +262,36 @@ def contents(path: Path | str, loss: ReadLoss) -> Iterator[Part]:
 def pieces(
     path: Path | str, loss: ReadLoss, *, jumps: Mapping[int, int] | None = None
 ) -> Iterator[Part | WholeChunk]:
-    """As contents, with intact chunks in one piece.
+    """As contents, with intact chunks in one piece; read ahead in a thread.
 
     Args:
         jumps: as of `scan`.
     """
-    content = reader_of(path, loss)
+    return (part for _, part in read_ahead(pieces_at(path, loss, skip=MESSAGE_INDEXES, jumps=jumps)))
+
+
+def pieces_at(
+    path: Path | str,
+    loss: ReadLoss,
+    *,
+    skip: frozenset[int] = frozenset(),
+    jumps: Mapping[int, int] | None = None,
+) -> Iterator[tuple[int, Part | WholeChunk]]:
+    """The pieces of a log with the offsets of their records; skip and jumps are as of `scan`."""
+    content = _reader_of(path, loss)
     with open_log(path) as stream:
-        for offset, record in scan(stream, path=path, on_damage=loss.add, skip=MESSAGE_INDEXES, jumps=jumps):
+        for offset, record in scan(stream, path=path, on_damage=loss.add, skip=skip, jumps=jumps):
             if isinstance(record, DataEnd):
                 break
             if isinstance(record, Attachment | Metadata | Header):
-                yield record
+                yield offset, record
             else:
-                yield from pieces_of(offset, record, content)
+                for piece in _pieces_of(offset, record, content):
+                    yield offset, piece
         loss.messages += content.messages_lost
 
 
-def pieces_of(offset: int, record: Record, content: ChunkMessages) -> Iterator[Message | WholeChunk]:
+def _pieces_of(offset: int, record: Record, content: ChunkMessages) -> Iterator[Message | WholeChunk]:
     """The messages of one record; a chunk in one piece where it is intact."""
     chunk = whole_chunk(record, content) if isinstance(record, ChunkRecord) else None
     if chunk is None:
@@ -286,7 +300,7 @@ def pieces_of(offset: int, record: Record, content: ChunkMessages) -> Iterator[M
         yield chunk
 
 
-def reader_of(path: Path | str, loss: ReadLoss) -> ChunkMessages:
+def _reader_of(path: Path | str, loss: ReadLoss) -> ChunkMessages:
     """A reader of a log's messages that knows what the summary declares.
 
     It looks for any other declaration in the whole file: a lost chunk may have held the only one before its messages.
