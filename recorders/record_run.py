@@ -7,6 +7,7 @@ from pathlib import Path
 
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from recorders.sinks.files import Sink
+from recorders.sinks.mirrored import Audience
 from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded
 from workbench.planning.strategy import Strategy
@@ -30,9 +31,12 @@ def record(
     assets: Path | None = None,
     force: bool = False,
     sink: Sink | None = None,
+    audience: Audience | None = None,
     begun: Callable[[Trial], None] | None = None,
 ) -> RunEnded:
     """Record one simulated run. The same arguments give the same bytes.
+
+    It takes what `lios record` takes, which is more than eight parameters, all but the path by keyword.
 
     Args:
         path: the MCAP file to write.
@@ -44,6 +48,7 @@ def record(
         miss_rate: chance that a look misses an item, drawn by the seed for each item and look; the robot knows it.
         assets: table of asset sizes; None takes the one beside the houses.
         sink: what is written to in place of `path`, such as several files.
+        audience: viewers that are shown every message once it is written.
         begun: called with the trial once everything is loaded, before the first event.
 
     Returns:
@@ -62,4 +67,4 @@ def record(
         wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate
     )
     told = None if begun is None else lambda: begun(trial)
-    return record_trial(trial, path, force=force, sink=sink, begun=told)
+    return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=told)

@@ -15,10 +15,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from sample_logs import toy_events, toy_info, toy_options
+from sample_logs import record_run, toy_events, toy_info, toy_options
 
 from dashboards.viser_app.serving import open_dashboard
-from recorders.run_recorder import record_run
 from replayers.batch.recorded_strategy import UnknownRecordedStrategy
 from replayers.batch.replan import replan
 from replayers.batch.verify import verify
@@ -88,6 +87,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "replay {log} -s opt-greedy --worlds 0 --estimator counts",
         "replay {log} -s opt-greedy --worlds 0 -o {out}/replays",
     ),
+    "select": ("select {log} -s opt-greedy,pes-greedy --worlds 0",),
     "compare": ("replay {log} -s opt-greedy,pes-greedy --worlds 0 -o {out}/kept", "compare {out}/kept"),
     "figures": ("figures {log} -o {out}/figures --format png",),
     "capsule": ("capsule {log} -o {out}/run.html",),
@@ -111,8 +111,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 SLOW = ("figures", "report")
 """Met with one log of all names' kinds instead of each."""
 
-NO_LOGS = {"demo", "record", "train", "import", "view", "render", "site.check", "site.from-graph-nav", *KINDS}
-"""Commands that read none, and view and render, which open the log as the test of the dashboard does."""
+NO_LOGS = {"demo", "record", "train", "import", "view", "serve", "render", *KINDS}
+NO_LOGS |= {"site.check", "site.from-graph-nav"}
+"""Commands that read none, serve, which resolves no names, and view and render, which open the log as the test of the
+dashboard does."""
 
 
 class Stranger:

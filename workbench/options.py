@@ -33,3 +33,12 @@ RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OU
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
 Json = Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")]
+ServePort = Annotated[
+    int | None,
+    Option(
+        "--serve",
+        min=0,
+        max=65535,
+        help="Show it to Foxglove or Lichtblick on this port of this machine while it is recorded; usual: 8765.",
+    ),
+]

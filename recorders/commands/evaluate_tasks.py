@@ -198,12 +198,13 @@ def _write(answer: dict[str, Any], folder: Path) -> None:
     import msgspec
 
     from workbench.evaluation.tasks.table import markdown
+    from workbench.files import write_atomically
 
-    (folder / "table.json").write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
+    write_atomically(folder / "table.json", msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
     from workbench.evaluation.statistics import intervals_in_words
 
     words = intervals_in_words(row["ci95_resamples"] for row in answer["rows"])
-    (folder / "table.md").write_text(markdown(answer["rows"]) + f"\n{words}.\n", encoding="utf-8")
+    write_atomically(folder / "table.md", (markdown(answer["rows"]) + f"\n{words}.\n").encode())
 
 
 def _say_refused(planned: Plan) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside
+from workbench.options import AssetsOrBeside, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ def record(
     split_s: Annotated[
         float | None, Option("--split-s", help="Continue in another file after this many seconds of the run.")
     ] = None,
+    serve: ServePort = None,
     force: Annotated[bool, Option("--force", help="Replace the output.")] = False,
     json: Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")] = False,
 ) -> None:
@@ -58,12 +59,13 @@ def record(
 
         lios record --find mug --strategy lios -o run.mcap
 
-        lios record --find mug --strategy robust-lios --miss-rate 0.2 -o run.mcap
+        lios record --find mug --miss-rate 0.2 -o run.mcap
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
     import recorders
     from recorders.sinks.files import LogFiles, Split
+    from recorders.sinks.mirrored import watched
     from workbench.errors import Failed, OutputExists
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
@@ -82,7 +84,7 @@ def record(
         if not json:
             say(f"{what} in {trial.house.plan.name} by {by}, seed {trial.seed}")
 
-    with patience():
+    with watched(output.name, serve) as audience, patience():
         end = recorders.record(
             output,
             house=house or "houses:0",
@@ -97,6 +99,7 @@ def record(
             assets=assets,
             force=force,
             sink=files,
+            audience=audience,
             begun=begun,
         )
     parts = None if files is None else files.parts

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.mirrored import Audience
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
@@ -40,6 +42,8 @@ class SessionPlan:
         task: the task of the session; without it there is no goal.
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
+        furniture_open: the operator's word that all closed furniture was opened before.
+        audience: viewers that are shown every message once it is written.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -49,6 +53,8 @@ class SessionPlan:
     for_s: float | None = None
     split: Split | None = None
     keep_last_s: float | None = None
+    furniture_open: bool = False
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,11 +139,17 @@ def record_session(
         costs=ROBOT_COSTS,
         background=True,
         sink=files,
+        audience=plan.audience,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = ActionDeriver(
-            site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record, closed_needs_word=True
+            site=plan.site,
+            task=task,
+            costs=ROBOT_COSTS,
+            tell=recorder.record,
+            closed_needs_word=True,
+            furniture_open=plan.furniture_open,
         )
         session.watch = derived
         keys: KeyboardOperator = KeyboardOperator(
@@ -150,7 +162,7 @@ def record_session(
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with stop_on_signals(stop), session, keys:
-            while not ending.over and not stop.is_pressed and time.monotonic() < until:
+            while not ending.over and not stop.is_pressed and not recorder.trouble and time.monotonic() < until:
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)
@@ -236,4 +248,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")
+    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    return robot_run_info(connection, site, task, driver, told_apart_by="session")

@@ -8,24 +8,22 @@ rests on sampled worlds, so it is an estimate; the bounds show afterwards what a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from workbench.arrays import Bools, Floats, Indices
 from workbench.errors import LiosError
+from workbench.tolerances import NEAR_COST
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from replayers.counterfactual.prepared_log import ReplaySettings
-
-Floats = npt.NDArray[np.float64]
-NEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +36,8 @@ class LookValue:
         doubt: that doubt before the look.
         narrows: expected decrease of the standard deviation of a strategy's cost, mean over strategies, in cost
             units.
-        chance_found: probability that it holds something relevant to the task.
+        chance_found: probability that it holds something relevant to the task (beyond what a look showed).
+        again: it was looked into while recording, and that look may have missed.
     """
 
     container: str
@@ -46,6 +45,7 @@ class LookValue:
     doubt: float
     narrows: float
     chance_found: float
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,6 +103,17 @@ def best_looks(
     outcomes: Iterable[object], files: Sequence[Path], settings: ReplaySettings
 ) -> tuple[ContainerLook, ...]:
     """The most informative look for each replayed log, from the costs stored with its replays."""
+    return tuple(
+        ContainerLook(log=str(path), value=looks[0], words=_words(looks[0]))
+        for path, _, looks in looks_by_log(outcomes, files, settings)
+    )
+
+
+def looks_by_log(
+    outcomes: Iterable[object], files: Sequence[Path], settings: ReplaySettings
+) -> Iterator[tuple[Path, str, tuple[LookValue, ...]]]:
+    """For each replayed log its path, its house and its open containers, the most informative first; logs without
+    any are left out."""
     from replayers.batch.store import StoredReplay
     from replayers.counterfactual.prepared_log import prepare_log
     from replayers.runs.run import read
@@ -111,7 +122,6 @@ def best_looks(
     for outcome in outcomes:
         if isinstance(outcome, StoredReplay) and outcome.drawn:
             by_log.setdefault(outcome.sha256, []).append(outcome)
-    found: list[ContainerLook] = []
     for path in files:
         try:
             run = read(path, with_truth=settings.with_truth)
@@ -121,21 +131,60 @@ def best_looks(
         ground = prepare_log(run, settings, with_ways=False) if replays else None
         if ground is None or ground.worlds is None:
             continue
-        worlds, doubtful = ground.worlds, ground.evidence.doubtful
         costs = {r.strategy: np.array(r.drawn) for r in replays}
-        looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
+        looks = rank_looks(ground.worlds, costs, {c for r in replays for c in r.asked})
         if looks:
-            again = "it was looked into, and may hold more: look again; " if looks[0].container in doubtful else ""
-            found.append(ContainerLook(log=str(path), value=looks[0], words=again + _words(looks[0])))
-    return tuple(found)
+            doubtful = ground.evidence.doubtful
+            yield path, run.info.place, tuple(replace(look, again=look.container in doubtful) for look in looks)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SharedLook:
+    """What a look into one container of one house would have settled over all its logs.
+
+    Attributes:
+        logs: in how many logs it was left unopened, and some strategy looks into it.
+        settles, doubt, narrows: as of LookValue, summed over these logs.
+    """
+
+    place: str
+    container: str
+    logs: int
+    settles: float
+    doubt: float
+    narrows: float
+
+
+def shared_looks(found: Iterable[tuple[Path, str, tuple[LookValue, ...]]]) -> tuple[SharedLook, ...]:
+    """The containers of all logs together, the most informative first.
+
+    Args:
+        found: of looks_by_log.
+    """
+    sums: dict[tuple[str, str], SharedLook] = {}
+    for _, place, looks in found:
+        for look in looks:
+            key = (place, look.container)
+            before = sums.get(key)
+            sums[key] = SharedLook(
+                place=place,
+                container=look.container,
+                logs=1 + (before.logs if before else 0),
+                settles=look.settles + (before.settles if before else 0.0),
+                doubt=look.doubt + (before.doubt if before else 0.0),
+                narrows=look.narrows + (before.narrows if before else 0.0),
+            )
+    order = sorted(sums.values(), key=lambda s: (-round(s.settles, 9), -round(s.narrows, 9), s.place, s.container))
+    return tuple(order)
 
 
 def _words(look: LookValue) -> str:
-    if look.doubt <= NEAR and look.narrows <= NEAR:
+    if look.doubt <= NEAR_COST and look.narrows <= NEAR_COST:
         return "no look would change what is known of these strategies"
+    look_again = "it was looked into and may hold more, so look again: " if look.again else ""
     return (
-        f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow the costs "
-        f"by {look.narrows:.1f} (drawn worlds)"
+        f"{look_again}expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow "
+        f"the costs by {look.narrows:.1f} (drawn worlds)"
     )
 
 
@@ -144,7 +193,7 @@ def _doubt(table: Floats) -> float:
     total = 0.0
     for a, b in combinations(range(len(table)), 2):
         apart = table[a] - table[b]
-        wins, loses = float(np.mean(apart < -NEAR)), float(np.mean(apart > NEAR))
+        wins, loses = float(np.mean(apart < -NEAR_COST)), float(np.mean(apart > NEAR_COST))
         total += 1 - max(wins, loses, 1 - wins - loses)
     return total
 
@@ -153,7 +202,7 @@ def _spread(table: Floats) -> float:
     return float(table.std(axis=1).mean())
 
 
-def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
+def _groups(inside: Bools) -> list[Indices]:
     """Groups of worlds that agree on what a container holds; inside has shape (worlds, types)."""
     codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
     return [np.flatnonzero(codes == code) for code in np.unique(codes)]

@@ -26,7 +26,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import (
     ActionFinished,
@@ -40,9 +40,7 @@ from workbench.log_schema.events import (
 from workbench.planning.strategies import needs_truth, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
-
-TOLERANCE = 2e-6
-"""Numbers closer than this are equal: the log rounds to six decimals."""
+from workbench.tolerances import NEAR_ROUNDED
 
 NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note", "look"})
 """Fields that depend on the world or the machine, or are words for people; not compared."""
@@ -124,8 +122,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
             evidence.task,
             costs=evidence.costs,
             seed=run.info.seed,
-            stopwatch=zero_clock,
-            perception=evidence.perception,
+            options=LoopOptions(stopwatch=zero_clock, perception=evidence.perception),
         )
 
     if is_foreign(name, origin=origin):
@@ -302,7 +299,7 @@ def _same_step(was: PlanComputed, now: PlanComputed) -> bool:
 
 def _same(a: object, b: object) -> bool:
     if isinstance(a, float | int) and isinstance(b, float | int) and not isinstance(a, bool):
-        return abs(a - b) <= TOLERANCE * max(1.0, abs(a))
+        return abs(a - b) <= NEAR_ROUNDED * max(1.0, abs(a))
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(_same(a[k], b[k]) for k in a)
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from replayers.commands.log_cat import cat
-from replayers.commands.log_note import note
-from replayers.commands.log_options import (
+from replayers.commands.log.cat import cat
+from replayers.commands.log.note import note
+from replayers.commands.log.options import (
     ChunkSize,
     End,
     Exclude,

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
+from workbench.tolerances import NEAR_ROUNDED
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
 LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
@@ -26,9 +27,6 @@ ELSEWHERE = ""
 Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 """A manipulation: its kind, its place, its items."""
-
-SAME_ROUNDED = 2e-6
-"""Two probabilities of a log that rounds them to six decimals are one if they are closer than this."""
 
 
 def contents_at_start(
@@ -99,7 +97,7 @@ def first_belief(
     Args:
         rounded: the log holds six decimals, so that what differs in the last of them may be the same.
     """
-    near = SAME_ROUNDED if rounded else 0.0
+    near = NEAR_ROUNDED if rounded else 0.0
     first: dict[tuple[str, str], float] = {}
     steady = True
     strange: dict[str, None] = {}

@@ -12,26 +12,28 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
-from replayers.counterfactual.bounds.bounds import NEAR, Bounds, Proof
+from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.climb import climbed_ends
-from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
+from replayers.counterfactual.estimates.estimate import costs_in, estimate_of
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
-from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
+from replayers.counterfactual.results import Estimate, Proof
+from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
+from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, Item
 from workbench.worlds.knowledge import Knowledge
 
@@ -49,8 +51,6 @@ __all__ = [
 
 WORLDS = ("best", "worst", "drawn")
 """Worlds in which a run can be recorded: the cheapest and the most expensive that were found, and a sampled one."""
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,14 +199,16 @@ def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
         fast_strategy(planner, ground.memory),
         ground.estimator,
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
-        seed=evidence.info.seed,
-        merge=built_in is not None and not is_from_outside(planner),
-        steady=ground.steady,
-        exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
-        reads_beliefs=uses_beliefs(planner, evidence.task.goal),
-        nearest_first=looks_nearest_first(planner, evidence.task.goal),
-        empty_handed=looks_empty_handed(planner),
-        durations=ground.durations,
+        TreeOptions(
+            seed=evidence.info.seed,
+            merge=built_in is not None and not is_from_outside(planner),
+            steady=ground.steady,
+            exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
+            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
+            nearest_first=looks_nearest_first(planner, evidence.task.goal),
+            empty_handed=looks_empty_handed(planner),
+            durations=ground.durations,
+        ),
     )
 
 
@@ -279,8 +281,7 @@ def _run(ground: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Ev
             evidence.task,
             costs=evidence.costs,
             seed=evidence.info.seed,
-            max_steps=MAX_STEPS,
-            stopwatch=zero_clock,
+            options=LoopOptions(max_steps=MAX_STEPS, stopwatch=zero_clock),
         )
     )
 
@@ -389,7 +390,7 @@ def _nondeterminism_note(tree: RunTree, alone: RunEnded) -> tuple[str, ...]:
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
     look = tree.evidence.costs.search if again.question else 0.0
-    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
+    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST:
         return ()
     return (
         f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",

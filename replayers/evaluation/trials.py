@@ -22,15 +22,13 @@ from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
-from workbench.planning.scenarios.paper import make_task, with_scenario_items
+from workbench.execution.start import scenario_start
 from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import House
 from workbench.worlds.procthor.load import load_house, load_houses
 from workbench.worlds.shipped import shipped_houses
-
-NEAR = 1e-6
-"""Truth and bounds are compared with this much room: sums of the same legs in another order."""
 
 MAX_HOUSES_TRIED = 20
 """Houses tried in turn for each task, at most, since not every house supports every scenario."""
@@ -92,19 +90,19 @@ class Counterfactual:
 
     @property
     def inside(self) -> bool:
-        return self.lower - NEAR <= self.true_cost <= self.upper + NEAR
+        return self.lower - NEAR_COST <= self.true_cost <= self.upper + NEAR_COST
 
     @property
     def inside_if_beliefs_stand(self) -> bool:
-        return self.lower_if_beliefs_stand - NEAR <= self.true_cost <= self.upper_if_beliefs_stand + NEAR
+        return self.lower_if_beliefs_stand - NEAR_COST <= self.true_cost <= self.upper_if_beliefs_stand + NEAR_COST
 
     @property
     def exact_if_beliefs_stand(self) -> bool:
-        return self.upper_if_beliefs_stand - self.lower_if_beliefs_stand <= 1e-6
+        return self.upper_if_beliefs_stand - self.lower_if_beliefs_stand <= NEAR_COST
 
     @property
     def exact(self) -> bool:
-        return self.upper - self.lower <= 1e-6
+        return self.upper - self.lower <= NEAR_COST
 
     @property
     def narrow(self) -> bool:
@@ -119,7 +117,7 @@ class Counterfactual:
     def covered(self) -> bool | None:
         if self.interval is None:
             return None
-        return self.interval[0] - NEAR <= self.true_cost <= self.interval[1] + NEAR
+        return self.interval[0] - NEAR_COST <= self.true_cost <= self.interval[1] + NEAR_COST
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,7 +167,7 @@ def tasks_for(
 def _supports(house: House, place: ReplayTask) -> bool:
     """Whether a house holds what a scenario needs."""
     try:
-        make_task(place.scenario, with_scenario_items(place.scenario, house, seed=place.seed), seed=place.seed)
+        scenario_start(place.scenario, house, seed=place.seed)
     except Unsupported:
         return False
     return True
@@ -189,7 +187,7 @@ def counterfactuals(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[
 def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
     """All counterfactuals of one task."""
     try:
-        trials = [_trial(place, plan, strategy) for strategy in plan.strategies]
+        trials = [trial_of(place, plan, strategy) for strategy in plan.strategies]
         truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
     except LiosError as error:
         yield SkippedTask(place=place, reason=str(error))
@@ -239,7 +237,8 @@ def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...
     return tuple(c for c in found if not c.inside)
 
 
-def _trial(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
+def trial_of(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
+    """The trial of one task by one strategy."""
     return trial_for(
         TaskRequest(scenario=place.scenario),
         load_house(place.house),

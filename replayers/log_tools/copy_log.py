@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,13 +11,14 @@ from typing import Self, final
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 
 from recorders.mcap_io.chunk import Compression
-from recorders.mcap_io.file import CannotCreate, remove_abandoned_drafts
+from recorders.mcap_io.file import CannotCreate
 from recorders.mcap_io.writer import CHUNK_BYTES, LIBRARY, DiskFull, McapWriter
 from replayers.mcap_io.messages import ChunkMessages, Message
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import Failed, OutputExists, WrongKind
+from workbench.files import draft_path, remove_abandoned_drafts, replace
 
 ChannelKey = tuple[str, str, str, str, bytes, tuple[tuple[str, str], ...]]
 
@@ -60,7 +60,7 @@ class Copier:
             raise OutputExists(self.path)
         try:
             self.writer = McapWriter(
-                self.path.with_name(f".{self.path.name}.{os.getpid()}.part"),
+                draft_path(self.path),
                 compression=style.compression,
                 chunk_bytes=style.chunk_bytes,
                 force=True,
@@ -124,7 +124,7 @@ class Copier:
         """Renames the finished file to its final name, unless another file has taken it meanwhile."""
         if self.path.exists() and not self._force:
             raise OutputExists(self.path)
-        os.replace(self.writer.path, self.path)
+        replace(self.writer.path, self.path)
 
     def discard(self) -> None:
         """Removes a file that has not been renamed to its final name."""

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
+from workbench.caches import PerObject
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class Belief:
     """Probabilities with their axes.
 
@@ -31,12 +32,9 @@ class Belief:
 
     item_types: tuple[ItemType, ...]
     containers: tuple[ContainerId, ...]
-    probability: npt.NDArray[np.float64]
+    probability: Floats
     estimator: str
     p_detect: tuple[float, ...] = ()
-    _only: dict[tuple[ItemType, ...], Belief] = field(
-        default_factory=dict[tuple[ItemType, ...], "Belief"], init=False, repr=False, compare=False
-    )
 
     def __post_init__(self) -> None:
         p = np.array(self.probability, dtype=np.float64)
@@ -50,7 +48,7 @@ class Belief:
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
 
-    def of(self, item_type: ItemType) -> npt.NDArray[np.float64]:
+    def of(self, item_type: ItemType) -> Floats:
         """The row of an item type, shape (containers,).
 
         Raises:
@@ -62,22 +60,22 @@ class Belief:
         """The belief restricted to some types, in the given order; types that it lacks get probability 0."""
         if item_types == self.item_types:
             return self
-        made = self._only.get(item_types)
-        if made is None:
-            rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
-            probability = np.array(rows).reshape(len(item_types), len(self.containers))
-            made = self._only[item_types] = replace(
-                self,
-                item_types=item_types,
-                probability=probability,
-                p_detect=tuple(self.detects(t) for t in item_types) if self.p_detect else (),
-            )
-        return made
+        return _ONLY.of(self).get(item_types, lambda: self._restricted(item_types))
+
+    def _restricted(self, item_types: tuple[ItemType, ...]) -> Belief:
+        rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
+        probability = np.array(rows).reshape(len(item_types), len(self.containers))
+        p_detect = tuple(self.detects(t) for t in item_types) if self.p_detect else ()
+        return replace(self, item_types=item_types, probability=probability, p_detect=p_detect)
 
     def detects(self, item_type: ItemType) -> float:
         """The chance that one look detects an item of that type where it is."""
         certain = not self.p_detect or item_type not in self.item_types
         return 1.0 if certain else self.p_detect[self.item_types.index(item_type)]
+
+
+_ONLY: PerObject[tuple[ItemType, ...], Belief] = PerObject(64)
+"""Restrictions of beliefs, each made once."""
 
 
 class Estimator(Protocol):

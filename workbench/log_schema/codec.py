@@ -15,8 +15,8 @@ from typing import cast
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import Malformed
 from workbench.execution.events import (
     ActionEnded,
@@ -124,6 +124,7 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         robot_at=event.robot_at,
         known_at_start=event.known_at_start,
         support=event.support,
+        opened_by=event.opened_by,
         look=None if event.look is None else _how_looked(event.look),
     )
     return (seen,)
@@ -211,6 +212,7 @@ def _(event: ActionEnded) -> tuple[DomainEvent, ...]:
         path=tuple((_rounded(x), _rounded(y)) for x, y in event.path),
         reason=event.reason,
         support=event.support,
+        item_remains=event.item_remains,
     )
     return (finished,)
 
@@ -271,5 +273,5 @@ def _rounded(value: float) -> float:
     return round(float(value), DECIMALS)
 
 
-def _cube(array: npt.NDArray[np.float64]) -> tuple[tuple[tuple[float, ...], ...], ...]:
+def _cube(array: Floats) -> tuple[tuple[tuple[float, ...], ...], ...]:
     return tuple(tuple(tuple(row) for row in layer) for layer in np.round(array, DECIMALS).tolist())

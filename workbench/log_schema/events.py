@@ -65,7 +65,10 @@ class HowLooked(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Observation(msgspec.Struct, frozen=True, kw_only=True):
-    """A container's content became known; look is None (left out) where looks show everything."""
+    """A container's content became known.
+
+    opened_by says who opened closed furniture for the look; look is None (left out) where looks show everything.
+    """
 
     stamp: Stamp
     decision: int
@@ -74,6 +77,7 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True):
     robot_at: str
     known_at_start: bool = False
     support: str = ""
+    opened_by: str = ""
     look: HowLooked | None = None
 
 
@@ -168,7 +172,10 @@ class Timing(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
-    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres."""
+    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres.
+
+    item_remains: a pick that failed although the item is still there.
+    """
 
     stamp: Stamp
     decision: int
@@ -185,6 +192,7 @@ class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
     path: tuple[tuple[float, float], ...] = ()
     reason: str = ""
     support: str = ""
+    item_remains: bool = False
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):

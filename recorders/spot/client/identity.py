@@ -2,48 +2,29 @@
 
 from __future__ import annotations
 
-import hashlib
-
-from recorders.code_revision import revision
+from recorders.run_identity import Driver, run_id, run_info
 from recorders.spot.client.connection import Connection
-from workbench import __version__
-from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.log_schema.events import RunInfo
 from workbench.planning.tasks import Task
 from workbench.worlds.sites.site import Site
 
 
 def robot_run_info(
-    connection: Connection,
-    site: Site,
-    task: Task,
-    *,
-    strategy: str,
-    estimator: str,
-    seed: int = 0,
-    title: str = "",
-    told_apart_by: str,
+    connection: Connection, site: Site, task: Task, driver: Driver, *, title: str = "", told_apart_by: str
 ) -> RunInfo:
     """The identity of a run that starts now.
 
     Args:
         told_apart_by: further input of the run id, besides the robot's serial number and the time.
     """
-    code, started_ns = revision(), connection.clock.now_ns()
-    name = f"{connection.serial}|{started_ns}|{told_apart_by}"
-    return RunInfo(
-        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
-        schema_version=SCHEMA_VERSION,
+    started_ns = connection.clock.now_ns()
+    return run_info(
+        task,
+        driver,
+        id=run_id(f"{connection.serial}|{started_ns}|{told_apart_by}"),
         place=site.name,
-        scenario=task.scenario,
-        strategy=strategy,
-        estimator=estimator,
-        seed=seed,
-        started=Stamp.of(started_ns),
-        title=title or task.title,
+        started_ns=started_ns,
         source="spot",
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        weights_sha256=estimator.partition("@")[2],
+        title=title,
         inertial_frame="odom",
     )

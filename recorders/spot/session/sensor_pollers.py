@@ -229,10 +229,15 @@ def _grid(session: Session) -> None:
 
 def _clock(session: Session) -> None:
     clock = session.connection.clock
-    trip, uncertain = 0, False
+    trip = 0
     if isinstance(clock, SyncedClock):
         clock.refresh()
-        trip, uncertain = clock.round_trip_ns(), clock.uncertain()
+        trip = clock.round_trip_ns()
     session.tell(
-        ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip, uncertain=uncertain)
+        ClockSkew(
+            stamp=Stamp.of(clock.now_ns()),
+            skew_ns=clock.skew_ns(),
+            round_trip_ns=trip,
+            uncertain=clock.uncertain(),
+        )
     )

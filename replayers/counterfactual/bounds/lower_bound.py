@@ -13,24 +13,21 @@ from math import inf
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from workbench.arrays import Floats, Indices
+from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
+from workbench.tolerances import ROUNDING_SHARE
 from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 Containers = tuple[ContainerId, ...]
 
 MAX_CACHED_PARTS = 50_000
 """Bounds of single parts in the cache; beyond this, it is cleared."""
-
-ROUNDING = 1e-12
-"""Relative slack: sums of legs in another order must not exceed a bound by rounding."""
 
 
 @final
@@ -48,7 +45,7 @@ class LowerBound:
         self._open = tuple(LocationId(c) for c in evidence.open)
         self._doubtful = tuple(LocationId(c) for c in evidence.doubtful)
         self._unknown: Containers = (*evidence.contents, *evidence.open)
-        self._parts: dict[Hashable, tuple[float, float]] = {}
+        self._parts: Cache[Hashable, tuple[float, float]] = Cache(MAX_CACHED_PARTS)
         self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
         for container, items in evidence.contents.items():
             for item in items:
@@ -82,12 +79,7 @@ class LowerBound:
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
         doubtful = self._evidence.misses_left(knowledge) > 0
         key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left, doubtful
-        found = self._parts.get(key)
-        if found is None:
-            if len(self._parts) >= MAX_CACHED_PARTS:
-                self._parts.clear()
-            found = self._parts[key] = self._bound(part, knowledge, held=held)
-        return found
+        return self._parts.get(key, lambda: self._bound(part, knowledge, held=held))
 
     def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
         if is_met(part, knowledge):
@@ -159,4 +151,4 @@ def shortest_path_metres(metres: Floats) -> Floats:
     found = np.array(metres, dtype=np.float64)
     for via in range(len(found)):
         np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
-    return found * (1 - ROUNDING)
+    return found * (1 - ROUNDING_SHARE)

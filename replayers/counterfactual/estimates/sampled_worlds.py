@@ -12,17 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_misses import MissWeights, odds_of, sample_misses
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Answer, Relevance
 from replayers.counterfactual.run_tree import Choose, UnobservedLook
+from workbench.arrays import Bools, Floats
 from workbench.beliefs.belief import Belief
 from workbench.worlds.house import ContainerId, ItemType
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

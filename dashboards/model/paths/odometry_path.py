@@ -10,8 +10,8 @@ from math import atan2, hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.log_schema.events import NANO
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MAP = "map"
 MIN_STEP_M, LEAST_TURN_RAD = 0.04, 0.15
 """A pose closer to the previous one, and turned by less, counts as standing still."""
 
-Way = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]
+Way = tuple[Floats, Floats, Floats]
 """Seconds (n,), corners (n, 2), headings (n,)."""
 
 

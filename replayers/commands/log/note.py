@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-from replayers.commands.log_options import Json, Log
+from replayers.commands.log.options import Json, Log
 from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json
 

@@ -9,8 +9,9 @@ import itertools
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
+from workbench.caches import Cache
 from workbench.log_schema.place import Place
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import LocationId
@@ -18,6 +19,7 @@ from workbench.worlds.house import LocationId
 if TYPE_CHECKING:
     from workbench.log_schema.events import ActionFinished, PlanComputed, Step
 
+MAX_CACHED_PATHS = 2_000
 MAX_LEGS = 12
 """The most legs of a plan that are drawn; a longer plan is clearer without its far end."""
 
@@ -28,20 +30,21 @@ class PlannedPaths:
 
     def __init__(self, place: Place) -> None:
         self._paths = place.paths()
-        self._found: dict[tuple[str, ...], npt.NDArray[np.float64]] = {}
+        self._found: Cache[tuple[str, ...], Floats] = Cache(MAX_CACHED_PATHS)
 
-    def through(self, stops: tuple[str, ...]) -> npt.NDArray[np.float64]:
+    def through(self, stops: tuple[str, ...]) -> Floats:
         """Corners of the way through locations in order, float64 (k, 2); empty for fewer than two."""
-        if stops not in self._found:
-            corners: list[Point] = []
-            for a, b in itertools.pairwise(stops):
-                leg = self._paths.path(LocationId(a), LocationId(b))
-                corners += list(leg or ())
-            self._found[stops] = np.array(corners, dtype=np.float64).reshape(-1, 2)
-        return self._found[stops]
+        return self._found.get(stops, lambda: self._corners(stops))
+
+    def _corners(self, stops: tuple[str, ...]) -> Floats:
+        corners: list[Point] = []
+        for a, b in itertools.pairwise(stops):
+            leg = self._paths.path(LocationId(a), LocationId(b))
+            corners += list(leg or ())
+        return np.array(corners, dtype=np.float64).reshape(-1, 2)
 
 
-def rest_of_leg(action: ActionFinished, stamp_ns: int) -> npt.NDArray[np.float64]:
+def rest_of_leg(action: ActionFinished, stamp_ns: int) -> Floats:
     """The rest of the path of an action at a moment, without the robot's own position; float64 (k, 2)."""
     path = np.array(action.path, dtype=np.float64).reshape(-1, 2)
     if len(path) < 2 or action.stamp.ns <= stamp_ns:

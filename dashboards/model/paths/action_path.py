@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from math import atan2, hypot
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats
 from workbench.log_schema.events import NANO, ActionFinished
 from workbench.log_schema.place import Place
 from workbench.worlds.geometry import Point
@@ -17,7 +17,7 @@ from workbench.worlds.house import START, LocationId
 
 def path_of_actions(
     place: Place, actions: Sequence[ActionFinished], start_ns: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Floats, Bools]:
     """Corners of the walked path, each with its time in seconds, the heading from there on, and whether it was
     assumed."""
     at = _first_place(place, actions)

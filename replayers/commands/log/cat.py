@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
-from replayers.commands.log_options import End, Exclude, Include, Log, Start, wanted_of, warn
+from replayers.commands.log.options import End, Exclude, Include, Log, Start, wanted_of, warn
 from workbench.parameters import Option
 from workbench.terminal import say
 
