@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fake_world import FakeWorld
-from sample_logs import T0, toy_info, toy_place
+from sample_logs import T0, record_run, toy_info, toy_place
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 from toy_logs import BOOK, MUG, PENCIL, delivered, task_of
 
-from recorders.run_recorder import record_run
 from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import Assumptions
