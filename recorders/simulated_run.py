@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -168,8 +168,8 @@ def record_trial(
         truth=trial.house.contents,
         force=force,
         sink=sink,
-        settings=perception_to_settings(missing_at(trial.miss_rate)),
         audience=audience,
+        settings=perception_to_settings(missing_at(trial.miss_rate)),
     ) as recorder:
         if begun is not None:
             begun()
@@ -205,9 +205,10 @@ def _prepare(trial: Trial) -> _PreparedRun:
         costs=trial.costs,
         seed=trial.seed,
         house=trial.house,
+        perception=missing_at(trial.miss_rate),
     )
     return _PreparedRun(
-        setup=replace(setup, perception=missing_at(trial.miss_rate)),
+        setup=setup,
         world=SimulatedWorld(trial.house, navigation, known=trial.known, miss_rate=trial.miss_rate, seed=trial.seed),
         place=Place.of(trial.house.plan, navigation),
     )

@@ -36,8 +36,8 @@ class LookValue:
         doubt: that doubt before the look.
         narrows: expected decrease of the standard deviation of a strategy's cost, mean over strategies, in cost
             units.
-        chance_found: probability that it holds something relevant to the task (beyond what a look showed).
-        again: it was looked into while recording, and that look may have missed.
+        chance_found: probability that it holds something relevant to the task.
+        again: the run looked into it, and may have missed something there.
     """
 
     container: str
@@ -131,10 +131,10 @@ def looks_by_log(
         ground = prepare_log(run, settings, with_ways=False) if replays else None
         if ground is None or ground.worlds is None:
             continue
+        worlds, doubtful = ground.worlds, ground.evidence.doubtful
         costs = {r.strategy: np.array(r.drawn) for r in replays}
-        looks = rank_looks(ground.worlds, costs, {c for r in replays for c in r.asked})
+        looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
         if looks:
-            doubtful = ground.evidence.doubtful
             yield path, run.info.place, tuple(replace(look, again=look.container in doubtful) for look in looks)
 
 
@@ -181,10 +181,10 @@ def shared_looks(found: Iterable[tuple[Path, str, tuple[LookValue, ...]]]) -> tu
 def _words(look: LookValue) -> str:
     if look.doubt <= NEAR_COST and look.narrows <= NEAR_COST:
         return "no look would change what is known of these strategies"
-    look_again = "it was looked into and may hold more, so look again: " if look.again else ""
+    again = "it was looked into, and may hold more: look again; " if look.again else ""
     return (
-        f"{look_again}expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow "
-        f"the costs by {look.narrows:.1f} (drawn worlds)"
+        f"{again}expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons "
+        f"and to narrow the costs by {look.narrows:.1f} (drawn worlds)"
     )
 
 

@@ -122,7 +122,8 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
             evidence.task,
             costs=evidence.costs,
             seed=run.info.seed,
-            options=LoopOptions(stopwatch=zero_clock, perception=evidence.perception),
+            options=LoopOptions(stopwatch=zero_clock),
+            perception=evidence.perception,
         )
 
     if is_foreign(name, origin=origin):

@@ -63,7 +63,8 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
         evidence.task,
         costs=evidence.costs,
         seed=run.info.seed,
-        options=LoopOptions(stopwatch=_no_time, perception=evidence.perception),
+        options=LoopOptions(stopwatch=_no_time),
+        perception=evidence.perception,
     )
     return _compared(run, events)
 

@@ -10,7 +10,7 @@ from toy import toy_house
 
 from workbench.beliefs.estimators import estimator
 from workbench.execution.events import BeliefUpdated, ContainerObserved, Event, RunEnded, RunStatus
-from workbench.execution.loop import LoopOptions, run_task
+from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import Task, find_task
 from workbench.search.costs import SIMULATION_COSTS
@@ -40,16 +40,7 @@ class MissingWorld(FakeWorld):
 
 def run(task: Task, *, misses: int, seen: Perception, name: str = "conditioned-lios") -> list[Event]:
     world = MissingWorld(misses=misses)
-    return list(
-        run_task(
-            world,
-            strategy(name),
-            estimator("counts"),
-            task,
-            costs=SIMULATION_COSTS,
-            options=LoopOptions(perception=seen),
-        )
-    )
+    return list(run_task(world, strategy(name), estimator("counts"), task, costs=SIMULATION_COSTS, perception=seen))
 
 
 def looks_of(events: list[Event]) -> list[ContainerId]:

@@ -65,8 +65,12 @@ class Belief:
     def _restricted(self, item_types: tuple[ItemType, ...]) -> Belief:
         rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
         probability = np.array(rows).reshape(len(item_types), len(self.containers))
-        p_detect = tuple(self.detects(t) for t in item_types) if self.p_detect else ()
-        return replace(self, item_types=item_types, probability=probability, p_detect=p_detect)
+        return replace(
+            self,
+            item_types=item_types,
+            probability=probability,
+            p_detect=tuple(self.detects(t) for t in item_types) if self.p_detect else (),
+        )
 
     def detects(self, item_type: ItemType) -> float:
         """The chance that one look detects an item of that type where it is."""

@@ -56,14 +56,11 @@ class LoopOptions:
         stopwatch: time source in seconds for planning times; all other stamps come from the world's clock.
         begin_with: knowledge to continue from, in a world in the same state, instead of the start; earlier
             observations are not reported again.
-        perception: how surely a look shows what is there, as the robot believes it. Where looks can miss, containers
-            may be looked into again (looking_again.py).
     """
 
     max_steps: int = 500
     stopwatch: Stopwatch = time.perf_counter
     begin_with: Knowledge | None = None
-    perception: Perception = PERFECT
 
 
 def run_task(
@@ -75,6 +72,7 @@ def run_task(
     costs: ActionCosts,
     seed: int = 0,
     options: LoopOptions = LoopOptions(),
+    perception: Perception = PERFECT,
 ) -> Iterator[Event]:
     """Run one task in one world with one strategy; yields events, the last of which is RunEnded.
 
@@ -86,8 +84,10 @@ def run_task(
         costs: action costs; moves cost their distance in metres.
         seed: passed to the strategy with every view.
         options: limits and clocks of the run.
+        perception: how surely a look shows what is there, as the robot believes it. Where looks can miss, containers
+            may be looked into again (looking_again.py).
     """
-    return _Run(world, strategy, estimator, task, costs, seed, options).events()
+    return _Run(world, strategy, estimator, task, costs, seed, options, perception).events()
 
 
 def outcome_of(events: list[Event]) -> RunEnded:
@@ -113,6 +113,7 @@ class _Run:
     costs: ActionCosts
     seed: int
     options: LoopOptions
+    perception: Perception = PERFECT
     knowledge: Knowledge = field(init=False)
     decision: int = 0
     steps: int = 0
@@ -160,14 +161,14 @@ class _Run:
 
     def _decide_and_act(self) -> Iterator[Event]:
         self.decision += 1
-        again = worth_another_look(self.knowledge, self.options.perception, self.task, self.strategy)
+        again = worth_another_look(self.knowledge, self.perception, self.task, self.strategy)
         self.knowledge = self.knowledge.with_another_look_at(again)
         began = self.options.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
         belief = believe_scenario_items(
             self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan
         )
-        belief = after_looks(belief, self.knowledge, self.options.perception)
+        belief = after_looks(belief, self.knowledge, self.perception)
         believed = self.options.stopwatch()
         made = self.strategy.decide(
             View(
@@ -177,7 +178,7 @@ class _Run:
                 costs=self.costs,
                 budget_s=self.task.budget_s - self.planning_s,
                 seed=self.seed,
-                perception=self.options.perception,
+                perception=self.perception,
             )
         )
         planned = self.options.stopwatch()
@@ -271,17 +272,16 @@ class _Run:
 
     def _how_looked(self, answer: LookResult, number: int) -> LookMade | None:
         """How it looked, where looks can miss."""
-        perception = self.options.perception
-        if perception.perfect:
+        if self.perception.perfect:
             return None
         return LookMade(
             number=number,
             viewpoint=self.world.paths.standing_pose(LocationId(answer.container)),
             in_view=(answer.container,),
             duration_s=(answer.end_ns - answer.start_ns) / NS_PER_S,
-            detector=perception.detector,
-            p_detect=tuple((t, perception.of(t)) for t in relevant_types(self.task.goal)),
-            source=perception.source,
+            detector=self.perception.detector,
+            p_detect=tuple((t, self.perception.of(t)) for t in relevant_types(self.task.goal)),
+            source=self.perception.source,
         )
 
     def _act(self, step: PlanStep) -> Generator[Event, None, bool]:

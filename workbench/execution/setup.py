@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.execution.events import Event
-from workbench.execution.loop import LoopOptions, run_task
+from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
@@ -25,7 +25,7 @@ class RunSetup:
 
     Attributes:
         seed: passed to the strategy.
-        perception: how surely a look shows what is there.
+        perception: how surely a look shows what is there, as the robot believes it.
     """
 
     task: Task
@@ -37,9 +37,14 @@ class RunSetup:
 
     def events(self, world: World) -> Iterator[Event]:
         """Run it in a world, as run_task."""
-        options = LoopOptions(perception=self.perception)
         return run_task(
-            world, self.strategy, self.estimator, self.task, costs=self.costs, seed=self.seed, options=options
+            world,
+            self.strategy,
+            self.estimator,
+            self.task,
+            costs=self.costs,
+            seed=self.seed,
+            perception=self.perception,
         )
 
 
@@ -51,11 +56,13 @@ def set_up(
     costs: ActionCosts,
     seed: int = 0,
     house: House | None = None,
+    perception: Perception = PERFECT,
 ) -> RunSetup:
     """Resolve the names that a user gives; what is given itself is taken as it is.
 
     Args:
         house: the truth, for the oracle alone.
+        perception: as in RunSetup.
 
     Raises:
         UnknownName, NotFromLog, PluginNotLoaded, MissingExtra: as `strategy` and `estimator`.
@@ -64,4 +71,4 @@ def set_up(
         strategy = strategy_named(strategy, origin=NameOrigin.USER, house=house)
     if isinstance(estimator, str):
         estimator = estimator_named(estimator, origin=NameOrigin.USER)
-    return RunSetup(task=task, strategy=strategy, estimator=estimator, costs=costs, seed=seed)
+    return RunSetup(task=task, strategy=strategy, estimator=estimator, costs=costs, seed=seed, perception=perception)
