@@ -66,16 +66,16 @@ def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence
         Markup("").join(parts),
         single,
         keys,
-        Markup("<span>◆ note</span>") if any(notes) else "",
+        Markup("<span>▼ note</span>") if any(notes) else "",
     )
 
 
 def _note(x: float, y: int, note: Note) -> Markup:
-    """A diamond at the time that a note is about."""
+    """A triangle at the time that a note is about."""
     who = f"{note.author}: " if note.author else ""
     return html(
         '<text x="{:.3f}%" y="{}" text-anchor="middle" style="fill:#111;stroke:#fff;stroke-width:3px;'
-        'paint-order:stroke;font-size:12px">◆<title>{}</title></text>',
+        'paint-order:stroke;font-size:12px">▼<title>{}</title></text>',
         x,
         y + ROW_PX - 5,
         text(f"{who}{note.text}"[:MAX_NOTE_CHARS]),

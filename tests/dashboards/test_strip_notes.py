@@ -18,7 +18,7 @@ def test_a_note_stands_on_its_runs_row_at_its_time_with_escaped_words(tmp_path: 
     library = Library([log])
     timeline = library.timeline(0)
     clock = Clock(timelines=(timeline,))
-    assert "◆" not in strip(clock, ["a"], [(0, 0, 0)], [library.notes(0)])
+    assert "▼" not in strip(clock, ["a"], [(0, 0, 0)], [library.notes(0)])
     middle = (timeline.start_ns + timeline.end_ns) // 2
     add_note(log, "the <b>drawer</b> stuck", at=f"{(middle - timeline.start_ns) / 1e9:.3f}", author="Ada")
     library.reread(0)
@@ -27,4 +27,4 @@ def test_a_note_stands_on_its_runs_row_at_its_time_with_escaped_words(tmp_path: 
     x = 100 * clock.reading(note.start_ns) / clock.end
     assert f'<text x="{x:.3f}%"' in drawn
     assert "<title>Ada: the &lt;b&gt;drawer&lt;/b&gt; stuck</title>" in drawn
-    assert "◆ note" in drawn
+    assert "▼ note" in drawn
