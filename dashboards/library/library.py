@@ -14,6 +14,7 @@ from dashboards.model.replay_bounds import stored_beside
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.senses import RobotSensors, sensors_of
+from replayers.log_tools.notes import Note, notes_of
 from workbench.caches import Cache
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.log_schema.events import SeenItem
@@ -56,6 +57,7 @@ class Library:
         self._senses: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
         self._senses_fresh_until: dict[int, float] = {}
         self._truths: Cache[int, Mapping[str, tuple[SeenItem, ...]] | None] = Cache(MAX_CACHED_RUNS)
+        self._notes: Cache[int, tuple[Note, ...]] = Cache(MAX_CACHED_RUNS)
         self._shapes: Cache[FloorPlan, HouseShape] = Cache(MAX_CACHED_RUNS)
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
@@ -86,6 +88,11 @@ class Library:
         with self._lock:
             return self._truths.get(index, lambda: self._truth(self.paths[index]))
 
+    def notes(self, index: int) -> tuple[Note, ...]:
+        """The notes of people on the index-th log, by time; none where they cannot be read."""
+        with self._lock:
+            return self._notes.get(index, lambda: _notes(self.paths[index]))
+
     def rows(self) -> list[RunRow]:
         """One row for each run, from indexes and tables; no run is read for it."""
         if self._rows is None:
@@ -99,6 +106,7 @@ class Library:
         with self._lock:
             self._timelines.drop(index)
             self._truths.drop(index)
+            self._notes.drop(index)
             if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
                 self._senses.drop(index)
         return self.timeline(index)
@@ -128,6 +136,13 @@ class Library:
 
         truth = read(path, with_truth=True).truth
         return truth.contents if truth is not None else None
+
+
+def _notes(path: Path) -> tuple[Note, ...]:
+    try:
+        return tuple(notes_of(path))
+    except LiosError:
+        return ()
 
 
 def logs_of(paths: Sequence[Path]) -> list[Path]:

@@ -15,6 +15,12 @@ from workbench.worlds.names import readable_name
 
 MAX_ROWS = 60
 MAX_ROOM_CHARS = 20
+HINTS = {
+    "#": "Place in the intended order of search",
+    "belief": "Probability that the container holds the item. They may add up to more than 1: each container is "
+    "judged by itself, and there may be several of the item",
+    "leg m": "Metres from the stop before it in the order of search",
+}
 
 
 def beliefs(scene: Scene, timeline: Timeline) -> Markup:
@@ -43,9 +49,17 @@ def beliefs(scene: Scene, timeline: Timeline) -> Markup:
         )
     more = html('<p class="muted">and {} more</p>', len(ranked) - MAX_ROWS) if len(ranked) > MAX_ROWS else ""
     head = ("#", "container", "room", "belief", "", "leg m")
-    return html(
-        '<div class="lp">{}{}</div>', table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n")), more
-    )
+    shown = table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n"), hints=HINTS)
+    return html('<div class="lp">{}{}{}</div>', shown, more, _sum(scene))
+
+
+def _sum(scene: Scene) -> Markup:
+    """What the probabilities add up to; nothing where there is no belief."""
+    known = scene.belief[~np.isnan(scene.belief)]
+    if not known.size:
+        return Markup("")
+    words = '<p class="muted">Adds up to {}: the expected number of containers that hold it.</p>'
+    return html(words, number(float(known.sum()), 2))
 
 
 def _link(index: int, container: Container) -> Markup:

@@ -6,8 +6,9 @@ A clickable thing carries `data-lios="seek 12.5"`; the page that shows it decide
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
+from types import MappingProxyType
 from typing import LiteralString
 
 from markupsafe import Markup, escape
@@ -103,17 +104,29 @@ def bar(share: float, colour: str) -> Markup:
 
 
 def table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", classes: Sequence[str] = ()
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    key: str = "",
+    classes: Sequence[str] = (),
+    hints: Mapping[str, str] = MappingProxyType({}),
 ) -> Markup:
     """A table of cells that are already markup; a click on a heading sorts by it.
 
     Args:
         key: name of the table, so that a chosen sort order survives new content.
         classes: one per column ("n" for numbers).
+        hints: what a heading means, shown as its tooltip.
     """
     kinds = [*classes, *[""] * len(head)]
     top = Markup("").join(
-        html('<th class="{}" {}>{}</th>', kinds[i], command(f"sort {key} {i}"), text(title))
+        html(
+            '<th class="{}" {}{}>{}</th>',
+            kinds[i],
+            command(f"sort {key} {i}"),
+            _tooltip(hints.get(title)),
+            text(title),
+        )
         for i, title in enumerate(head)
     )
     body = Markup("").join(
@@ -128,6 +141,10 @@ def table(
         top,
         body,
     )
+
+
+def _tooltip(hint: str | None) -> Markup:
+    return html(' title="{}"', text(hint)) if hint else Markup("")
 
 
 def error_line(line: str) -> Markup:

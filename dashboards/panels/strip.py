@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from markupsafe import Markup
 
 from dashboards.model.clock import UNITS, Clock
 from dashboards.palette import PHASES, Colour, css
 from dashboards.panels.markup import command, dot, html, name, text
+from replayers.log_tools.notes import Note
 
 ROW_PX = 16
 TOP_PX = 14
@@ -15,9 +18,16 @@ LAST_LABEL = 93
 MAX_PHASES = 800
 """The most phases drawn one by one; in a longer run neighbouring phases are joined."""
 
+MAX_NOTES, MAX_NOTE_CHARS = 200, 400
+"""Notes marked on one row, and characters of each in its tooltip."""
 
-def strip(clock: Clock, names: list[str], colours: list[Colour]) -> Markup:
-    """Rows of phases with ticks at decisions; a click seeks. Drawn once; `cursor` moves over it."""
+
+def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence[tuple[Note, ...]] = ()) -> Markup:
+    """Rows of phases with ticks at decisions; a click seeks. Drawn once; `cursor` moves over it.
+
+    Args:
+        notes: of each run, marked on its row with their words as tooltips.
+    """
     end = clock.end
     height = TOP_PX + ROW_PX * len(clock.timelines) + 2
     parts = [_axis(end, UNITS[clock.alignment], height)]
@@ -36,6 +46,8 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> Markup:
                     '<line x1="{:.3f}%" x2="{:.3f}%" y1="{}" y2="{}" stroke="#23262b"/>', x, x, y - 2, y + ROW_PX - 3
                 )
             )
+        for note in (notes[row] if row < len(notes) else ())[:MAX_NOTES]:
+            parts.append(_note(_x(clock.reading(note.start_ns, run=row) / end), y, note))
     runs = Markup("").join(html("<span>{}{}</span>", dot(colours[i]), name(names[i])) for i in range(len(names)))
     keys = Markup("").join(
         html('<span><span class="dot" style="background:{}"></span>{}</span>', colour, text(phase))
@@ -46,7 +58,7 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> Markup:
     return html(
         '<div class="lp lios-timeline"><div class="rows">{}<div class="strip" data-strip="{}" {}><svg '
         'width="100%" height="{}">{}</svg><div class="cursor"></div></div></div>{}<div '
-        'class="legend">{}<span>| decision</span></div></div>',
+        'class="legend">{}<span>| decision</span>{}</div></div>',
         _whose(names, colours) if several else "",
         end,
         command("strip"),
@@ -54,6 +66,19 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> Markup:
         Markup("").join(parts),
         single,
         keys,
+        Markup("<span>▼ note</span>") if any(notes) else "",
+    )
+
+
+def _note(x: float, y: int, note: Note) -> Markup:
+    """A triangle at the time that a note is about."""
+    who = f"{note.author}: " if note.author else ""
+    return html(
+        '<text x="{:.3f}%" y="{}" text-anchor="middle" style="fill:#111;stroke:#fff;stroke-width:3px;'
+        'paint-order:stroke;font-size:12px">▼<title>{}</title></text>',
+        x,
+        y + ROW_PX - 5,
+        text(f"{who}{note.text}"[:MAX_NOTE_CHARS]),
     )
 
 

@@ -225,7 +225,8 @@ class Controls:
         self._names = names
         self._list_runs()
         self._offer_strategies()
-        self._set("strip", strip(clock, names, [run_colour(i) for i in range(len(names))]))
+        colours = [run_colour(i) for i in range(len(names))]
+        self._set("strip", strip(clock, names, colours, session.notes()))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state

@@ -28,6 +28,7 @@ from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, l
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
 from dashboards.viser_app.trouble import ViewErrors, one_line
+from replayers.log_tools.notes import Note
 from workbench.arrays import Bools, Floats
 from workbench.log_schema.events import SeenItem
 from workbench.tolerances import NEAR_COST, ROUNDING, TINY
@@ -218,6 +219,10 @@ class Session:
     def truth(self) -> Mapping[str, tuple[SeenItem, ...]] | None:
         """The true contents of the containers of the run in focus; None where its log does not hold them."""
         return self.library.truth(self._readable[0]) if self._readable else None
+
+    def notes(self) -> list[tuple[Note, ...]]:
+        """The notes on each run on show."""
+        return [self.library.notes(run) for run in self._readable]
 
     def _can_read(self, run: int) -> bool:
         try:
