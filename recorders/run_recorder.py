@@ -125,6 +125,12 @@ class RunRecorder:
         return self._background or self._files
 
     @property
+    def trouble(self) -> str:
+        """Why nothing is recorded any more; "" while recording goes on."""
+        stopped = None if self._background is None else self._background.trouble
+        return "" if stopped is None else str(stopped)
+
+    @property
     def path(self) -> Path:
         return self._files.path
 

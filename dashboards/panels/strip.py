@@ -44,7 +44,7 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> Markup:
     several = len(names) > 1
     single = html('<div class="legend">{}</div>', runs) if several else ""
     return html(
-        '<div class="lp"><div class="rows">{}<div class="strip" data-strip="{}" {}><svg '
+        '<div class="lp lios-timeline"><div class="rows">{}<div class="strip" data-strip="{}" {}><svg '
         'width="100%" height="{}">{}</svg><div class="cursor"></div></div></div>{}<div '
         'class="legend">{}<span>| decision</span></div></div>',
         _whose(names, colours) if several else "",

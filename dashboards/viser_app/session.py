@@ -34,8 +34,6 @@ from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
-STRIP_PX, STRIP_ROW_PX = 170, 16
-"""Height of the strip under the view with one run, and of each further run."""
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
 UNMOVED_M = 0.02
@@ -74,11 +72,6 @@ class ViewState:
     pictures: bool = True
     points: bool = True
     grid: bool = False
-
-
-def covered_px(runs: int) -> int:
-    """The height of the view's lower part that the strip covers, in pixels."""
-    return STRIP_PX + STRIP_ROW_PX * max(0, runs - 1) + (20 if runs > 1 else 0)
 
 
 class Session:
@@ -201,7 +194,7 @@ class Session:
                 self.change(runs=left)
                 return
         if left:
-            self._tell("No more runs fit", f"At most {MAX_RUNS} are shown at once. Remove one first.")
+            self.tell("No more runs fit", f"At most {MAX_RUNS} are shown at once. Remove one first.")
 
     def open_container(self, index: int, *, turn_camera: bool = True) -> None:
         """Opens a container of the place in its panel, and turns the camera to it."""
@@ -230,11 +223,12 @@ class Session:
         try:
             self.library.timeline(run)
         except Exception as error:  # noqa: BLE001  one log must not break the view of the others
-            self._tell("This log cannot be shown", one_line(error))
+            self.tell("This log cannot be shown", one_line(error))
             return False
         return True
 
-    def _tell(self, title: str, words: str) -> None:
+    def tell(self, title: str, words: str) -> None:
+        """Says something in the browser for a few seconds."""
         self.client.add_notification(title, words, color="red", auto_close_seconds=8)
 
     def _is_over(self, at: float) -> bool:
@@ -274,8 +268,7 @@ class Session:
         plan, camera = self.clock.timelines[0].plan, self.client.camera
         wide, high = camera.image_width, camera.image_height
         aspect = max(0.4, wide / high) if high else 1.6
-        covered = covered_px(len(self.clock.timelines)) / high if high else 0.0
-        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect, covered_below=min(0.4, covered))
+        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect)
 
     def _open(self, state: ViewState) -> None:
         """Opens the runs of a state, if they are not open already."""

@@ -34,7 +34,8 @@ def simulate(
         Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew. Repeatable.",
+            "dropped, estop, clock-skew, dropped-item, no-route, constraint-fault, area-callback, overridden, "
+            "impaired. Repeatable.",
         ),
     ] = None,
     certificate: Annotated[
@@ -110,6 +111,9 @@ def record(
         float | None,
         Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
     ] = None,
+    furniture_open: Annotated[
+        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before.")
+    ] = False,
     serve: ServePort = None,
     certificate: Certificate = None,
     force: Force = False,
@@ -135,7 +139,7 @@ def record(
     require_bosdyn()
     from recorders.sinks.files import Split
     from recorders.sinks.mirrored import watched
-    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials
+    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
     from recorders.spot.session.session import Rates
@@ -159,9 +163,12 @@ def record(
         for_s=for_s,
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
+        furniture_open=furniture_open,
     )
+    address = RobotAddress.read(robot)
     with (
-        Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection,
+        talking_to(address),
+        Connection(address, find_credentials(), certificate=certificate) as connection,
         watched(output.name, serve) as audience,
     ):
         say(
@@ -198,6 +205,9 @@ def run(
     furniture_open: Annotated[
         bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
     ] = False,
+    resume: Annotated[
+        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+    ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     serve: ServePort = None,
     certificate: Certificate = None,
@@ -222,8 +232,8 @@ def run(
     from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.run.run import RobotRun, setup_of
+    from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
-    from recorders.spot.run.world import RunSettings
     from recorders.spot.session.session import Rates
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
@@ -242,7 +252,7 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open),
+        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
         rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,

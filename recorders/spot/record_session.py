@@ -42,6 +42,7 @@ class SessionPlan:
         task: the task of the session; without it there is no goal.
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
+        furniture_open: the operator's word that all closed furniture was opened before.
         audience: viewers that are shown every message once it is written.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
@@ -52,6 +53,7 @@ class SessionPlan:
     for_s: float | None = None
     split: Split | None = None
     keep_last_s: float | None = None
+    furniture_open: bool = False
     audience: Audience | None = None
 
 
@@ -142,7 +144,12 @@ def record_session(
     ) as recorder:
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = ActionDeriver(
-            site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record, closed_needs_word=True
+            site=plan.site,
+            task=task,
+            costs=ROBOT_COSTS,
+            tell=recorder.record,
+            closed_needs_word=True,
+            furniture_open=plan.furniture_open,
         )
         session.watch = derived
         keys: KeyboardOperator = KeyboardOperator(
@@ -155,7 +162,7 @@ def record_session(
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with stop_on_signals(stop), session, keys:
-            while not ending.over and not stop.is_pressed and time.monotonic() < until:
+            while not ending.over and not stop.is_pressed and not recorder.trouble and time.monotonic() < until:
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)

@@ -8,7 +8,7 @@ rests on sampled worlds, so it is an estimate; the bounds show afterwards what a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -101,6 +101,17 @@ def best_looks(
     outcomes: Iterable[object], files: Sequence[Path], settings: ReplaySettings
 ) -> tuple[ContainerLook, ...]:
     """The most informative look for each replayed log, from the costs stored with its replays."""
+    return tuple(
+        ContainerLook(log=str(path), value=looks[0], words=_words(looks[0]))
+        for path, _, looks in looks_by_log(outcomes, files, settings)
+    )
+
+
+def looks_by_log(
+    outcomes: Iterable[object], files: Sequence[Path], settings: ReplaySettings
+) -> Iterator[tuple[Path, str, tuple[LookValue, ...]]]:
+    """For each replayed log its path, its house and its open containers, the most informative first; logs without
+    any are left out."""
     from replayers.batch.store import StoredReplay
     from replayers.counterfactual.prepared_log import prepare_log
     from replayers.runs.run import read
@@ -109,7 +120,6 @@ def best_looks(
     for outcome in outcomes:
         if isinstance(outcome, StoredReplay) and outcome.drawn:
             by_log.setdefault(outcome.sha256, []).append(outcome)
-    found: list[ContainerLook] = []
     for path in files:
         try:
             run = read(path, with_truth=settings.with_truth)
@@ -122,8 +132,47 @@ def best_looks(
         costs = {r.strategy: np.array(r.drawn) for r in replays}
         looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
         if looks:
-            found.append(ContainerLook(log=str(path), value=looks[0], words=_words(looks[0])))
-    return tuple(found)
+            yield path, run.info.place, looks
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SharedLook:
+    """What a look into one container of one house would have settled over all its logs.
+
+    Attributes:
+        logs: in how many logs it was left unopened, and some strategy looks into it.
+        settles, doubt, narrows: as of LookValue, summed over these logs.
+    """
+
+    place: str
+    container: str
+    logs: int
+    settles: float
+    doubt: float
+    narrows: float
+
+
+def shared_looks(found: Iterable[tuple[Path, str, tuple[LookValue, ...]]]) -> tuple[SharedLook, ...]:
+    """The containers of all logs together, the most informative first.
+
+    Args:
+        found: of looks_by_log.
+    """
+    sums: dict[tuple[str, str], SharedLook] = {}
+    for _, place, looks in found:
+        for look in looks:
+            key = (place, look.container)
+            before = sums.get(key)
+            sums[key] = SharedLook(
+                place=place,
+                container=look.container,
+                logs=1 + (before.logs if before else 0),
+                settles=look.settles + (before.settles if before else 0.0),
+                doubt=look.doubt + (before.doubt if before else 0.0),
+                narrows=look.narrows + (before.narrows if before else 0.0),
+            )
+    order = sorted(sums.values(), key=lambda s: (-round(s.settles, 9), -round(s.narrows, 9), s.place, s.container))
+    return tuple(order)
 
 
 def _words(look: LookValue) -> str:

@@ -187,7 +187,7 @@ def counterfactuals(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[
 def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfactual | SkippedTask]:
     """All counterfactuals of one task."""
     try:
-        trials = [_trial(place, plan, strategy) for strategy in plan.strategies]
+        trials = [trial_of(place, plan, strategy) for strategy in plan.strategies]
         truth = {t.strategy: outcome_of(list(trial_events(t))) for t in trials}
     except LiosError as error:
         yield SkippedTask(place=place, reason=str(error))
@@ -237,7 +237,8 @@ def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...
     return tuple(c for c in found if not c.inside)
 
 
-def _trial(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
+def trial_of(place: ReplayTask, plan: MeasurementSettings, strategy: str) -> Trial:
+    """The trial of one task by one strategy."""
     return trial_for(
         TaskRequest(scenario=place.scenario),
         load_house(place.house),

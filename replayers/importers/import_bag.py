@@ -35,6 +35,8 @@ class ImportPlan:
     Attributes:
         task: what the robot was to do; None when unknown.
         strategy, estimator: whose beliefs and plans are computed after the fact; "" for none.
+        furniture_open: somebody's word that all closed furniture was opened before; else a closed container in which
+            nothing was seen counts as not looked into.
         clock: whose times are used; None for header stamps unless they are of another clock or jump back.
     """
 
@@ -44,6 +46,7 @@ class ImportPlan:
     strategy: str = "model-lios"
     estimator: str = "best"
     clock: ClockName | None = None
+    furniture_open: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,22 +109,15 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         costs=ROBOT_COSTS,
         force=force,
         motion=False,
-        settings={
-            "import": {
-                "bag": bag.path.name,
-                "mapping": plan.mapping.name,
-                "computed_after_the_fact": ["belief", "find_cost", "plan"] if strategy else [],
-                "strategy": plan.strategy,
-                "note": AFTER_THE_FACT,
-                "clock": clock.name,
-            }
-        },
+        settings={"import": _settings(bag, plan, clock)},
     ) as recorder:
         thinker = AfterTheFact(
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
         )
         given = "results" in roles.values()
-        importer = BagDerivation(plan.site, mapping, recorder, thinker, task, given, survey, clock)
+        importer = BagDerivation(
+            plan.site, mapping, recorder, thinker, task, given, survey, clock, plan.furniture_open
+        )
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
         ended = importer.end()
@@ -143,6 +139,19 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         poses_not_placed={f"{topic} in frame {f}": n for (topic, f), n in sorted(importer.misframed.items())},
         clock=clock,
     )
+
+
+def _settings(bag: Bag, plan: ImportPlan, clock: BagClock) -> dict[str, object]:
+    """What the log says of how the bag was read."""
+    return {
+        "bag": bag.path.name,
+        "mapping": plan.mapping.name,
+        "computed_after_the_fact": ["belief", "find_cost", "plan"] if plan.strategy else [],
+        "strategy": plan.strategy,
+        "note": AFTER_THE_FACT,
+        "clock": clock.name,
+        "furniture_open": plan.furniture_open,
+    }
 
 
 def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str, start_ns: int) -> RunInfo:

@@ -61,6 +61,7 @@ class BagDerivation:
     given_moves: bool
     survey: BagSurvey
     clock: BagClock
+    furniture_open: bool = False
     frames: FrameBuffer = field(default_factory=FrameBuffer)
     support: LookSupport = field(init=False)
     misframed: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -98,6 +99,8 @@ class BagDerivation:
             tell=tell,
             given_moves=self.given_moves,
             judge=self.support,
+            closed_needs_word=True,
+            furniture_open=self.furniture_open,
         )
         self._takes = {
             "markers": self._markers,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,6 +20,7 @@ from dashboards.viser_app.bridge import execute_command, parse_query
 from dashboards.viser_app.cameras import CameraPose
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
+from workbench.errors import BadValue
 
 CLOCK = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
 SAMPLES = Path(__file__).parents[2] / "logs"
@@ -113,7 +115,8 @@ def test_commands_with_numbers_beyond_reason_do_nothing() -> None:
     made = session()
     before = made.state
     for words in (f"open {'9' * 5000}", "open ²", "decision 1e11", "look 1e11", f"decision {'9' * 400}"):
-        execute_command(made, words)
+        with suppress(BadValue):
+            execute_command(made, words)
     assert made.state == before
 
 

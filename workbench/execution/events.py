@@ -38,7 +38,10 @@ class RunStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContainerObserved:
-    """The contents of a container became known; `known_at_start` if before the run began."""
+    """The contents of a container became known; `known_at_start` if before the run began.
+
+    `opened_by` says who opened closed furniture for the look; "" where nothing had to be opened or it is not known.
+    """
 
     stamp_ns: int
     decision: int
@@ -47,6 +50,7 @@ class ContainerObserved:
     robot_at: LocationId
     known_at_start: bool = False
     support: str = ""
+    opened_by: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +82,10 @@ class PlanMade:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionEnded:
-    """An action ended; `cost` is 0 if it was refused before it began, which `success` tells."""
+    """An action ended; `cost` is 0 if it was refused before it began, which `success` tells.
+
+    `item_remains` says of a failed pick that the item is still where it was.
+    """
 
     stamp_ns: int
     decision: int
@@ -93,6 +100,7 @@ class ActionEnded:
     items: tuple[ItemId, ...] = ()
     reason: str = ""
     support: str = ""
+    item_remains: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -250,6 +250,7 @@ class _Run:
             items=answer.items,
             robot_at=place,
             support=answer.support,
+            opened_by=answer.opened_by,
         )
 
     def _act(self, step: PlanStep) -> Generator[Event, None, bool]:
@@ -283,10 +284,10 @@ class _Run:
             self.knowledge = knowledge.with_facts(facts_after(step, knowledge.facts))
 
     def _refused(self, step: PlanStep, answer: ActionRefused) -> None:
-        """Update the knowledge after a refusal: an item is not there, or a container is unreachable."""
+        """Update the knowledge after a refusal: an item is gone, or a container is unreachable."""
         if answer.at is not None:
             self.knowledge = self.knowledge.moved(answer.at)
-        if step.action == "pick":
+        if step.action == "pick" and not answer.item_remains:
             self.knowledge = self.knowledge.without_item(step.items[0])
         elif step.action == "move" and step.target in self.knowledge.unsearched:
             self.knowledge = self.knowledge.shut(ContainerId(step.target))
@@ -319,6 +320,7 @@ class _Run:
             items=step.items,
             reason=answer.reason if isinstance(answer, ActionRefused) else "",
             support="" if isinstance(answer, ActionRefused) else answer.support,
+            item_remains=isinstance(answer, ActionRefused) and answer.item_remains,
         )
 
     def _end(self, status: RunStatus, reason: str, *, unseen: ContainerId | None = None) -> None:

@@ -122,6 +122,7 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         robot_at=event.robot_at,
         known_at_start=event.known_at_start,
         support=event.support,
+        opened_by=event.opened_by,
     )
     return (seen,)
 
@@ -208,6 +209,7 @@ def _(event: ActionEnded) -> tuple[DomainEvent, ...]:
         path=tuple((_rounded(x), _rounded(y)) for x, y in event.path),
         reason=event.reason,
         support=event.support,
+        item_remains=event.item_remains,
     )
     return (finished,)
 

@@ -42,7 +42,7 @@ class SeenItem(msgspec.Struct, frozen=True):
 
 
 class Observation(msgspec.Struct, frozen=True, kw_only=True):
-    """A container's content became known."""
+    """A container's content became known. opened_by says who opened closed furniture for the look."""
 
     stamp: Stamp
     decision: int
@@ -51,6 +51,7 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True):
     robot_at: str
     known_at_start: bool = False
     support: str = ""
+    opened_by: str = ""
 
 
 class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
@@ -144,7 +145,10 @@ class Timing(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
-    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres."""
+    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres.
+
+    item_remains: a pick that failed although the item is still there.
+    """
 
     stamp: Stamp
     decision: int
@@ -161,6 +165,7 @@ class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
     path: tuple[tuple[float, float], ...] = ()
     reason: str = ""
     support: str = ""
+    item_remains: bool = False
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,28 @@ from workbench.arrays import Floats
 Graph = map_pb2.Graph
 Waypoint = map_pb2.Waypoint
 WaypointSnapshot = map_pb2.WaypointSnapshot
+
+
+def waypoint_ids(graph: Graph, wanted: Iterable[str]) -> tuple[dict[str, str], list[str], list[str]]:
+    """The ids of waypoints by what they are called: their ids, or names that are unique.
+
+    Returns:
+        The ids of the wanted that the map has, the wanted that it does not have, and the names that several have.
+    """
+    ids = {waypoint.id for waypoint in graph.waypoints}
+    named: dict[str, list[str]] = {}
+    for waypoint in graph.waypoints:
+        named.setdefault(waypoint.annotations.name, []).append(waypoint.id)
+    known: dict[str, str] = {}
+    missing: list[str] = []
+    ambiguous: list[str] = []
+    for name in sorted(set(wanted)):
+        found = [name] if name in ids else named.get(name, [])
+        if len(found) == 1:
+            known[name] = found[0]
+        else:
+            (ambiguous if found else missing).append(name)
+    return known, missing, ambiguous
 
 
 def read_snapshot(folder: Path, waypoint: Waypoint) -> WaypointSnapshot | None:

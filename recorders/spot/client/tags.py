@@ -48,7 +48,7 @@ def read_tags(
 ) -> tuple[TagSighting, ...]:
     """The fiducials among world objects, placed by the body's current pose on the map.
 
-    Their frames are the raw ones: filtered frames are for tags that never move (world_object.proto).
+    Their frames are the raw ones: the filtered ones average over time, and items are moved.
     """
     placed = SE3Pose.from_proto(map_tform_body)
     found: list[TagSighting] = []

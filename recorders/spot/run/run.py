@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -12,25 +12,30 @@ from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.mirrored import Audience
 from recorders.spot.client.clock import Stepped
-from recorders.spot.client.connection import Connection
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
+from recorders.spot.client.docking import dock
 from recorders.spot.client.errors import NotLocalized
 from recorders.spot.client.identity import robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
-from workbench.execution.events import Event, PlanMade, RunEnded
+from workbench.errors import LiosError
+from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
-from workbench.worlds.house import Contents, House
+from workbench.terminal import say
+from workbench.worlds.house import START, Contents, House
 from workbench.worlds.sites.site import Site
+from workbench.worlds.world import ActionRefused
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,21 +104,24 @@ def run_and_record(
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
         read_graph(run.map_folder)
-    control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
+    control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
         _localize_and_set_start(world, run, held)
         run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
-        with _recorder(connection, run, setup, output, guard=control.estop_guard, force=force) as recorder:
+        with _recorder(connection, run, setup, output, found=_as_found(world), force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            world.tell = session.words
+            world.recording_trouble = lambda: recorder.trouble
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
                 events = stopping_on_error(setup.events(world), world, control, run.task)
                 seen = _record_events(events, recorder, session, hear)
+                _dock_at_the_end(world, seen)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
@@ -127,7 +135,7 @@ def run_and_record(
 
 
 def _recorder(
-    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, guard: str, force: bool
+    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
 ) -> RunRecorder:
     stepped = isinstance(connection.clock, Stepped)
     return RunRecorder(
@@ -141,7 +149,7 @@ def _recorder(
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": {**_settings(run), "estop_guard": guard}},
+        settings={"spot": {**_settings(run), **found}},
     )
 
 
@@ -250,9 +258,31 @@ def _settings(run: RobotRun) -> dict[str, object]:
         "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
         "look_s": driven.look_s,
         "furniture_open": driven.furniture_open,
+        "resume": driven.resume,
         "images_hz": rates.images_hz,
         "cameras": list(rates.cameras),
     }
+
+
+def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
+    """After a run that was not broken off, go back to the start and dock, where the site names a dock."""
+    number, ended = world.site.robot.dock, outcome_of(seen)
+    if number is None or ended.status is RunStatus.ABORTED or world.hands.check_holding():
+        return
+    try:
+        went = world.go_to(START)
+        reason = went.reason if isinstance(went, ActionRefused) else dock(world.connection, number)
+    except (*ROBOT_ERRORS, LiosError) as error:
+        reason = str(error)
+    world.tell(f"Docked at {number}" if not reason else f"The robot is not docked: {reason}")
+    if reason:
+        say(f"The robot is not docked: {reason}")
+
+
+def _as_found(world: SpotWorld) -> dict[str, object]:
+    """What was found before the first decision: whose e-stop guards the run, and where the robot was localised."""
+    localized = None if world.localized is None else asdict(world.localized)
+    return {"estop_guard": world.control.estop_guard, "localization": localized}
 
 
 def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:

@@ -28,7 +28,7 @@ from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.session import foxglove
 from recorders.spot.session.sensor_pollers import SensorStream, sensor_streams
 from recorders.spot.session.topics import NOTE_EVENTS, Gap, Note, SessionFact, fact_channel
-from workbench.errors import LiosError
+from workbench.errors import InputError, LiosError
 from workbench.log_schema.events import Stamp
 from workbench.worlds.geometry import Point
 from workbench.worlds.sites.site import Site
@@ -110,6 +110,8 @@ class Session:
         self.watch: Watch | None = None
         self._away = _ConnectionState()
         self._closing = threading.Event()
+        self._login = threading.Lock()
+        self._refused_login = False
         self._threads: list[threading.Thread] = []
         self._senses = sensor_streams(self)
         self._due: dict[str, int] = {}
@@ -256,8 +258,16 @@ class Session:
                 self.words(f"The robot answers again after {seconds:.1f} s", level=Log.WARNING)
 
     def _log_in_again(self) -> None:
-        try:
-            self.connection.log_in_again()
-        except LiosError as error:
-            log.warning("%s", error)
-            self._closing.wait(1.0)
+        """Log in again; one thread at a time, and not again once the robot refused the login, which would lock it."""
+        with self._login:
+            if self._refused_login:
+                self._closing.wait(1.0)
+                return
+            try:
+                self.connection.log_in_again()
+            except InputError as error:
+                self._refused_login = True
+                log.error("%s Recording goes on without the robot.", error)
+            except LiosError as error:
+                log.warning("%s", error)
+                self._closing.wait(1.0)

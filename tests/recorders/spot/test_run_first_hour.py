@@ -27,11 +27,12 @@ from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
-from recorders.spot.run.manipulation import command_result, place_on
+from recorders.spot.run.arm_motion import command_result, place_on
 from recorders.spot.run.navigate import navigation_goal, renew_navigation, speed_limit
 from recorders.spot.run.operator import StopSwitch, stop_on_signals
 from recorders.spot.run.run import first_decision, run_and_record
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates
 from recorders.spot.session.topics import Gap
@@ -103,7 +104,9 @@ def test_a_robot_that_sees_no_fiducial_from_the_floor_stands_up_first(tmp_path: 
 def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> None:
     with robot() as (spot, connection), Control(connection, own_estop=True) as control:
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
-        world = SpotWorld(connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5))
+        world = SpotWorld(
+            connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5, resume=True)
+        )
         bed = LocationId("bed")
         standing = world.site.paths.standing_pose(bed)
         assert standing is not None
@@ -201,8 +204,8 @@ def test_things_are_put_down_on_what_the_robot_stands_at(tmp_path: Path) -> None
     with robot() as (spot, connection):
         report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
         assert report.ended.status == "done"
-        assert spot.state.arm_goal is not None
-        frame, x, y, z = spot.state.arm_goal
+        assert spot.state.released_goal is not None
+        frame, x, y, z = spot.state.released_goal
     assert frame == "flat_body"
     heights = {"bed": 0.55 + 0.12 - 0.52, "countertop": 0.9 + 0.12 - 0.52}
     last = [action.target for action in read(tmp_path / "run.mcap").actions if action.action == "place"][-1]

@@ -16,7 +16,7 @@ from spot_help import FEW, is_free, messages, placed, robot, run_of
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.run.operator import AgreeingOperator, StopSwitch
 from recorders.spot.run.run import RobotRun, RunReport, first_decision, run_and_record
-from recorders.spot.run.world import RunSettings
+from recorders.spot.run.run_settings import RunSettings
 from replayers.runs.run import Run, read
 from workbench.execution.events import Event
 from workbench.planning.tasks import AllOf, Delivered, Task

@@ -1,0 +1,240 @@
+"""`lios select`: which strategy to drive next, from the logs of the trials so far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import click
+
+from workbench.options import Json, Workers
+from workbench.parameters import Argument, Option
+
+if TYPE_CHECKING:
+    from replayers.batch.next_look import SharedLook
+    from replayers.batch.replays import Replays
+    from replayers.selection.campaign_logs import TrialGroup
+    from replayers.selection.elimination import Elimination
+    from replayers.selection.verdict import SelectionVerdict
+
+LOOKS_SHOWN = 3
+
+
+def select(
+    logs: Annotated[list[Path], Argument(help="Logs of the trials, or folders of logs.")],
+    strategies: Annotated[
+        str, Option("--strategies", "-s", help='The candidates, by comma: names, "module:Class", or "all".')
+    ] = "all",
+    group: Annotated[
+        str, Option("--group-by", help="What trials must share to count together: scenario, site or task.")
+    ] = "scenario",
+    horizon: Annotated[
+        int | None, Option("--horizon", min=1, help="How many trials there will be in all, with those driven so far.")
+    ] = None,
+    alpha: Annotated[
+        float,
+        Option("--alpha", min=0.0001, max=0.5, help="Probability of any wrong elimination by sequence."),
+    ] = 0.05,
+    output: Annotated[
+        Path | None, Option("--output", "-o", help="Folder that keeps the replays; a second call resumes there.")
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        Option("--figure", help="Write a PNG of standings and regret over the trials of the largest group."),
+    ] = None,
+    estimator: Annotated[str, Option("--estimator", help="Whose beliefs, as of lios replay.")] = "log",
+    worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
+    budget: Annotated[
+        int, Option("--budget", min=1, help="Pieces of run that the bounds of one replay may take.")
+    ] = 400,
+    look_next: Annotated[
+        bool,
+        Option("--look-next", help="Which container, had it been opened, would have settled most over all logs."),
+    ] = False,
+    workers: Workers = 1,
+    seed: Annotated[int, Option("--seed", help="Seed of drawn worlds and of resampling.")] = 0,
+    json: Json = False,
+) -> None:
+    """Which strategy should the robot follow in the next trial?
+
+    Every candidate is replayed over every log. After each trial: which one to drive next, which are out of question,
+    and what regret is still possible. "By proof" means: on the trials so far it cost more than another one in every
+    world that agrees with the logs. "By sequence" speaks of coming trials like these, with an error of --alpha.
+
+    Examples:
+
+        lios select logs/ --strategies pes-greedy,pes-lios,conditioned-lios
+
+        lios select trials/ -o replays/ --look-next --figure selection.png --json
+    """
+    import replayers
+    from replayers.batch.next_look import looks_by_log, shared_looks
+    from replayers.batch.replay_all import LogFailed
+    from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.prepared_log import ReplaySettings
+    from replayers.selection.campaign_logs import group_by, trial_groups
+    from replayers.selection.verdict import SelectionSettings, history
+    from workbench.errors import Failed
+    from workbench.plugins import NameOrigin
+    from workbench.terminal import emit_json, progress, say
+
+    by = group_by(group)
+    settings = ReplaySettings(
+        estimator=estimator,
+        estimator_origin=NameOrigin.USER,
+        worlds=worlds,
+        budget=Budget(stretches=budget),
+        seed=seed,
+    )
+    made = replayers.replay(
+        logs,
+        strategies,
+        settings=settings,
+        output=output,
+        workers=workers,
+        told=lambda replays, total: progress(replays, title="replaying", total=total),
+    )
+    candidates = _candidates(made, strategies)
+    found = trial_groups(made, candidates, by)
+    failed = [f.reason if f.reason.startswith(f.log) else f"{f.log}: {f.reason}" for f in made.failed]
+    left_out = [*found.left_out, *dict.fromkeys(failed)]
+    if not found.groups:
+        raise Failed(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
+    wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
+    told = [history(g.trials, wanted) for g in found.groups]
+    looks = shared_looks(looks_by_log(made.outcomes, made.logs, settings)) if look_next else None
+    if json:
+        groups = [_group_row(g, h) for g, h in zip(found.groups, told, strict=True)]
+        answer: dict[str, Any] = {"groups": groups, "left_out": left_out, "alpha": alpha, "seed": seed}
+        if looks is not None:
+            answer["look_next"] = [_look(look) for look in looks]
+        emit_json(answer)
+    else:
+        for g, h in zip(found.groups, told, strict=True):
+            _tell(g, h, alpha=alpha)
+        for look in (looks or ())[:LOOKS_SHOWN]:
+            say(f"look next into {look.container} in {look.place}: unopened in {look.logs} of {len(made.logs)} logs, "
+                f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons")  # fmt: skip
+    for words in left_out:
+        say(f"left out: {words}")
+    if figure is not None:
+        from replayers.selection.figure import draw_campaign
+
+        figure.parent.mkdir(parents=True, exist_ok=True)
+        say(f"Wrote {draw_campaign(figure, told[0], title=found.groups[0].name)}")
+    if any(isinstance(o, LogFailed) for o in made.outcomes):
+        raise click.exceptions.Exit(3)
+
+
+def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:
+    """The candidates that were replayed, by the names that they give themselves, in the order asked for."""
+    from workbench.errors import BadValue
+
+    names = tuple(dict.fromkeys(replay.strategy for replay in made))
+    if len(names) == 1:
+        raise BadValue("--strategies", strategies, "two or more: there is nothing to choose between")
+    return names
+
+
+def _group_row(group: TrialGroup, verdicts: Sequence[SelectionVerdict]) -> dict[str, Any]:
+    return {
+        "group": group.name,
+        "places": group.places,
+        "logs": [str(log) for log in group.logs],
+        "broke": [{"strategy": name, "logs": logs, "reason": why} for name, (logs, why) in group.broke.items()],
+        "next": verdicts[-1].next,
+        "settled": verdicts[-1].settled or None,
+        "after": [_verdict(v) for v in verdicts],
+    }
+
+
+def _verdict(v: SelectionVerdict) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from replayers.counterfactual.estimates.intervals import finite
+
+    return {
+        "trials": v.trials,
+        "next": v.next,
+        "settled": v.settled or None,
+        "trials_to_settle": v.trials_to_settle,
+        "regret_so_far_at_most": finite(v.regret_so_far),
+        "regret_to_come_at_most": v.regret_to_come if v.regret_to_come < v.regret_to_come_unknown - 1e-6 else None,
+        "same": v.same,
+        "by_proof": [asdict(e) for e in v.by_proof],
+        "by_sequence": [asdict(e) for e in v.by_sequence],
+        "rows": [{**asdict(s), "upper": finite(s.upper)} for s in v.standings],
+    }
+
+
+def _look(look: SharedLook) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return asdict(look)
+
+
+def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: float) -> None:
+    from workbench.terminal import counted, emit_table, emit_text, say
+
+    last = verdicts[-1]
+    steps = [{"trial": v.trials, "log": group.logs[i].name, "drive next": v.next,
+              "out by proof": ", ".join(e.strategy for e in v.by_proof) or "none",
+              "out by sequence": ", ".join(e.strategy for e in v.by_sequence) or "none",
+              "regret so far": _most(v.regret_so_far)} for i, v in enumerate(verdicts)]  # fmt: skip
+    title = f"{group.name}: {counted(len(verdicts), 'trial')} in {counted(len(group.places), 'place')}"
+    emit_table(steps, title=title, minor=("out by sequence",))
+    proofs = {e.strategy: e for e in last.by_proof}
+    emit_table([_standing(s, proofs.get(s.strategy), last) for s in last.standings], minor=("driven", "exact"))
+    emit_text(_summary(last, alpha))
+    for name, (logs, why) in group.broke.items():
+        say(f"note: {name} broke on {len(logs)} of {counted(len(verdicts), 'log')}; it counts as failed there, and "
+            f"nothing is proved about it: {why}")  # fmt: skip
+
+
+def _standing(s: Any, proof: Elimination | None, last: SelectionVerdict) -> dict[str, Any]:
+    upper = f"{s.upper:.1f}" if s.upper < float("inf") else "no upper bound"
+    return {
+        "strategy": s.strategy,
+        "driven": s.driven,
+        "exact": s.exact,
+        "mean cost": f"{s.lower:.1f}" if s.upper - s.lower < 0.05 else f"{s.lower:.1f} to {upper}",
+        "expected": s.expected,
+        "chance best": s.chance_best,
+        "standing": _words(s.strategy, proof, last),
+    }
+
+
+def _words(name: str, proof: Elimination | None, last: SelectionVerdict) -> str:
+    if name == last.next:
+        return "drive next"
+    if any(e.strategy == name for e in last.by_sequence):
+        return "out by sequence"
+    if proof is not None:
+        return f"out by proof: {proof.margin:.1f} or more above {proof.by} in all"
+    return "the same so far" if name in last.same else "open"
+
+
+def _summary(last: SelectionVerdict, alpha: float) -> str:
+    words = (
+        f"Drive {last.next} next. On the trials so far it cost at most {_most(last.regret_so_far)} a trial more than "
+        f"any other"
+    )
+    if last.regret_to_come < last.regret_to_come_unknown - 1e-6:
+        words += (
+            f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({_percent(alpha)} confidence)"
+        )
+    words += "."
+    if last.settled:
+        return f"{words} Settled {last.settled}: more trials do not change the answer."
+    if last.trials_to_settle is not None and last.trials_to_settle > 0:
+        return f"{words} Not settled; about {last.trials_to_settle} more trials like these would settle it."
+    return f"{words} Not settled, and these trials do not tell how many more it takes."
+
+
+def _percent(alpha: float) -> str:
+    return f"{100 * (1 - alpha):g} %"
+
+
+def _most(value: float) -> str:
+    return f"{value:.1f}" if value < float("inf") else "unknown"

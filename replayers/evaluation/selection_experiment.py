@@ -1,0 +1,173 @@
+"""The selection experiment: campaigns of trials one after another, by each selector, on the same trials in the same
+order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.evaluation.selection_pool import PoolTrial
+from replayers.selection.elimination import NEAR, eliminated_by_proof, eliminated_by_sequence
+from replayers.selection.selectors import SELECTORS
+from workbench.errors import BadValue
+from workbench.evaluation.statistics import Estimate, mean_with_interval
+
+Floats = npt.NDArray[np.float64]
+
+OURS = "intervals"
+RANDOM = "random"
+"""A selector that draws: what choosing without looking costs."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Campaign:
+    """One seed's trials, driven as one selector says.
+
+    Attributes:
+        driven: the index of the strategy driven in each trial.
+        regret: cumulative: what was driven so far cost more than the best fixed strategy in hindsight (over all of
+            the campaign's trials) did so far; shape (trials,).
+    """
+
+    selector: str
+    seed: int
+    driven: tuple[int, ...]
+    regret: Floats
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SelectorRow:
+    """One selector over all seeds; the interval draws seeds, whose trials come from one pool.
+
+    Attributes:
+        regret: mean cumulative regret at the end.
+        best_share: share of trials in which the best fixed strategy in hindsight was driven.
+        share_of: by baseline, this selector's mean regret over the baseline's; None where that is not above 0.
+    """
+
+    selector: str
+    regret: Estimate
+    best_share: float
+    share_of: dict[str, float | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EliminationCheck:
+    """Eliminations against the truth, over campaigns whose driven strategies and trials were drawn.
+
+    Attributes:
+        wrong_by_proof: campaigns in which, after some trial, the best strategy on the trials so far was out by proof.
+        by_proof: mean share of the other strategies that are out by proof after the last trial.
+        wrong_by_sequence: campaigns in which, after the last trial, a strategy of least mean over the pool was out.
+        by_sequence: as by_proof, by sequence.
+    """
+
+    campaigns: int
+    wrong_by_proof: int
+    by_proof: float
+    wrong_by_sequence: int
+    by_sequence: float
+
+
+def campaigns(pool: Sequence[PoolTrial], *, trials: int, seeds: Sequence[int]) -> Iterator[Campaign]:
+    """Every selector's campaign for every seed: the seed draws trials from the pool without putting back.
+
+    Raises:
+        BadValue: the pool is smaller than a campaign.
+    """
+    if not 0 < trials <= len(pool):
+        raise BadValue("--trials", trials, f"between 1 and the pool's {len(pool)}")
+    for seed in seeds:
+        order = np.random.default_rng((seed, 0)).permutation(len(pool))[:trials]
+        chosen = [pool[i] for i in order]
+        for number, name in enumerate((*SELECTORS, RANDOM)):
+            yield campaign(chosen, name, seed=seed, rng=np.random.default_rng((seed, 1 + number)))
+
+
+def campaign(chosen: Sequence[PoolTrial], selector: str, *, seed: int, rng: np.random.Generator) -> Campaign:
+    """Drives the trials in their order as a selector says."""
+    names = chosen[0].seen[0].strategies
+    select = SELECTORS.get(selector, lambda _, strategies, rng: int(rng.integers(len(strategies))))
+    driven: list[int] = []
+    for t in range(len(chosen)):
+        driven.append(select([chosen[s].seen[driven[s]] for s in range(t)], names, rng))
+    true = np.array([trial.true for trial in chosen])
+    best = int(np.argmin(true.sum(axis=0)))
+    paid = true[np.arange(len(chosen)), driven]
+    return Campaign(selector=selector, seed=seed, driven=tuple(driven), regret=np.cumsum(paid - true[:, best]))
+
+
+def selector_rows(made: Sequence[Campaign], best: Callable[[int], int], *, seed: int) -> tuple[SelectorRow, ...]:
+    """The selectors' rows, in the order of first appearance.
+
+    Args:
+        best: by seed, the best fixed strategy in hindsight.
+        seed: of the intervals.
+    """
+    names = tuple(dict.fromkeys(c.selector for c in made))
+    ends = {name: [c for c in made if c.selector == name] for name in names}
+    means = {name: float(np.mean([c.regret[-1] for c in ends[name]])) for name in names}
+    return tuple(
+        SelectorRow(
+            selector=name,
+            regret=mean_with_interval(
+                [float(c.regret[-1]) for c in ends[name]],
+                [c.seed for c in ends[name]],
+                rng=np.random.default_rng(seed),
+            ),
+            best_share=float(np.mean([np.mean(np.array(c.driven) == best(c.seed)) for c in ends[name]])),
+            share_of={
+                other: means[name] / means[other] if means[other] > NEAR else None for other in names if other != name
+            },
+        )
+        for name in names
+    )
+
+
+def best_in_hindsight(pool: Sequence[PoolTrial], *, trials: int, seed: int) -> int:
+    """The strategy of least total cost over a seed's trials; the first of several."""
+    order = np.random.default_rng((seed, 0)).permutation(len(pool))[:trials]
+    return int(np.argmin(np.array([pool[i].true for i in order]).sum(axis=0)))
+
+
+def check_eliminations(
+    pool: Sequence[PoolTrial], *, trials: int, count: int, seed: int, alpha: float = 0.05, sequences: int = 100
+) -> EliminationCheck:
+    """Campaigns with drawn strategies on trials drawn with putting back: alike and independent, as sequences need.
+
+    Args:
+        count: how many campaigns.
+        sequences: in how many of them sequences are checked too, which takes longer.
+    """
+    true = np.array([trial.true for trial in pool])
+    least = true.mean(axis=0) <= true.mean(axis=0).min() + NEAR
+    names = pool[0].seen[0].strategies
+    wrong_proof, wrong_sequence = 0, 0
+    out_proof, out_sequence = list[float](), list[float]()
+    for number in range(count):
+        rng = np.random.default_rng((seed, number))
+        order, driven = rng.integers(len(pool), size=trials), rng.integers(len(names), size=trials)
+        seen = [pool[i].seen[k] for i, k in zip(order, driven, strict=True)]
+        totals = np.cumsum(true[order], axis=0)
+        out: set[str] = set()
+        wrong = False
+        for t in range(trials):
+            out = {e.strategy for e in eliminated_by_proof(seen[: t + 1])}
+            best = totals[t] <= totals[t].min() + NEAR
+            wrong = wrong or any(best[k] for k, name in enumerate(names) if name in out)
+        wrong_proof += wrong
+        out_proof.append(len(out) / (len(names) - 1))
+        if number < sequences:
+            gone = {e.strategy for e in eliminated_by_sequence(seen, alpha=alpha)}
+            wrong_sequence += any(least[k] for k, name in enumerate(names) if name in gone)
+            out_sequence.append(len(gone) / (len(names) - 1))
+    return EliminationCheck(
+        campaigns=count,
+        wrong_by_proof=wrong_proof,
+        by_proof=float(np.mean(out_proof)),
+        wrong_by_sequence=wrong_sequence,
+        by_sequence=float(np.mean(out_sequence)) if out_sequence else 0.0,
+    )

@@ -1,0 +1,159 @@
+"""The pool of trials for the selection experiment: every strategy driven in every house, and the others replayed.
+
+A selector's run drives one strategy a trial, and sees of the others what their replays tell. Which one it drives does
+not change what driving any of them would have shown, so each trial is computed once for all selectors and seeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import msgspec
+import numpy as np
+
+from recorders.simulated_run import record_trial, trial_events
+from replayers.batch.store import to_stored
+from replayers.counterfactual.prepared_log import prepare_log
+from replayers.counterfactual.replay import replay_on
+from replayers.evaluation.trials import MeasurementSettings, ReplayTask, SkippedTask, trial_of
+from replayers.runs.run import read
+from replayers.selection.trial_costs import TrialCosts, trial_costs
+from workbench.errors import LiosError, MalformedFile
+from workbench.execution.loop import outcome_of
+from workbench.plugins import NameOrigin
+from workbench.process_pool import process_pool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PoolTrial:
+    """One task, driven by each strategy in turn.
+
+    Attributes:
+        house, scenario, seed: which task.
+        true: what each strategy costs there, in the order of the strategies.
+        seen: what the log of each strategy tells of all of them.
+    """
+
+    house: str
+    scenario: str
+    seed: int
+    true: tuple[float, ...]
+    seen: tuple[TrialCosts, ...]
+
+
+def pool_trials(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[PoolTrial | SkippedTask]:
+    """Computes the trials of a pool, in order, for any number of workers."""
+    if workers <= 1:
+        for place in plan.places:
+            yield pool_trial(place, plan)
+        return
+    with process_pool(workers) as pool:
+        yield from pool.map(_pool_trial, [(place, plan) for place in plan.places])
+
+
+def pool_trial(place: ReplayTask, plan: MeasurementSettings) -> PoolTrial | SkippedTask:
+    """One task driven by every strategy, each log replayed by all."""
+    try:
+        trials = [trial_of(place, plan, name) for name in plan.strategies]
+        truth = [outcome_of(list(trial_events(trial))).cost for trial in trials]
+        with TemporaryDirectory(prefix="lios-select-") as folder:
+            seen: list[TrialCosts] = []
+            for trial in trials:
+                log = Path(folder) / f"{trial.strategy}.mcap"
+                record_trial(trial, log)
+                run = read(log)
+                ground = prepare_log(run, plan.settings, with_ways=False)
+                replays = [
+                    to_stored(ground, replay_on(ground, name, origin=NameOrigin.USER), key="")
+                    for name in plan.strategies
+                ]
+                seen.append(trial_costs(replays, plan.strategies, limit=run.task.failure_cost))
+    except LiosError as error:
+        return SkippedTask(place=place, reason=str(error))
+    return PoolTrial(house=place.house, scenario=place.scenario, seed=place.seed, true=tuple(truth), seen=tuple(seen))
+
+
+class _StoredTrial(msgspec.Struct, frozen=True, kw_only=True):
+    """A trial of a pool as one line of JSON; None stands for what is infinite or not known."""
+
+    house: str
+    scenario: str
+    seed: int
+    strategies: tuple[str, ...]
+    limit: float
+    true: tuple[float, ...]
+    lower: tuple[tuple[float, ...], ...]
+    upper: tuple[tuple[float | None, ...], ...]
+    estimate: tuple[tuple[float | None, ...], ...]
+    most_apart: tuple[tuple[tuple[float | None, ...], ...], ...]
+
+
+def write_pool(path: Path, trials: Sequence[PoolTrial]) -> None:
+    """Writes a pool, one trial a line."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(msgspec.json.Encoder().encode_lines([_stored(trial) for trial in trials]))
+
+
+def read_pool(path: Path) -> tuple[PoolTrial, ...]:
+    """Reads a pool.
+
+    Raises:
+        MalformedFile: a file that is no pool, or one without trials.
+    """
+    try:
+        stored = msgspec.json.Decoder(_StoredTrial).decode_lines(path.read_bytes())
+        trials = tuple(_trial(line) for line in stored)
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise MalformedFile(path, f"this is no pool of trials ({error})", "Make it: lios evaluate select") from None
+    if not trials:
+        raise MalformedFile(path, "a pool without trials", "Make it again: lios evaluate select --force")
+    return trials
+
+
+def _stored(trial: PoolTrial) -> _StoredTrial:
+    return _StoredTrial(
+        house=trial.house,
+        scenario=trial.scenario,
+        seed=trial.seed,
+        strategies=trial.seen[0].strategies,
+        limit=trial.seen[0].limit,
+        true=trial.true,
+        lower=tuple(tuple(s.lower.tolist()) for s in trial.seen),
+        upper=tuple(_finite(s.upper) for s in trial.seen),
+        estimate=tuple(_finite(s.estimate) for s in trial.seen),
+        most_apart=tuple(tuple(_finite(row) for row in s.most_apart) for s in trial.seen),
+    )
+
+
+def _trial(line: _StoredTrial) -> PoolTrial:
+    names = line.strategies
+    seen = [
+        TrialCosts(
+            log=f"{line.house} seed {line.seed}",
+            strategies=names,
+            driven=name,
+            lower=np.array(line.lower[i], dtype=np.float64),
+            upper=_array(line.upper[i], inf),
+            estimate=_array(line.estimate[i], np.nan),
+            most_apart=np.array([_array(row, inf) for row in line.most_apart[i]]),
+            limit=line.limit,
+        )
+        for i, name in enumerate(names)
+    ]
+    return PoolTrial(house=line.house, scenario=line.scenario, seed=line.seed, true=line.true, seen=tuple(seen))
+
+
+def _finite(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[float | None, ...]:
+    return tuple(float(v) if np.isfinite(v) else None for v in values)
+
+
+def _array(values: Sequence[float | None], absent: float) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return np.array([absent if v is None else v for v in values], dtype=np.float64)
+
+
+def _pool_trial(task: tuple[ReplayTask, MeasurementSettings]) -> PoolTrial | SkippedTask:
+    return pool_trial(*task)

@@ -1,0 +1,109 @@
+"""What one trial tells of every strategy's cost: bounds, estimates, and the greatest difference of each pair."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import inf, nan
+
+import numpy as np
+import numpy.typing as npt
+
+from replayers.batch.compare import cost_difference
+from replayers.batch.store import StoredReplay
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialCosts:
+    """One trial, and what its log tells of the strategies. Costs are charged costs, in metres and their equivalents.
+
+    Attributes:
+        log: the log's path.
+        strategies: the K names that the arrays follow.
+        driven: which of them the robot followed; None where it followed another one.
+        lower, upper: bounds over all worlds that agree with the log, shape (K,); 0 and infinite where nothing is
+            known, as where the strategy broke.
+        estimate: mean over drawn worlds, shape (K,); NaN where there is none.
+        most_apart: the greatest cost of a minus the cost of b in one world, shape (K, K); infinite where unknown.
+        limit: what a failed run is charged.
+        drawn: costs in drawn worlds, the same ones for all, shape (K, worlds); None where a strategy has none.
+    """
+
+    log: str
+    strategies: tuple[str, ...]
+    driven: str | None
+    lower: Floats
+    upper: Floats
+    estimate: Floats
+    most_apart: Floats
+    limit: float
+    drawn: Floats | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.strategies)
+        shapes = [self.lower.shape, self.upper.shape, self.estimate.shape]
+        if shapes != [(count,)] * 3 or self.most_apart.shape != (count, count):
+            raise ValueError(f"{self.log}: arrays do not fit {count} strategies")
+        if np.any(self.lower > self.upper + 1e-6):
+            raise ValueError(f"{self.log}: a lower bound above its upper one")
+
+    @property
+    def expected(self) -> Floats:
+        """The estimate kept within the bounds; without one the middle of the bounds, or the failure cost where there
+        is no upper one. Shape (K,)."""
+        middle = np.where(np.isfinite(self.upper), (self.lower + np.minimum(self.upper, 1e12)) / 2, self.limit)
+        return np.clip(np.where(np.isnan(self.estimate), middle, self.estimate), self.lower, self.upper)
+
+    @property
+    def exact(self) -> npt.NDArray[np.bool_]:
+        """Whose cost is certain, shape (K,)."""
+        return self.upper - self.lower <= 1e-6
+
+
+def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, limit: float) -> TrialCosts:
+    """What the replays over one log tell. A strategy without a replay, or that broke, is known to cost 0 or more.
+
+    Args:
+        replays: of one log, at least one.
+        limit: what a failed run is charged.
+    """
+    found = {r.strategy: r for r in replays}
+    first = next(iter(found.values()))
+    count = len(strategies)
+    lower, upper = np.zeros(count), np.full(count, inf)
+    estimate, apart = np.full(count, nan), np.full((count, count), inf)
+    np.fill_diagonal(apart, 0.0)
+    for i, name in enumerate(strategies):
+        made = found.get(name)
+        if made is None or made.bounds is None:
+            continue
+        lower[i], upper[i] = made.bounds.lower, made.bounds.upper
+        estimate[i] = made.estimate.mean if made.estimate else nan
+        for j in range(i):
+            other = found.get(strategies[j])
+            if other is not None and other.bounds is not None:
+                difference = cost_difference(made, other)
+                apart[i, j], apart[j, i] = difference.most, -difference.least
+    driven = first.recorded_strategy if first.recorded_strategy in strategies else None
+    return TrialCosts(
+        log=first.log,
+        strategies=tuple(strategies),
+        driven=driven,
+        lower=lower,
+        upper=upper,
+        estimate=estimate,
+        most_apart=apart,
+        limit=limit,
+        drawn=_drawn([found.get(name) for name in strategies]),
+    )
+
+
+def _drawn(replays: Sequence[StoredReplay | None]) -> Floats | None:
+    """Costs in the worlds that all strategies were run in; None where there are none."""
+    made = [r for r in replays if r is not None]
+    common = min((len(r.drawn) for r in made), default=0)
+    if len(made) < len(replays) or not common or len({r.draws for r in made}) > 1:
+        return None
+    return np.array([r.drawn[:common] for r in made])

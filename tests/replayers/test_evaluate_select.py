@@ -1,0 +1,104 @@
+"""`lios evaluate select`: a pool is made once, campaigns draw from it, and a table says who paid least."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from replayers.evaluation.selection_experiment import best_in_hindsight, campaigns, check_eliminations, selector_rows
+from replayers.evaluation.selection_pool import PoolTrial, read_pool, write_pool
+from replayers.selection.trial_costs import TrialCosts
+from workbench.cli import run as lios
+from workbench.errors import BadValue, MalformedFile
+
+
+def drawn_pool(count: int) -> tuple[PoolTrial, ...]:
+    """Tasks with drawn costs; b is the best by 15; each log is exact for its own strategy and wide for others."""
+    rng = np.random.default_rng(0)
+    pool: list[PoolTrial] = []
+    for number in range(count):
+        true = rng.uniform(30, 60) + np.array([15.0, 0.0, 25.0]) + rng.uniform(0, 10, size=3)
+        seen: list[TrialCosts] = []
+        for driven in range(3):
+            width = np.where(np.arange(3) == driven, 0.0, rng.uniform(0, 30, size=3))
+            lower, upper = np.maximum(true - width, 0), true + width
+            apart = upper[:, None] - lower[None, :]
+            np.fill_diagonal(apart, 0.0)
+            seen.append(
+                TrialCosts(
+                    log=f"house {number}", strategies=("a", "b", "c"), driven="abc"[driven], lower=lower, upper=upper,
+                    estimate=np.clip(true + rng.normal(0, width / 4), lower, upper), most_apart=apart, limit=400.0,
+                )
+            )  # fmt: skip
+        pool.append(
+            PoolTrial(house=f"h{number}", scenario="find", seed=0, true=tuple(true.tolist()), seen=tuple(seen))
+        )
+    return tuple(pool)
+
+
+def test_intervals_pay_less_than_bandits() -> None:
+    pool = drawn_pool(30)
+    made = list(campaigns(pool, trials=20, seeds=range(6)))
+    rows = selector_rows(made, lambda seed: best_in_hindsight(pool, trials=20, seed=seed), seed=0)
+    regret = {row.selector: row.regret.value for row in rows}
+    assert regret["intervals"] < 0.5 * min(regret["ucb1"], regret["thompson"])
+    assert rows[0].share_of["ucb1"] == pytest.approx(regret["intervals"] / regret["ucb1"])
+    again = list(campaigns(pool, trials=20, seeds=range(6)))
+    assert [c.driven for c in again] == [c.driven for c in made]
+
+
+def test_eliminations_are_checked_against_the_truth() -> None:
+    check = check_eliminations(drawn_pool(10), trials=10, count=40, seed=0, sequences=5)
+    assert check.wrong_by_proof == 0
+    assert check.by_proof > 0.2
+
+
+def test_an_elimination_that_is_wrong_is_found() -> None:
+    pool = drawn_pool(10)
+    liars = tuple(replace(trial, true=(trial.true[2], trial.true[0], trial.true[1])) for trial in pool)
+    assert check_eliminations(liars, trials=10, count=20, seed=0, sequences=1).wrong_by_proof > 0
+
+
+def test_a_campaign_needs_as_many_tasks_as_trials() -> None:
+    with pytest.raises(BadValue, match="--trials"):
+        next(campaigns(drawn_pool(3), trials=4, seeds=[0]))
+
+
+def test_a_pool_is_kept_as_it_was(tmp_path: Path) -> None:
+    pool = drawn_pool(3)
+    write_pool(tmp_path / "pool.jsonl", pool)
+    again = read_pool(tmp_path / "pool.jsonl")
+    assert [t.true for t in again] == [t.true for t in pool]
+    assert all(
+        np.array_equal(x.most_apart, y.most_apart) and x.driven == y.driven
+        for a, b in zip(again, pool, strict=True) for x, y in zip(a.seen, b.seen, strict=True)
+    )  # fmt: skip
+    (tmp_path / "pool.jsonl").write_text("{}")
+    with pytest.raises(MalformedFile):
+        read_pool(tmp_path / "pool.jsonl")
+
+
+@pytest.mark.slow
+def test_the_command_drives_and_measures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    wish = ["evaluate", "select", "--scenario", "find", "-s", "greedy,lios", "--pool", "2", "-n", "2", "--seeds", "2",
+            "--proofs", "5", "--worlds", "5", "-o", str(tmp_path / "out")]  # fmt: skip
+    assert lios([*wish, "--json"]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert first["eliminations"]["wrong_by_proof"] == 0
+    assert {row["selector"] for row in first["rows"]} == {"intervals", "lower-bounds", "ucb1", "thompson", "random"}
+    assert (tmp_path / "out" / "regret.png").exists()
+    assert lios([*wish, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == first  # from the pool that was kept
+    assert lios([*wish[:-4], "-s", "greedy,model-lios", "-o", str(tmp_path / "out")]) == 2
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"), [("-s", "lios", "two or more"), ("--scenario", "party", "party")]
+)
+def test_bad_input_is_one_line(option: str, value: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["evaluate", "select", option, value, "--dry-run"]) == 2
+    assert words in capsys.readouterr().err.strip().splitlines()[-1]

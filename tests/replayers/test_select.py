@@ -1,0 +1,94 @@
+"""`lios select` over real logs: groups, a table, JSON, and what is left out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from workbench.cli import run as lios
+
+LOGS = Path(__file__).resolve().parents[2] / "logs"
+FINDS = [str(LOGS / f"find-{name}.mcap") for name in ("greedy", "lios", "conditioned-lios")]
+QUICK = ["-s", "greedy,lios", "--worlds", "10"]
+
+
+def selected(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
+    assert lios(["select", *arguments, *QUICK, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_one_log_is_one_trial(capsys: pytest.CaptureFixture[str]) -> None:
+    answer = selected(capsys, FINDS[0], "--look-next")
+    (group,) = answer["groups"]  # type: ignore[misc]
+    assert [after["trials"] for after in group["after"]] == [1]
+    assert group["settled"] is None
+    assert group["next"] in {row["strategy"] for row in group["after"][0]["rows"]}
+    assert answer["look_next"]
+
+
+def test_logs_of_other_tasks_are_other_groups(capsys: pytest.CaptureFixture[str]) -> None:
+    answer = selected(capsys, *FINDS, str(LOGS / "spot-home-D.mcap"))
+    names = {group["group"]: len(group["logs"]) for group in answer["groups"]}  # type: ignore[attr-defined]
+    assert names == {"find, in simulation": 3, "deliver-2, by spot": 1}
+
+
+@pytest.mark.slow
+def test_tables_say_what_to_drive_and_why(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    figure = tmp_path / "selection.png"
+    assert lios(["select", FINDS[0], FINDS[1], *QUICK, "--figure", str(figure)]) == 0
+    shown = capsys.readouterr()
+    assert "drive next" in shown.out
+    assert "On the trials so far it cost at most" in shown.out
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["-s", "lios"], "two or more"),
+        (["-s", "lios,greedy", "--group-by", "weather"], "scenario, site, task"),
+        (["-s", "lios,nobody"], "nobody"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["select", FINDS[0], "--worlds", "0", *arguments]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert words in said[-1]
+
+
+def test_a_log_that_cannot_be_read_is_left_out_and_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "torn.mcap").write_bytes(b"\x89MCAP0\r\nnothing")
+    code = lios(["select", FINDS[0], str(tmp_path / "torn.mcap"), *QUICK, "--json"])
+    shown = capsys.readouterr()
+    assert code == 3
+    assert [log for log in json.loads(shown.out)["left_out"] if "torn.mcap" in log]
+
+
+@pytest.mark.slow
+def test_a_strategy_that_breaks_on_some_logs_is_told_and_proves_nothing(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "breaks_sometimes.py").write_text(
+        "from workbench.planning.strategies import strategy\n"
+        "class Planner:\n"
+        "    name = 'breaks-sometimes'\n"
+        "    def __init__(self):\n"
+        "        self.inner = strategy('greedy')\n"
+        "    def relevant_types(self, task):\n"
+        "        return self.inner.relevant_types(task)\n"
+        "    def decide(self, view):\n"
+        "        if view.task.scenario != 'find':\n"
+        "            raise RuntimeError('no such task here')\n"
+        "        return self.inner.decide(view)\n"
+    )
+    code = lios(["select", FINDS[0], str(LOGS / "spot-home-D.mcap"), "-s", "greedy,breaks_sometimes:Planner",
+                 "--worlds", "5", "--json"])  # fmt: skip
+    shown = capsys.readouterr()
+    assert code == 0, shown.err
+    groups = {group["group"]: group for group in json.loads(shown.out)["groups"]}
+    broke = groups["deliver-2, by spot"]["broke"]
+    assert [b["logs"] for b in broke] == [["spot-home-D.mcap"]]
+    assert groups["deliver-2, by spot"]["next"] != broke[0]["strategy"]
