@@ -64,7 +64,14 @@ def export(
         _recordings(logs, output, single=single, force=force, as_json=as_json)
         return
     _tables(
-        logs, output, single=single, kind=kind, table=table, partition_by=partition_by, force=force, as_json=as_json
+        logs,
+        output,
+        file_format="csv" if kind == "csv" else "parquet",
+        single=single,
+        table=table,
+        partition_by=partition_by,
+        force=force,
+        as_json=as_json,
     )
 
 

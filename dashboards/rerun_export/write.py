@@ -77,5 +77,7 @@ def _blueprint(timeline: Timeline) -> rrb.Blueprint:
         rrb.TextLogView(origin="/log", name="What happened"),
     )
     return rrb.Blueprint(
-        rrb.Horizontal(house, beside, column_shares=[3, 2]), rrb.TimePanel(timeline=SINCE_START, state="collapsed"), collapse_panels=True
+        rrb.Horizontal(house, beside, column_shares=[3, 2]),
+        rrb.TimePanel(timeline=SINCE_START, state="collapsed"),
+        collapse_panels=True,
     )
