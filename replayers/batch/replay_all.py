@@ -25,7 +25,8 @@ from replayers.batch.log_replayer import (
 )
 from replayers.batch.work_split import WorkPackage, work_packages
 from replayers.counterfactual.prepared_log import PreparedLog
-from workbench.errors import BadValue, FileMissing, MalformedFile
+from workbench.cluster import on_cluster
+from workbench.errors import BadValue, FileMissing, InputError, MalformedFile
 from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
 
@@ -42,6 +43,14 @@ __all__ = [
 
 FEW_OPEN = 6
 """With fewer open containers, one process replays a log before others would have started."""
+
+
+class FolderNotShared(InputError):
+    """A cluster's worker does not see the working folder."""
+
+    def __init__(self, folder: str) -> None:
+        super().__init__(f"a Dask worker has no folder {folder}: logs, -o and planners must be in a shared one.")
+
 
 Handed = Iterator[Outcome | None]
 """None once all work has been handed out; then the outcomes."""
@@ -85,13 +94,22 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
     return tuple(names)
 
 
-def replay_all(logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | None = None) -> Iterator[Outcome]:
+def replay_all(
+    logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | None = None, scheduler: str = ""
+) -> Iterator[Outcome]:
     """Replays every strategy over every log, in the order of the logs and then the strategies.
+
+    Args:
+        workers: processes; None for one for each core.
+        scheduler: a Dask scheduler's address, whose workers see the same folders under the same names, or "local"
+            for a Dask cluster of `workers` on this machine.
 
     Processes start at once, before the first outcome is asked for: they can be copies of this one only while no other
     thread runs here, such as a progress bar's.
     """
     count = workers or os.cpu_count() or 1
+    if scheduler:
+        return _on_cluster(logs, wanted, scheduler, count)
     if len(logs) < count and len(wanted.strategies) > 1 and can_inherit():
         return _at_work(_in_shares(logs, wanted, count))
     if min(count, len(logs)) <= 1:
@@ -102,6 +120,28 @@ def replay_all(logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | No
 def _at_work(handed: Handed) -> Iterator[Outcome]:
     next(handed)
     return (outcome for outcome in handed if outcome is not None)
+
+
+def _on_cluster(logs: Sequence[Path], wanted: ReplayRequest, scheduler: str, count: int) -> Iterator[Outcome]:
+    """A unit for each log; outcomes wait until those of the logs before are there."""
+    work = partial(_all_of_in, os.getcwd(), wanted)
+    early: dict[int, list[Outcome]] = {}
+    due = 0
+    for index, outcomes in on_cluster(work, logs, scheduler=scheduler, workers=count):
+        early[index] = outcomes
+        while due in early:
+            yield from early.pop(due)
+            due += 1
+
+
+def _all_of_in(folder: str, wanted: ReplayRequest, log: Path) -> list[Outcome]:
+    """Runs on a cluster's worker, in the folder in which the command was given: names of files, and planners from
+    the working folder, mean the same there."""
+    try:
+        os.chdir(folder)
+    except OSError as error:
+        raise FolderNotShared(folder) from error
+    return _all_of(log, wanted)
 
 
 def _log_by_log(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Handed:
