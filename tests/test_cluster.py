@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
 from workbench import cluster
-from workbench.cluster import NotInstalledThere, OtherVersion, on_cluster
+from workbench.cluster import FolderNotShared, NotInstalledThere, OtherVersion, in_order_on_cluster, on_cluster
 from workbench.errors import BadValue, InputError
 
 pytest.importorskip("distributed", reason="dask.distributed is not installed")
@@ -16,6 +18,11 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 def negated(number: int) -> int:
     return -number
+
+
+def slept(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
 
 
 def without_a_package(number: int) -> int:
@@ -40,6 +47,17 @@ class NobodyThere:
 @pytest.mark.slow
 def test_results_carry_the_index_of_their_unit() -> None:
     assert sorted(on_cluster(negated, [3, 1, 2], scheduler="local", workers=1)) == [(0, -3), (1, -1), (2, -2)]
+
+
+@pytest.mark.slow
+def test_results_come_in_the_order_of_the_units() -> None:
+    made = in_order_on_cluster(slept, [0.5, 0.0, 0.1], scheduler="local", workers=2)
+    assert list(made) == [0.5, 0.0, 0.1]
+
+
+def test_a_worker_without_the_folder_says_so(tmp_path: Path) -> None:
+    with pytest.raises(FolderNotShared, match="not-there"):
+        cluster._in_folder(str(tmp_path / "not-there"), negated, 1)
 
 
 @pytest.mark.slow

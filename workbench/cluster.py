@@ -55,6 +55,42 @@ class NotInstalledThere(InputError):
         )
 
 
+class FolderNotShared(InputError):
+    """A worker does not see the folder in which the command was given."""
+
+    def __init__(self, folder: str) -> None:
+        super().__init__(f"a Dask worker has no folder {folder}: files and planners must be in a shared one.")
+
+
+def in_order_on_cluster(
+    work: Callable[[Unit], Result], units: Sequence[Unit], *, scheduler: str, workers: int
+) -> Iterator[Result]:
+    """Yield the results of all units in their order; as on_cluster otherwise.
+
+    Workers work in the folder in which the command was given: names of files, and plug-ins from the working folder,
+    mean the same there.
+
+    Raises:
+        FolderNotShared: a worker does not see that folder.
+    """
+    early: dict[int, Result] = {}
+    due = 0
+    here = partial(_in_folder, os.getcwd(), work)
+    for index, result in on_cluster(here, units, scheduler=scheduler, workers=workers):
+        early[index] = result
+        while due in early:
+            yield early.pop(due)
+            due += 1
+
+
+def _in_folder(folder: str, work: Callable[[Unit], Result], unit: Unit) -> Result:
+    try:
+        os.chdir(folder)
+    except OSError as error:
+        raise FolderNotShared(folder) from error
+    return work(unit)
+
+
 def on_cluster(
     work: Callable[[Unit], Result], units: Sequence[Unit], *, scheduler: str, workers: int
 ) -> Iterator[tuple[int, Result]]:

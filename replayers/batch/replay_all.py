@@ -25,8 +25,8 @@ from replayers.batch.log_replayer import (
 )
 from replayers.batch.work_split import WorkPackage, work_packages
 from replayers.counterfactual.prepared_log import PreparedLog
-from workbench.cluster import on_cluster
-from workbench.errors import BadValue, FileMissing, InputError, MalformedFile
+from workbench.cluster import in_order_on_cluster
+from workbench.errors import BadValue, FileMissing, MalformedFile
 from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
 
@@ -43,13 +43,6 @@ __all__ = [
 
 FEW_OPEN = 6
 """With fewer open containers, one process replays a log before others would have started."""
-
-
-class FolderNotShared(InputError):
-    """A cluster's worker does not see the working folder."""
-
-    def __init__(self, folder: str) -> None:
-        super().__init__(f"a Dask worker has no folder {folder}: logs, -o and planners must be in a shared one.")
 
 
 Handed = Iterator[Outcome | None]
@@ -109,7 +102,8 @@ def replay_all(
     """
     count = workers or os.cpu_count() or 1
     if scheduler:
-        return _on_cluster(logs, wanted, scheduler, count)
+        work = partial(_all_of, wanted=wanted)
+        return chain.from_iterable(in_order_on_cluster(work, logs, scheduler=scheduler, workers=count))
     if len(logs) < count and len(wanted.strategies) > 1 and can_inherit():
         return _at_work(_in_shares(logs, wanted, count))
     if min(count, len(logs)) <= 1:
@@ -120,28 +114,6 @@ def replay_all(
 def _at_work(handed: Handed) -> Iterator[Outcome]:
     next(handed)
     return (outcome for outcome in handed if outcome is not None)
-
-
-def _on_cluster(logs: Sequence[Path], wanted: ReplayRequest, scheduler: str, count: int) -> Iterator[Outcome]:
-    """A unit for each log; outcomes wait until those of the logs before are there."""
-    work = partial(_all_of_in, os.getcwd(), wanted)
-    early: dict[int, list[Outcome]] = {}
-    due = 0
-    for index, outcomes in on_cluster(work, logs, scheduler=scheduler, workers=count):
-        early[index] = outcomes
-        while due in early:
-            yield from early.pop(due)
-            due += 1
-
-
-def _all_of_in(folder: str, wanted: ReplayRequest, log: Path) -> list[Outcome]:
-    """Runs on a cluster's worker, in the folder in which the command was given: names of files, and planners from
-    the working folder, mean the same there."""
-    try:
-        os.chdir(folder)
-    except OSError as error:
-        raise FolderNotShared(folder) from error
-    return _all_of(log, wanted)
 
 
 def _log_by_log(logs: Sequence[Path], wanted: ReplayRequest, count: int) -> Handed:

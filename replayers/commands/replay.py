@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue
-from workbench.options import Json
+from workbench.options import Json, Scheduler
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -86,9 +86,7 @@ def replay(
     workers: Annotated[
         int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
-    scheduler: Annotated[
-        str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
-    ] = "",
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:

@@ -6,9 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from replayers.batch.log_replayer import ReplayRequest
-from replayers.batch.replay_all import FolderNotShared, _all_of_in
-from replayers.counterfactual.prepared_log import ReplaySettings
 from workbench import cli
 
 pytest.importorskip("distributed", reason="dask.distributed is not installed")
@@ -56,13 +53,21 @@ def test_two_workers_write_what_this_process_writes(
     assert before == {path: path.stat().st_mtime_ns for path in before}, "what is kept is not made again"
 
 
+@pytest.mark.slow
+def test_two_workers_measure_what_this_process_measures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["evaluate", "replay", "-s", "opt-greedy,pes-greedy", "-n", "6", "--scenarios", "find", "--worlds", "10"]
+    words += ["--estimators", "counts", "--json"]
+    assert cli.run([*words, "-o", "here.csv"]) == 0
+    here = capsys.readouterr().out
+    assert cli.run([*words, "-j", "2", "--scheduler", "local", "-o", "there.csv"]) == 0
+    assert capsys.readouterr().out == here
+    assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
+
+
 @pytest.mark.parametrize("option", ["--verify", "--in-process"])
 def test_what_runs_in_this_process_takes_no_scheduler(option: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["replay", str(LOGS / "find-lios.mcap"), "--scheduler", "local", option]) == 2
     assert f"left out with {option}" in capsys.readouterr().err
-
-
-def test_a_worker_without_the_folder_says_so(tmp_path: Path) -> None:
-    wanted = ReplayRequest(strategies=("opt-greedy",), settings=ReplaySettings())
-    with pytest.raises(FolderNotShared, match="not-there"):
-        _all_of_in(str(tmp_path / "not-there"), wanted, LOGS / "find-lios.mcap")
