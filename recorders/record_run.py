@@ -27,6 +27,7 @@ def record(
     estimator: str = "best",
     seed: int = 0,
     known: float | None = None,
+    miss_rate: float = 0.0,
     assets: Path | None = None,
     force: bool = False,
     sink: Sink | None = None,
@@ -44,6 +45,7 @@ def record(
         strategy: a name, "module:Class" from the working folder, or a strategy.
         estimator: a name, "module:Class" or a weights file.
         known: largest share of containers known at the start; None for 0 with `find`, else 0.2.
+        miss_rate: chance that a look misses an item, drawn by the seed for each item and look; the robot knows it.
         assets: table of asset sizes; None takes the one beside the houses.
         sink: what is written to in place of `path`, such as several files.
         audience: viewers that are shown every message once it is written.
@@ -61,6 +63,8 @@ def record(
         raise OutputExists(path)
     place = house if isinstance(house, House) else load_house(house, assets=assets_for(house, assets))
     wish = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
-    trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
+    trial = trial_for(
+        wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate
+    )
     told = None if begun is None else lambda: begun(trial)
     return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=told)

@@ -19,12 +19,14 @@ from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.execution.start import MAX_KNOWN_SHARE, TaskStart, known_at_start, scenario_start
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
+from workbench.worlds.perception import missing_at
 from workbench.worlds.simulated import SimulatedWorld
 
 
@@ -36,6 +38,7 @@ class Trial:
         house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
+        miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
     """
 
     house: House
@@ -45,6 +48,7 @@ class Trial:
     seed: int = 0
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
+    miss_rate: float = 0.0
 
 
 class NotOneTask(InputError):
@@ -81,6 +85,7 @@ def trial_for(
     estimator: str = "best",
     seed: int = 0,
     most_known: float | None = None,
+    miss_rate: float = 0.0,
 ) -> Trial:
     """The trial for a task request in a house.
 
@@ -91,7 +96,9 @@ def trial_for(
     Raises:
         UnknownName: an unknown item type or scenario.
         Unsupported: a scenario that the house cannot support.
+        BadValue: a miss rate outside [0, 1).
     """
+    missing_at(miss_rate)
     if wish.find:
         task = find_task(item_type_in(house, wish.find), START)
         known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known or 0.0)
@@ -105,7 +112,13 @@ def trial_for(
             most_known=MAX_KNOWN_SHARE if most_known is None else most_known,
         )
     return Trial(
-        house=start.house, task=start.task, strategy=strategy, estimator=estimator, seed=seed, known=start.known
+        house=start.house,
+        task=start.task,
+        strategy=strategy,
+        estimator=estimator,
+        seed=seed,
+        known=start.known,
+        miss_rate=miss_rate,
     )
 
 
@@ -156,6 +169,7 @@ def record_trial(
         force=force,
         sink=sink,
         audience=audience,
+        settings=perception_to_settings(missing_at(trial.miss_rate)),
     ) as recorder:
         if begun is not None:
             begun()
@@ -191,10 +205,11 @@ def _prepare(trial: Trial) -> _PreparedRun:
         costs=trial.costs,
         seed=trial.seed,
         house=trial.house,
+        perception=missing_at(trial.miss_rate),
     )
     return _PreparedRun(
         setup=setup,
-        world=SimulatedWorld(trial.house, navigation, known=trial.known),
+        world=SimulatedWorld(trial.house, navigation, known=trial.known, miss_rate=trial.miss_rate, seed=trial.seed),
         place=Place.of(trial.house.plan, navigation),
     )
 
@@ -207,6 +222,7 @@ def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
         task_to_json(trial.task),
         msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
+        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}".encode(),
     )
     return run_info(
         trial.task,

@@ -34,6 +34,13 @@ def record(
         float | None,
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
+    miss_rate: Annotated[
+        float,
+        Option(
+            "--miss-rate",
+            help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
+        ),
+    ] = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
@@ -51,6 +58,8 @@ def record(
     Examples:
 
         lios record --find mug --strategy lios -o run.mcap
+
+        lios record --find mug --miss-rate 0.2 -o run.mcap
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
@@ -86,6 +95,7 @@ def record(
             estimator=estimator,
             seed=seed,
             known=known,
+            miss_rate=miss_rate,
             assets=assets,
             force=force,
             sink=files,

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
+OperatorName = Annotated[str, Option("--operator", help="Who is at the robot, for the log.")]
+LogSerial = Annotated[
+    bool, Option("--serial/--no-serial", help="Whether the log names the robot: its serial number and nickname.")
+]
 Certificate = Annotated[
     Path | None,
     Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
@@ -115,6 +119,8 @@ def record(
         bool, Option("--furniture-open", help="Your word that all closed furniture was opened before.")
     ] = False,
     serve: ServePort = None,
+    operator: OperatorName = "",
+    serial: LogSerial = True,
     certificate: Certificate = None,
     force: Force = False,
     json: Json = False,
@@ -164,6 +170,8 @@ def record(
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
         furniture_open=furniture_open,
+        operator_name=operator,
+        log_serial=serial,
     )
     address = RobotAddress.read(robot)
     with (
@@ -210,6 +218,8 @@ def run(
     ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     serve: ServePort = None,
+    operator: OperatorName = "",
+    serial: LogSerial = True,
     certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
     force: Force = False,
@@ -257,6 +267,8 @@ def run(
         take_lease=take_lease,
         own_estop=own_estop,
         map_folder=map_folder,
+        operator_name=operator,
+        log_serial=serial,
     )
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 import lz4.frame
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, MessageIndex, Schema
+from mcap.records import Channel, ChunkIndex, Schema
 
 from recorders.mcap_io.index import record_bytes
 
@@ -58,37 +58,77 @@ class Chunk:
         """
         again = b"".join(record_bytes(record) for record in repeated)
         body = again + bytes(self.body)
-        data = compress(body, compression)
-        name = compression.encode()
+        index = {
+            channel_id: [(stamp, at + len(again)) for stamp, at in entries]
+            for channel_id, entries in self.index.items()
+        }
+        return PackedChunk(
+            data=compress(body, compression),
+            compression=compression,
+            size=len(body),
+            crc=zlib.crc32(body),
+            start_ns=self.start_ns,
+            end_ns=self.end_ns,
+            index=index,
+        ).at(offset)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PackedChunk:
+    """A compressed chunk, of this log or as it stands in another one.
+
+    Attributes:
+        size, crc: of the records inside, before compression.
+        start_ns, end_ns: first and last log time; 0 without messages.
+        index: log times and offsets in the chunk, for each channel id.
+    """
+
+    data: bytes
+    compression: str
+    size: int
+    crc: int
+    start_ns: int
+    end_ns: int
+    index: Mapping[int, Sequence[tuple[int, int]]]
+
+    def at(self, offset: int) -> tuple[bytes, ChunkIndex]:
+        """The chunk with its message indexes as bytes, and its entry for the summary."""
+        name = self.compression.encode()
         head = struct.pack(
             f"<BQQQQLL{len(name)}sQ",
             Opcode.CHUNK,
-            40 + len(name) + len(data),
+            40 + len(name) + len(self.data),
             self.start_ns,
             self.end_ns,
-            len(body),
-            zlib.crc32(body),
+            self.size,
+            self.crc,
             len(name),
             name,
-            len(data),
+            len(self.data),
         )
-        length, offsets, indexes = len(head) + len(data), dict[int, int](), bytearray()
+        length, offsets, indexes = len(head) + len(self.data), dict[int, int](), bytearray()
         for channel_id, entries in self.index.items():
             offsets[channel_id] = offset + length + len(indexes)
-            shifted = [(stamp, at + len(again)) for stamp, at in entries]
-            indexes += record_bytes(MessageIndex(channel_id=channel_id, records=shifted))
+            indexes += _message_index(channel_id, entries)
         entry = ChunkIndex(
             chunk_length=length,
             chunk_start_offset=offset,
-            compression=compression,
-            compressed_size=len(data),
+            compression=self.compression,
+            compressed_size=len(self.data),
             message_end_time=self.end_ns,
             message_index_length=len(indexes),
             message_index_offsets=offsets,
             message_start_time=self.start_ns,
-            uncompressed_size=len(body),
+            uncompressed_size=self.size,
         )
-        return b"".join((head, data, indexes)), entry
+        return b"".join((head, self.data, indexes)), entry
+
+
+def _message_index(channel_id: int, entries: Sequence[tuple[int, int]]) -> bytes:
+    """A message index record in one piece: mcap's record layer writes it number by number."""
+    size = 16 * len(entries)
+    numbers = [number for entry in entries for number in entry]
+    return struct.pack(f"<BQHL{len(numbers)}Q", Opcode.MESSAGE_INDEX, size + 6, channel_id, size, *numbers)
 
 
 def compress(body: bytes, compression: Compression) -> bytes:

@@ -14,7 +14,7 @@ from recorders.sinks.mirrored import Audience
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
-from recorders.spot.client.identity import robot_run_info
+from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
@@ -42,6 +42,7 @@ class SessionPlan:
         task: the task of the session; without it there is no goal.
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
+        operator_name: who drives, for the log. log_serial: whether the log names the robot's serial number.
         furniture_open: the operator's word that all closed furniture was opened before.
         audience: viewers that are shown every message once it is written.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
@@ -54,6 +55,8 @@ class SessionPlan:
     split: Split | None = None
     keep_last_s: float | None = None
     furniture_open: bool = False
+    operator_name: str = ""
+    log_serial: bool = True
     audience: Audience | None = None
 
 
@@ -131,6 +134,7 @@ def record_session(
     check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
     kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)
     files = LogFiles(output, force=force, split=plan.split) if kept is None else kept.ring
+    robot = robot_metadata(connection, operator=plan.operator_name, serial=plan.log_serial)
     with RunRecorder(
         output,
         info=session_info(connection, plan.site, task),
@@ -142,6 +146,7 @@ def record_session(
         audience=plan.audience,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
+        recorder.sink.describe(ROBOT_METADATA, robot)
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = ActionDeriver(
             site=plan.site,
@@ -170,6 +175,13 @@ def record_session(
         if kept is not None:
             kept.save_the_end(recorder.sink)
         dropped = recorder.sink.dropped if isinstance(recorder.sink, ThreadedSink) else {}
+    written = tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files)
+    return _report(session, ended, seconds, dropped, written)
+
+
+def _report(
+    session: Session, ended: RunEnded, seconds: float, dropped: dict[str, int], files: tuple[Path, ...]
+) -> SessionReport:
     return SessionReport(
         ended=ended,
         seconds=seconds,
@@ -179,7 +191,7 @@ def record_session(
         gaps_s=tuple(session.gaps),
         failed=dict(sorted(session.failed.items())),
         troubles=dict(sorted(session.troubles.items())),
-        files=tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files),
+        files=files,
     )
 
 

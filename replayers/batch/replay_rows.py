@@ -60,6 +60,9 @@ def replay_row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
         "complete_log": outcome.complete_log,
         "lost": outcome.lost,
         "imputed": outcome.imputed,
+        "misses": outcome.misses,
+        "may_have_missed": outcome.may_have_missed,
+        "contradicting": outcome.contradicting,
         "reason": outcome.reason,
         "notes": outcome.notes,
     }

@@ -68,6 +68,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             bounds hold without that.
         imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
         lost: what is missing from the log, one line each.
+        misses: how many items the recorded looks may have overlooked; may_have_missed names the containers.
+        contradicting: types that the inventory lists and no look found, though nothing was left to open.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -110,6 +112,9 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     notes: tuple[str, ...]
     lost: tuple[str, ...] = ()
     imputed: tuple[str, ...] = ()
+    misses: int = 0
+    may_have_missed: tuple[str, ...] = ()
+    contradicting: tuple[str, ...] = ()
 
 
 def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
@@ -156,6 +161,9 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         notes=made.notes,
         lost=evidence.gaps.lost,
         imputed=evidence.imputed,
+        misses=evidence.misses,
+        may_have_missed=evidence.doubtful,
+        contradicting=ground.contradicting,
     )
 
 

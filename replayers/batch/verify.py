@@ -16,7 +16,7 @@ import msgspec
 from recorders.code_revision import revision
 from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import RecordedBeliefs
+from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.run_tree import zero_clock
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
@@ -42,7 +42,7 @@ from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_ROUNDED
 
-NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note"})
+NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note", "look"})
 """Fields that depend on the world or the machine, or are words for people; not compared."""
 
 MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
@@ -115,15 +115,15 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
     def again(planner: Strategy) -> Iterator[Event]:
-        world = LoggedWorld(evidence, with_ways=False)
         return run_task(
-            world,
+            LoggedWorld(evidence, with_ways=False, as_recorded=True),
             planner,
             estimator,
             evidence.task,
             costs=evidence.costs,
             seed=run.info.seed,
             options=LoopOptions(stopwatch=zero_clock),
+            perception=evidence.perception,
         )
 
     if is_foreign(name, origin=origin):
@@ -158,6 +158,8 @@ def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
         found = None
     if found is not None and found.name == recorded:
         return found, ""
+    if not evidence.perception.perfect:  # the logged ones are posteriors: the loop makes them of the first ones
+        return LoggedBelief(evidence), f"the log's first beliefs: {recorded} is not here"
     return RecordedBeliefs(evidence, run.beliefs), f"beliefs as logged: {recorded} is not here"
 
 

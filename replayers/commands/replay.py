@@ -59,6 +59,14 @@ def replay(
     no_inventory: Annotated[
         bool, Option("--no-inventory", help="Do not treat the task's item list as complete.")
     ] = False,
+    misses: Annotated[
+        int | None,
+        Option(
+            "--misses",
+            min=0,
+            help="How many items the recorded looks may have overlooked; default: as many as the inventory implies.",
+        ),
+    ] = None,
     timeout: Annotated[
         float, Option("--timeout", min=0.1, help="Time limit of your own planner for a decision, in seconds.")
     ] = 10.0,
@@ -102,6 +110,8 @@ def replay(
 
         lios replay logs/ --strategies all -o replays/ && lios compare replays/
 
+        lios replay run.mcap --misses 1
+
         lios replay run.mcap --verify
     """
     if verify:
@@ -124,7 +134,7 @@ def replay(
         estimator_origin=NameOrigin.USER,
         worlds=worlds,
         budget=Budget(stretches=budget),
-        assumptions=Assumptions(inventory=not no_inventory, unique=unique),
+        assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),
         with_truth=with_truth,
         timeout_s=timeout,
         in_process=in_process,

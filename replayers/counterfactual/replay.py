@@ -150,7 +150,7 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         return _not_reproduced(ground, planner.name)
     evidence, settings = ground.evidence, ground.settings
     alone = over_log_alone(ground, planner)
-    ended = _ended(alone)
+    ended = _undetermined_if_contradicted(_ended(alone), ground)
     tree = _tree(ground, planner)
     bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
     standing = None
@@ -184,7 +184,7 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         stretches=tree.stretches,
         asked=tuple(tree.asked),
         worlds=MappingProxyType(dict(_events_in_worlds(worlds, ground, tree, planner, bounds, drawn))),
-        notes=(*ground.notes, *_nondeterminism_note(tree, ended)),
+        notes=(*ground.notes, *_nondeterminism_note(tree, _first_question(ground, planner) or ended)),
     )
     why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _failure_in_worlds(tree)
     return _without_bounds(made, why_broken) if why_broken else made
@@ -242,19 +242,26 @@ def _events_in_worlds(
 
 
 def over_log_alone(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
-    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container."""
-    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
+    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container.
+
+    Looks are taken at their word: where they may have missed, that is in the bounds.
+    """
+    told = replace(ground.evidence, misses=0)
+    return _run(ground, planner, LoggedWorld(told, durations=ground.durations, paths=ground.paths))
 
 
 def in_truth(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run in the recorded truth."""
     assert ground.truth is not None, "asked for the truth of a ground without one"
-    contents = ground.truth.contents
+    contents, shown = ground.truth.contents, ground.evidence.contents
+    in_all = sum(len(items) for items in contents.values())
 
     def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
-        return contents[container]
+        seen = {item.id for item in shown.get(container, ())}
+        return tuple(item for item in contents[container] if item.id not in seen)
 
-    world = LoggedWorld(ground.evidence, filling=told, durations=ground.durations, paths=ground.paths)
+    evidence = replace(ground.evidence, misses=in_all)
+    world = LoggedWorld(evidence, filling=told, durations=ground.durations, paths=ground.paths)
     return _run(ground, planner, world)
 
 
@@ -283,6 +290,22 @@ def _ended(events: tuple[Event, ...]) -> RunEnded:
     ended = events[-1]
     assert isinstance(ended, RunEnded), "the loop always ends with Ended"
     return ended
+
+
+def _first_question(ground: PreparedLog, planner: Strategy) -> RunEnded | None:
+    """Where looks may have missed, how a run ends that stops at the first such look."""
+    if not ground.evidence.misses:
+        return None
+    return _ended(_run(ground, planner, LoggedWorld(ground.evidence, with_ways=False)))
+
+
+def _undetermined_if_contradicted(ended: RunEnded, ground: PreparedLog) -> RunEnded:
+    """The end of the run over the log alone: it shows nothing where what it rests on cannot be so."""
+    if not ground.contradicting or ended.status is RunStatus.PLANNER_FAILED:
+        return ended
+    named = ", ".join(ground.contradicting)
+    reason = f"the looks contradict the inventory, which lists {named}: at least one of them missed"
+    return replace(ended, status=RunStatus.UNDETERMINED, reason=reason)
 
 
 def _in_truth_only(ground: PreparedLog, strategy_name: str, origin: NameOrigin) -> Replay:

@@ -56,15 +56,15 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
-    world = LoggedWorld(evidence, with_ways=False)
     events = run_task(
-        world,
+        LoggedWorld(evidence, with_ways=False, as_recorded=True),
         planner,
         estimator,
         evidence.task,
         costs=evidence.costs,
         seed=run.info.seed,
         options=LoopOptions(stopwatch=_no_time),
+        perception=evidence.perception,
     )
     return _compared(run, events)
 

@@ -15,6 +15,7 @@ from typing import final
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.overlooked import PossibleContents, possible_contents
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
 from replayers.counterfactual.results import Assignment
 from workbench.beliefs.belief import Estimator
@@ -24,7 +25,7 @@ from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
-from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.house import ContainerId, Item, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
 MAX_CACHED_DECISIONS = 50_000
@@ -42,6 +43,7 @@ class UnobservedLook:
         options: the answers that it can give, the empty one first.
         others: whether it can give answers besides the options (relevance.MAX_ANSWERS).
         knowledge: what the robot knows before the look.
+        possible: where looks may have missed, what it may hold beyond the log.
     """
 
     container: ContainerId
@@ -49,8 +51,11 @@ class UnobservedLook:
     options: tuple[Answer, ...]
     others: bool
     knowledge: Knowledge
+    possible: PossibleContents | None = None
 
     def allows(self, answer: Answer) -> bool:
+        if self.possible is not None:
+            return self.possible.allows(answer)
         return self.others or answer in self.options
 
 
@@ -165,7 +170,7 @@ class RunTree:
         self.max_steps = options.max_steps
         self.nearest_first = options.nearest_first
         self.empty_handed = options.empty_handed
-        self._key = StateKey(relevance, options.steady)
+        self._key = StateKey(relevance, options.steady, evidence.misses_left if evidence.misses else None)
         self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
         self._estimator = estimator
         self._seed = options.seed
@@ -223,9 +228,12 @@ class RunTree:
         """
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(
-            self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c), durations=self._durations
+            self.evidence, filling=lambda c, _: self._imputed(answers.get(c, ()), c), durations=self._durations
         )
         return tuple(self._events(world, planner=told_by))
+
+    def _imputed(self, answer: Answer, container: ContainerId) -> tuple[Item, ...]:
+        return imputed_items(answer, container, self.evidence.contents.get(container))
 
     def _after(self, node: Node, answer: Answer) -> Node:
         stretch = self.advance(node)
@@ -233,7 +241,8 @@ class RunTree:
         container = stretch.question.container
         before = stretch.question.knowledge
         put = before.items_at.get(LocationId(container), ())
-        knowledge = before.seen(container, (*imputed_items(answer, container), *put))
+        inside = (*self.evidence.contents.get(container, ()), *self._imputed(answer, container))
+        knowledge = before.seen(container, (*inside, *put))
         steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
         self.largest_picks = max(self.largest_picks, picks)
         cost = node.cost + stretch.cost
@@ -291,6 +300,12 @@ class RunTree:
 
     def _question(self, container: ContainerId, knowledge: Knowledge) -> UnobservedLook:
         live = self.relevance.live(knowledge)
+        if self.evidence.misses:
+            possible = possible_contents(self.evidence, self.relevance, container, knowledge)
+            options, others = possible.options()
+            return UnobservedLook(
+                container=container, live=live, options=options, others=others, knowledge=knowledge, possible=possible
+            )
         settled = [c for c in knowledge.first_seen if c in self._open]
         found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
         left = len(self._open) - len(settled) - 1
@@ -312,10 +327,12 @@ class StateKey:
     Attributes:
         relevance: which types still matter.
         steady: whether beliefs depend on names alone.
+        misses_left: where looks may have missed, how many items may still be overlooked.
     """
 
     relevance: Relevance
     steady: bool
+    misses_left: Callable[[Knowledge], int] | None = None
 
     def __call__(self, knowledge: Knowledge) -> Hashable:
         live = self.relevance.live_and_shown(knowledge)
@@ -329,6 +346,7 @@ class StateKey:
             knowledge.facts,
             knowledge.closed,
             () if self.steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
+            self.misses_left(knowledge) if self.misses_left is not None else 0,
         )
 
 

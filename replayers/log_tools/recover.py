@@ -1,7 +1,7 @@
 """Recovers every intact message of a damaged log into a clean file with a new index.
 
-Two passes: the first collects the declarations of the whole file, because a lost chunk may have held the only
-declaration before its messages; the second copies. Memory holds one record at a time, whatever the file claims.
+Intact chunks are copied as they stand. Declarations of the whole file are collected only when one is missing, because
+a lost chunk held it. Memory holds one record at a time, whatever the file claims.
 
 Why not mcap's own reader: it ends at the first record that is damaged.
 """
@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
+from mcap.records import Attachment, DataEnd, Header, Metadata
 
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, declarations, profile_of
+from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, pieces_of, profile_of, reader_of
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from replayers.log_tools.multi_run import run_and_name
-from replayers.mcap_io.messages import ChunkMessages
 from replayers.mcap_io.records import Record
 from replayers.mcap_io.scan import Damage, open_log, scan
 from replayers.mcap_io.summary import is_closed, read_summary
@@ -81,10 +80,9 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     if output.exists() and output.samefile(source):
         raise BadValue("output", str(output), "another file than the log itself")
     expected = summary.statistics.message_count if summary and summary.statistics else None
-    channels, schemas = declarations(source)
     loss = ReadLoss()
     with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
-        done = _copy(source, copier, loss, channels, schemas, told)
+        done = _copy(source, copier, loss, told)
         facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
         if expected is not None:
             facts["expected"] = str(expected)
@@ -105,14 +103,12 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     )
 
 
-def _copy(
-    source: Path, copier: Copier, loss: ReadLoss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
-) -> dict[str, int]:
+def _copy(source: Path, copier: Copier, loss: ReadLoss, told: Told) -> dict[str, int]:
     """Copies and counts what is intact."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
-    content = ChunkMessages(on_damage=loss.add, channels=channels, schemas=schemas)
+    content = reader_of(source, loss)
     with open_log(source) as stream:
         for offset, record in told(scan(stream, path=source, on_damage=loss.add)):
             if isinstance(record, DataEnd):
@@ -131,9 +127,8 @@ def _copy(
                     what = f"metadata {record.name[:60]!r}: its checksum is wrong"
                     loss.add(Damage(offset, what, opcode=Opcode.METADATA))
             elif not isinstance(record, Header):
-                for message in content.messages_of(offset, record):
-                    copier.copy(message)
-                    done["messages"] += 1
+                for piece in pieces_of(offset, record, content):
+                    done["messages"] += copier.copy_piece(piece)
     if identity and INFO_METADATA not in named:
         copier.writer.add_metadata(INFO_METADATA, identity)
         done["metadata"] += 1

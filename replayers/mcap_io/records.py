@@ -157,6 +157,40 @@ def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple
         offset = end
 
 
+def walk_chunk(data: bytes) -> tuple[list[Schema | Channel], list[tuple[int, int, int, int]]]:
+    """What a decompressed chunk declares, and its messages uncopied: channel id, log time, offsets of start and end.
+
+    Raises:
+        UnreadableRecord: a record that reaches beyond the chunk or makes no sense.
+    """
+    declared: list[Schema | Channel] = []
+    places: list[tuple[int, int, int, int]] = []
+    offset, size, message = 0, len(data), int(Opcode.MESSAGE)
+    unpack_head = _HEAD_AND_MESSAGE.unpack_from
+    while offset < size:
+        opcode, length = HEAD.unpack_from(data, offset) if offset + HEAD.size <= size else (0, size)
+        end = offset + HEAD.size + length
+        if end > size:
+            raise UnreadableRecord("it holds a record that reaches beyond it")
+        if opcode == message:
+            if length < _MESSAGE.size:
+                raise UnreadableRecord("it holds a message that is too short")
+            _, _, channel_id, _, log_time, _ = unpack_head(data, offset)
+            places.append((channel_id, log_time, offset, end))
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            record, _ = _PARSERS[opcode](data[offset + HEAD.size : end])
+            if isinstance(record, Schema | Channel):
+                declared.append(record)
+        offset = end
+    return declared, places
+
+
+def message_head(data: bytes, start: int) -> tuple[int, int, int]:
+    """Sequence number and publish time of a message whose record begins at `start`, and where its data begin."""
+    _, _, _, sequence, _, publish_time = _HEAD_AND_MESSAGE.unpack_from(data, start)
+    return sequence, publish_time, start + _HEAD_AND_MESSAGE.size
+
+
 def opcode_name(opcode: int) -> str:
     """The name of an opcode, such as "chunk index" for 8."""
     try:
@@ -310,6 +344,7 @@ class _StrictStream(ReadDataStream):
 
 _OF_THREAD = threading.local()
 _MESSAGE = struct.Struct("<HIQQ")
+_HEAD_AND_MESSAGE = struct.Struct("<BQHIQQ")
 _CHUNK = struct.Struct("<QQQLL")
 _INDEX_HEAD = struct.Struct("<QQQQL")
 _PARSERS: Mapping[int, Parser] = MappingProxyType(

@@ -24,6 +24,7 @@ class Belief:
         probability: float64, shape (item types, containers), within [0, 1], read-only. Entry (o, c) is the
             probability that at least one instance of o is in c; rows need not add up to 1.
         estimator: the estimator with a short hash of its weights: "fcnn@1a2b3c4d".
+        p_detect: per item type, the chance that one look detects it where it is, in (0, 1]; empty for certain.
 
     Raises:
         BadValue: the shape does not match the axes, or an entry is not a probability.
@@ -33,12 +34,15 @@ class Belief:
     containers: tuple[ContainerId, ...]
     probability: Floats
     estimator: str
+    p_detect: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         p = np.array(self.probability, dtype=np.float64)
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
+        if self.p_detect and len(self.p_detect) != len(self.item_types):
+            raise BadValue("detection probabilities", len(self.p_detect), f"{len(self.item_types)}, one an item type")
         if p.size and not (p.min() >= 0 and p.max() <= 1):  # also true for nan
             raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
         p.flags.writeable = False
@@ -61,7 +65,17 @@ class Belief:
     def _restricted(self, item_types: tuple[ItemType, ...]) -> Belief:
         rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
         probability = np.array(rows).reshape(len(item_types), len(self.containers))
-        return replace(self, item_types=item_types, probability=probability)
+        return replace(
+            self,
+            item_types=item_types,
+            probability=probability,
+            p_detect=tuple(self.detects(t) for t in item_types) if self.p_detect else (),
+        )
+
+    def detects(self, item_type: ItemType) -> float:
+        """The chance that one look detects an item of that type where it is."""
+        certain = not self.p_detect or item_type not in self.item_types
+        return 1.0 if certain else self.p_detect[self.item_types.index(item_type)]
 
 
 _ONLY: PerObject[tuple[ItemType, ...], Belief] = PerObject(64)

@@ -14,7 +14,7 @@ from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import Decision
 from workbench.search.find_costs import FindCosts
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import ContainerId, Item, ItemId, LocationId
+from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
 
 class RunStatus(StrEnum):
@@ -37,10 +37,34 @@ class RunStatus(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LookMade:
+    """How one look was made.
+
+    Attributes:
+        number: which look into this container it is, from 1.
+        viewpoint: where the robot stood; None where that is not known.
+        in_view: the containers that were in view.
+        duration_s: how long it looked.
+        detector: what detected; empty where it has no name.
+        p_detect: per item type that matters to the task, the chance that the look detects it where it is.
+        source: where these come from: assumed, calibrated, site.
+    """
+
+    number: int
+    viewpoint: Pose | None
+    in_view: tuple[ContainerId, ...]
+    duration_s: float
+    detector: str
+    p_detect: tuple[tuple[ItemType, float], ...]
+    source: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ContainerObserved:
     """The contents of a container became known; `known_at_start` if before the run began.
 
     `opened_by` says who opened closed furniture for the look; "" where nothing had to be opened or it is not known.
+    `look` says how it was looked, where looks can miss; None where they show everything.
     """
 
     stamp_ns: int
@@ -51,6 +75,7 @@ class ContainerObserved:
     known_at_start: bool = False
     support: str = ""
     opened_by: str = ""
+    look: LookMade | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
+from workbench.beliefs.after_looks import after_looks
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import (
     ActionEnded,
@@ -18,12 +19,14 @@ from workbench.execution.events import (
     ContainerObserved,
     Event,
     FindCostsUpdated,
+    LookMade,
     PlanMade,
     RunEnded,
     RunStatus,
 )
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import illegality_reason
+from workbench.execution.looking_again import worth_another_look
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.scenarios.added_items import believe_scenario_items
@@ -33,10 +36,13 @@ from workbench.planning.warm import warm_up
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, World
 
 MAX_REFUSALS = 3
 """Number of refusals of the same step that end the run."""
+
+NS_PER_S = 1_000_000_000
 
 Stopwatch = Callable[[], float]
 
@@ -66,6 +72,7 @@ def run_task(
     costs: ActionCosts,
     seed: int = 0,
     options: LoopOptions = LoopOptions(),
+    perception: Perception = PERFECT,
 ) -> Iterator[Event]:
     """Run one task in one world with one strategy; yields events, the last of which is RunEnded.
 
@@ -77,8 +84,10 @@ def run_task(
         costs: action costs; moves cost their distance in metres.
         seed: passed to the strategy with every view.
         options: limits and clocks of the run.
+        perception: how surely a look shows what is there, as the robot believes it. Where looks can miss, containers
+            may be looked into again (looking_again.py).
     """
-    return _Run(world, strategy, estimator, task, costs, seed, options).events()
+    return _Run(world, strategy, estimator, task, costs, seed, options, perception).events()
 
 
 def outcome_of(events: list[Event]) -> RunEnded:
@@ -104,6 +113,7 @@ class _Run:
     costs: ActionCosts
     seed: int
     options: LoopOptions
+    perception: Perception = PERFECT
     knowledge: Knowledge = field(init=False)
     decision: int = 0
     steps: int = 0
@@ -151,11 +161,14 @@ class _Run:
 
     def _decide_and_act(self) -> Iterator[Event]:
         self.decision += 1
+        again = worth_another_look(self.knowledge, self.perception, self.task, self.strategy)
+        self.knowledge = self.knowledge.with_another_look_at(again)
         began = self.options.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
         belief = believe_scenario_items(
             self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan
         )
+        belief = after_looks(belief, self.knowledge, self.perception)
         believed = self.options.stopwatch()
         made = self.strategy.decide(
             View(
@@ -165,6 +178,7 @@ class _Run:
                 costs=self.costs,
                 budget_s=self.task.budget_s - self.planning_s,
                 seed=self.seed,
+                perception=self.perception,
             )
         )
         planned = self.options.stopwatch()
@@ -239,9 +253,11 @@ class _Run:
             self.knowledge = self.knowledge.shut(container)
             self.reason = f"could not search {container}: {answer.reason}"
             return
-        self.knowledge = self.knowledge.seen(container, answer.items)
+        again = container in self.knowledge.first_seen
+        before, self.knowledge = self.knowledge, self.knowledge.seen(container, answer.items)
         found = sorted({item.type for item in answer.items if item.type in sought})
-        seen = f"found {', '.join(found)} in {container}" if found else f"searched {container}"
+        searched = f"searched {container}{' again' if again else ''}"
+        seen = f"found {', '.join(found)} in {container}" if found else searched
         self.reason = f"{seen} ({why})" if why else seen
         yield ContainerObserved(
             stamp_ns=answer.end_ns,
@@ -251,6 +267,21 @@ class _Run:
             robot_at=place,
             support=answer.support,
             opened_by=answer.opened_by,
+            look=self._how_looked(answer, before.looks(container) + 1),
+        )
+
+    def _how_looked(self, answer: LookResult, number: int) -> LookMade | None:
+        """How it looked, where looks can miss."""
+        if self.perception.perfect:
+            return None
+        return LookMade(
+            number=number,
+            viewpoint=self.world.paths.standing_pose(LocationId(answer.container)),
+            in_view=(answer.container,),
+            duration_s=(answer.end_ns - answer.start_ns) / NS_PER_S,
+            detector=self.perception.detector,
+            p_detect=tuple((t, self.perception.of(t)) for t in relevant_types(self.task.goal)),
+            source=self.perception.source,
         )
 
     def _act(self, step: PlanStep) -> Generator[Event, None, bool]:

@@ -15,6 +15,7 @@ from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import House
+from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.world import World
 
 
@@ -24,6 +25,7 @@ class RunSetup:
 
     Attributes:
         seed: passed to the strategy.
+        perception: how surely a look shows what is there, as the robot believes it.
     """
 
     task: Task
@@ -31,10 +33,19 @@ class RunSetup:
     estimator: Estimator
     costs: ActionCosts
     seed: int = 0
+    perception: Perception = PERFECT
 
     def events(self, world: World) -> Iterator[Event]:
         """Run it in a world, as run_task."""
-        return run_task(world, self.strategy, self.estimator, self.task, costs=self.costs, seed=self.seed)
+        return run_task(
+            world,
+            self.strategy,
+            self.estimator,
+            self.task,
+            costs=self.costs,
+            seed=self.seed,
+            perception=self.perception,
+        )
 
 
 def set_up(
@@ -45,11 +56,13 @@ def set_up(
     costs: ActionCosts,
     seed: int = 0,
     house: House | None = None,
+    perception: Perception = PERFECT,
 ) -> RunSetup:
     """Resolve the names that a user gives; what is given itself is taken as it is.
 
     Args:
         house: the truth, for the oracle alone.
+        perception: as in RunSetup.
 
     Raises:
         UnknownName, NotFromLog, PluginNotLoaded, MissingExtra: as `strategy` and `estimator`.
@@ -58,4 +71,4 @@ def set_up(
         strategy = strategy_named(strategy, origin=NameOrigin.USER, house=house)
     if isinstance(estimator, str):
         estimator = estimator_named(estimator, origin=NameOrigin.USER)
-    return RunSetup(task=task, strategy=strategy, estimator=estimator, costs=costs, seed=seed)
+    return RunSetup(task=task, strategy=strategy, estimator=estimator, costs=costs, seed=seed, perception=perception)

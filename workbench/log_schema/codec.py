@@ -24,6 +24,7 @@ from workbench.execution.events import (
     ContainerObserved,
     Event,
     FindCostsUpdated,
+    LookMade,
     PlanMade,
     RunEnded,
 )
@@ -34,6 +35,7 @@ from workbench.log_schema.events import (
     DomainEvent,
     FindCosts,
     GroundTruth,
+    HowLooked,
     Observation,
     Outcome,
     PlanComputed,
@@ -66,7 +68,7 @@ class UnknownTopic(Malformed):
 
 
 OPTIONAL: Mapping[type[msgspec.Struct], tuple[str, ...]] = MappingProxyType(
-    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",)}
+    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",), Observation: ("look",)}
 )
 """Fields that may be None."""
 
@@ -123,6 +125,7 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         known_at_start=event.known_at_start,
         support=event.support,
         opened_by=event.opened_by,
+        look=None if event.look is None else _how_looked(event.look),
     )
     return (seen,)
 
@@ -239,6 +242,20 @@ def ground_truth(contents: Contents, stamp_ns: int) -> GroundTruth:
 
 def seen_items(items: Iterable[Item]) -> tuple[SeenItem, ...]:
     return tuple(SeenItem(id=item.id, type=item.type) for item in items)
+
+
+def _how_looked(look: LookMade) -> HowLooked:
+    at = look.viewpoint
+    return HowLooked(
+        number=look.number,
+        viewpoint=() if at is None else (_rounded(at.x_m), _rounded(at.y_m), _rounded(at.yaw_rad)),
+        in_view=look.in_view,
+        duration_s=_rounded(look.duration_s),
+        detector=look.detector,
+        item_types=tuple(t for t, _ in look.p_detect),
+        p_detect=tuple(p for _, p in look.p_detect),
+        source=look.source,
+    )
 
 
 def _step(step: PlanStep) -> Step:

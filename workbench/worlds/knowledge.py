@@ -31,13 +31,14 @@ class _Derived:
     """What follows from a part of the knowledge, so that most steps need not work it out again.
 
     Attributes:
-        items_at, first_seen, closed, plan, travel: what it follows from, compared by identity.
+        items_at, first_seen, closed, again, plan, travel: what it follows from, compared by identity.
         unsearched: as Knowledge.unsearched. by_type: as Knowledge.where, for every type that is known somewhere.
     """
 
     items_at: Mapping[LocationId, tuple[Item, ...]]
     first_seen: Contents
     closed: frozenset[ContainerId]
+    again: frozenset[ContainerId]
     plan: FloorPlan
     travel: TravelCosts
     unsearched: tuple[ContainerId, ...]
@@ -57,6 +58,7 @@ class Knowledge:
         facts: facts established by preparations, e.g. ("boiled", (egg,)).
         visited: containers searched in this run, in order; those known at the start are not among them.
         closed: containers that could not be searched (a failed look); no longer candidates.
+        again: searched containers that are worth another look, since looks can miss; unsearched once more.
     """
 
     plan: FloorPlan
@@ -68,6 +70,7 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
+    again: frozenset[ContainerId] = frozenset()
     _derived: _Derived | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -77,18 +80,19 @@ class Knowledge:
             known is not None
             and known.first_seen is self.first_seen
             and known.closed is self.closed
+            and known.again is self.again
             and known.plan is plan
             and known.travel is travel
         )
         if known is None or not same_items or not same_left:
             left = known.unsearched if known is not None and same_left else self._not_searched()
             by_type = known.by_type if known is not None and same_items else _by_type(self.items_at)
-            made = _Derived(self.items_at, self.first_seen, self.closed, plan, travel, left, by_type)
+            made = _Derived(self.items_at, self.first_seen, self.closed, self.again, plan, travel, left, by_type)
             object.__setattr__(self, "_derived", made)
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
-        """Reachable containers that have not been searched, in the plan's order."""
+        """Reachable containers that have not been searched, or are worth another look, in the plan's order."""
         return self._known.unsearched
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
@@ -108,7 +112,9 @@ class Knowledge:
         return self._with(location, self.holding, self.items_at)
 
     def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
-        """The knowledge after looking into a container."""
+        """The knowledge after looking into a container, for the first time or again."""
+        if container in self.again:
+            return self._seen_again(container, items)
         first = MappingProxyType({**self.first_seen, container: items})
         there = MappingProxyType({**self.items_at, LocationId(container): items})
         visited = (*self.visited, container) if in_run else self.visited
@@ -121,6 +127,27 @@ class Knowledge:
             visited=visited,
             searched=container,
         )
+
+    def _seen_again(self, container: ContainerId, items: tuple[Item, ...]) -> Knowledge:
+        """The knowledge after another look into a searched container: what it shows is added to what is known to be
+        there, since a look can miss but not invent."""
+        known = self.items_at.get(LocationId(container), ())
+        new = tuple(i for i in items if all(i.id != there.id for there in known))
+        return replace(
+            self,
+            items_at=MappingProxyType({**self.items_at, LocationId(container): (*known, *new)}),
+            first_seen=MappingProxyType({**self.first_seen, container: (*self.first_seen[container], *new)}),
+            visited=(*self.visited, container),
+            again=self.again - {container},
+        )
+
+    def looks(self, container: ContainerId) -> int:
+        """How often the container was looked into in this run."""
+        return self.visited.count(container)
+
+    def with_another_look_at(self, containers: frozenset[ContainerId]) -> Knowledge:
+        """The knowledge in which these searched containers, and no others, are worth another look."""
+        return self if containers == self.again else replace(self, again=containers)
 
     def shut(self, container: ContainerId) -> Knowledge:
         """The knowledge after a container turned out to be impossible to search."""
@@ -156,9 +183,9 @@ class Knowledge:
         return self._derived
 
     def _not_searched(self) -> tuple[ContainerId, ...]:
-        seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
-        names = [c.id for c in self.plan.containers]
-        return tuple([c for c in names if c not in seen and c not in closed and reaches(LocationId(c))])
+        seen, again, closed, reaches = self.first_seen, self.again, self.closed, self.travel.reaches
+        names = [c.id for c in self.plan.containers if c.id not in seen or c.id in again]
+        return tuple([c for c in names if c not in closed and reaches(LocationId(c))])
 
     def _with(
         self,
@@ -184,7 +211,7 @@ class Knowledge:
             if searched is not None:
                 left = tuple([c for c in left if c != searched])
             by_type = _by_type_after(derived.by_type, changed, self.items_at.get(changed, ()), items_at[changed])
-            derived = _Derived(items_at, first, self.closed, self.plan, self.travel, left, by_type)
+            derived = _Derived(items_at, first, self.closed, self.again, self.plan, self.travel, left, by_type)
         return Knowledge(
             plan=self.plan,
             travel=self.travel,
@@ -195,6 +222,7 @@ class Knowledge:
             facts=self.facts,
             visited=self.visited if visited is None else visited,
             closed=self.closed,
+            again=self.again,
             _derived=derived,
         )
 

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
 from bosdyn.api.graph_nav import map_pb2
 
 from recorders.spot.checks.findings import Finding, fine, forbids, warning
-from recorders.spot.client.graph_nav_map import waypoint_ids
+from recorders.spot.client.graph_nav_map import graph_hash, waypoint_ids
 from recorders.spot.client.map_upload import read_map_folder
 from workbench.errors import LiosError
 from workbench.terminal import counted
 from workbench.worlds.sites.site import Site
 
 SUBJECT = "map"
-
-
-def graph_hash(graph: map_pb2.Graph) -> str:
-    """The first 12 hexadecimal digits of the graph's SHA-256; the same on the robot and in a folder."""
-    return hashlib.sha256(graph.SerializeToString(deterministic=True)).hexdigest()[:12]
 
 
 def map_findings(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,11 @@ from workbench.arrays import Floats
 Graph = map_pb2.Graph
 Waypoint = map_pb2.Waypoint
 WaypointSnapshot = map_pb2.WaypointSnapshot
+
+
+def graph_hash(graph: Graph) -> str:
+    """The first 12 hexadecimal digits of the graph's SHA-256; the same on the robot and in a folder."""
+    return hashlib.sha256(graph.SerializeToString(deterministic=True)).hexdigest()[:12]
 
 
 def waypoint_ids(graph: Graph, wanted: Iterable[str]) -> tuple[dict[str, str], list[str], list[str]]:

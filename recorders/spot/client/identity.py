@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from bosdyn.api import payload_pb2, robot_id_pb2
+from bosdyn.api.graph_nav import map_pb2
+
 from recorders.run_identity import Driver, run_id, run_info
-from recorders.spot.client.connection import Connection
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection
+from recorders.spot.client.graph_nav_map import graph_hash
 from workbench.log_schema.events import RunInfo
 from workbench.planning.tasks import Task
 from workbench.worlds.sites.site import Site
@@ -28,3 +32,37 @@ def robot_run_info(
         title=title,
         inertial_frame="odom",
     )
+
+
+ROBOT_METADATA = "lios.robot"
+"""Name of the metadata record that says which robot a log is of."""
+MAP_TIMEOUT_S = 60.0
+
+
+def robot_metadata(connection: Connection, *, operator: str = "", serial: bool = True) -> dict[str, str]:
+    """Which robot it is, for a log: nickname, software, map's hash, payloads, operator, and the serial number.
+
+    What the robot does not tell is left out.
+
+    Args:
+        serial: whether the serial number and the nickname, which name one robot, are given.
+    """
+    told: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
+    has = told.software_release.version
+    known = {
+        "species": told.species,
+        "software": f"{has.major_version}.{has.minor_version}.{has.patch_level}",
+        "operator": operator,
+        **({"serial": told.serial_number, "nickname": told.nickname} if serial else {}),
+    }
+    try:
+        graph: map_pb2.Graph = connection.client("graph-nav-service").download_graph(timeout=MAP_TIMEOUT_S)
+        known["map"] = graph_hash(graph) if graph.waypoints else ""
+    except ROBOT_ERRORS:
+        pass
+    try:
+        payloads: list[payload_pb2.Payload] = connection.client("payload").list_payloads(timeout=connection.timeout_s)
+        known["payloads"] = ", ".join(sorted(payload.name for payload in payloads))
+    except ROBOT_ERRORS:
+        pass
+    return {name: text for name, text in known.items() if text}

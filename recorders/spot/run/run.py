@@ -16,7 +16,7 @@ from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
 from recorders.spot.client.docking import dock
 from recorders.spot.client.errors import NotLocalized
-from recorders.spot.client.identity import robot_run_info
+from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
@@ -45,6 +45,7 @@ class RobotRun:
     Attributes:
         truth: true contents of a simulated robot's containers, for the log; None on a real robot.
         take_lease, own_estop: as in Control.
+        operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
         audience: viewers that are shown every message once it is written.
     """
@@ -62,6 +63,8 @@ class RobotRun:
     own_estop: bool = False
     map_folder: Path | None = None
     title: str = ""
+    operator_name: str = ""
+    log_serial: bool = True
     audience: Audience | None = None
 
 
@@ -111,9 +114,11 @@ def run_and_record(
         run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
+        robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
         with _recorder(connection, run, setup, output, found=_as_found(world), force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             world.tell = session.words
+            recorder.sink.describe(ROBOT_METADATA, robot)
             world.recording_trouble = lambda: recorder.trouble
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)

@@ -33,6 +33,7 @@ from recorders.spot.run.manipulation import ArmManipulator, HelperManipulator, M
 from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.session.foxglove import map_from_odom
 from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
@@ -224,15 +225,16 @@ class SpotWorld:
         objects: world_object_pb2.ListWorldObjectResponse = self.call(
             lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
         )
-        body = self.body_pose()
-        return None if body is None else read_tags(objects.world_objects, body, self.connection.clock)
+        state = self._localization_state()
+        if not is_localized(state):
+            return None
+        body = on_map(self.site, state.localization.seed_tform_body)
+        odom = map_from_odom(body, state.robot_kinematics.transforms_snapshot)
+        return read_tags(objects.world_objects, body, self.connection.clock, odom)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """The body pose on the map; None if the robot is not localised."""
-        timeout_s = self.connection.timeout_s
-        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
-            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
-        )
+        state = self._localization_state()
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
@@ -346,6 +348,10 @@ class SpotWorld:
     def _may_reach(self) -> bool:
         return self.at is None or self.at == START or self._stands_open(ContainerId(self.at))
 
+    def _localization_state(self) -> graph_nav_pb2.GetLocalizationStateResponse:
+        timeout_s = self.connection.timeout_s
+        return self.call(lambda: self.graph_nav().get_localization_state(timeout=timeout_s))
+
     def _localize(self) -> bool:
         return self.body_pose() is not None or self._localize_by_fiducial()
 
@@ -374,10 +380,7 @@ class SpotWorld:
 
     def _localization(self) -> Localization:
         """Where and by which tag the robot was just localised: the nearest seen that is no item's."""
-        timeout_s = self.connection.timeout_s
-        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
-            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
-        )
+        state = self._localization_state()
         at, body = state.localization.timestamp, self.body_pose()
         away: list[tuple[float, int]] = []
         if body is not None:

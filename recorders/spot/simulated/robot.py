@@ -9,7 +9,7 @@ import logging
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
@@ -59,11 +59,12 @@ class UntaggedItem(Malformed):
 
 @dataclass(slots=True)
 class Sighting:
-    """When and where a tag was last detected, in the map frame."""
+    """When and where a tag was last detected, in the map frame, and the body then: transforms are of that moment."""
 
     position: tuple[float, float, float]
     body_s: float
     robot_ns: int
+    body: Body
 
 
 @dataclass(slots=True)
@@ -309,6 +310,7 @@ class RobotState:
             grasp.thing.held, grasp.thing.container, self.gripper_open = True, None, False
 
     def _look(self) -> None:
+        then = replace(self.body, odom=replace(self.body.odom), vision=replace(self.body.vision))
         for thing in self.things:
             if thing.held:
                 thing.position = in_hand(self.body.pose)
@@ -316,11 +318,11 @@ class RobotState:
             elif not self.hides_tags and sees(self.site, self.body.pose, thing):
                 noise = self.rng.normal(0.0, 0.005, 3)
                 x, y, z = (float(value) for value in np.add(thing.position, noise))
-                self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns())
+                self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns(), then)
         for tag, (x, y, z) in self.fiducials.items():
             hung = TaggedThing(tag=tag, container=None, position=(x, y, z))
             if not self.hides_tags and sees(self.site, self.body.pose, hung):
-                self.sightings[tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns())
+                self.sightings[tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns(), then)
         for tag in [t for t, seen in self.sightings.items() if self.body.lived_s - seen.body_s > FORGET_S]:
             del self.sightings[tag]
 

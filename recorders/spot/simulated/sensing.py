@@ -156,14 +156,14 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
                 at = stamp(seen.robot_ns)
                 if not wanted or (since.seconds, since.nanos) > (at.seconds, at.nanos):
                     continue
-                x, y, z = in_body(state.body, seen.position)
+                x, y, z = in_body(seen.body, seen.position)
                 where = se3(x, y, z, atan2(y, x))
                 names = (f"fiducial_{tag}", f"filtered_fiducial_{tag}")
                 found = response.world_objects.add(
                     id=tag,
                     name=f"world_obj_apriltag_{tag:03d}",
                     acquisition_time=at,
-                    transforms_snapshot=frame_tree(state.body, dict.fromkeys(names, ("body", where))),
+                    transforms_snapshot=frame_tree(seen.body, dict.fromkeys(names, ("body", where))),
                     object_lifetime=Duration(seconds=15),
                 )
                 mark = found.apriltag_properties

@@ -32,7 +32,12 @@ Exclude = Annotated[
 Start = Annotated[str, Option("-S", "--start", help="Seconds from the start, RFC 3339, or nanoseconds.")]
 End = Annotated[str, Option("-E", "--end", help="As --start; the end itself is excluded.")]
 Packing = Annotated[str, Option("--compression", help="zstd, lz4 or none.")]
-ChunkSize = Annotated[int, Option("--chunk-size", help="Size of a chunk in bytes before compression.", min=1)]
+ChunkSize = Annotated[
+    int | None,
+    Option(
+        "--chunk-size", help="Bytes of a chunk before compression. By default intact chunks stay as they are.", min=1
+    ),
+]
 
 
 class NoSuchTopic(NotFound):
@@ -91,13 +96,20 @@ def wanted_of(
     return wanted
 
 
-def style_of(compression: str, chunk_size: int, force: bool) -> LogLayout:
+def style_of(compression: str, chunk_size: int | None, force: bool) -> LogLayout:
+    """The layout of a new log. Chunks of about the size asked for are copied as they stand, without one all."""
+    from recorders.mcap_io.writer import CHUNK_BYTES
     from replayers.log_tools.copy_log import LogLayout
 
     known: dict[str, Compression] = {"zstd": "zstd", "lz4": "lz4", "none": ""}
     if compression not in known:
         raise BadValue("--compression", compression, "zstd, lz4 or none")
-    return LogLayout(compression=known[compression], chunk_bytes=chunk_size, force=force)
+    return LogLayout(
+        compression=known[compression],
+        chunk_bytes=chunk_size or CHUNK_BYTES,
+        kept_bytes=None if chunk_size is None else (chunk_size // 4, chunk_size * 2),
+        force=force,
+    )
 
 
 def bar(title: str) -> Any:

@@ -92,7 +92,9 @@ def _allows(question: UnobservedLook, answer: Answer) -> bool:
     return (
         question.others
         and set(answer) <= set(_possible(question))
-        and Counter(question.options[0]) <= Counter(answer)
+        and (
+            Counter(question.options[0]) <= Counter(answer) if question.possible is None else question.allows(answer)
+        )
     )
 
 

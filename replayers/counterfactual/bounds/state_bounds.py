@@ -43,6 +43,7 @@ class StateBounds:
         self.least = LowerBound(evidence, relevance)
         self.most = UpperBound(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
         self._types = goal_types(evidence.task.goal)
+        self._misses_left = evidence.misses_left
         self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
         self._bounded: Cache[Hashable, tuple[float, float, bool]] = Cache(MAX_CACHED_STATES)
 
@@ -62,4 +63,4 @@ class StateBounds:
         """Everything in a state that the two bounds depend on."""
         left = tuple([c for c in self._searchable if c not in knowledge.first_seen])
         stand = tuple([knowledge.where(t) for t in self._types])
-        return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts
+        return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts, self._misses_left(knowledge)

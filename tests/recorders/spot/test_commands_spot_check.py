@@ -14,9 +14,9 @@ from spot_help import placed, robot
 
 from recorders.spot.checks.disk import disk_finding
 from recorders.spot.checks.findings import Finding, Level
-from recorders.spot.checks.map_checks import graph_hash
 from recorders.spot.checks.robot_checks import CheckPlan, robot_findings
 from recorders.spot.client.connection import Connection
+from recorders.spot.client.graph_nav_map import graph_hash
 from recorders.spot.simulated.basic_services import SERVICES
 from recorders.spot.simulated.faults import FaultKind
 from recorders.spot.simulated.robot import RobotState
