@@ -25,8 +25,8 @@ from replayers.batch.log_replayer import (
 )
 from replayers.batch.work_split import WorkPackage, work_packages
 from replayers.counterfactual.prepared_log import PreparedLog
-from workbench.cluster import in_order_on_cluster
 from workbench.errors import BadValue, FileMissing, MalformedFile
+from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
 

@@ -19,8 +19,8 @@ from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import Stretch, pit_interval, share_within
 from replayers.runs.run import read
-from workbench.cluster import in_order_on_cluster
 from workbench.errors import BadValue, LiosError, Unsupported
+from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of

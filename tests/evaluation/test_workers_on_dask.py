@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 from test_experiment import plain, request
 
-from workbench.cluster import ClusterLost
+from workbench.evaluation.cluster import ClusterLost
 from workbench.evaluation.tasks.experiment import plan_trials, remaining_units, wanted_rows
 from workbench.evaluation.tasks.workers import run_unit, run_units
 

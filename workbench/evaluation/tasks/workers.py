@@ -7,7 +7,7 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.cluster import on_cluster, one_thread_each
+from workbench.evaluation.cluster import on_cluster, one_thread_each
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.evaluation.tasks.trials import EventHook, TrialKey, prepare_trial, run_trial
 from workbench.process_pool import process_pool

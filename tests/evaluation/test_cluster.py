@@ -8,9 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from workbench import cluster
-from workbench.cluster import FolderNotShared, NotInstalledThere, OtherVersion, in_order_on_cluster, on_cluster
 from workbench.errors import BadValue, InputError
+from workbench.evaluation import cluster
+from workbench.evaluation.cluster import (
+    FolderNotShared,
+    NotInstalledThere,
+    OtherVersion,
+    in_order_on_cluster,
+    on_cluster,
+)
 
 pytest.importorskip("distributed", reason="dask.distributed is not installed")
 pytestmark = pytest.mark.filterwarnings("ignore")
