@@ -147,7 +147,9 @@ def _worked(work: Callable[[Unit], Result], unit: Unit) -> tuple[str, str, Resul
 def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
     if scheduler == "local":
         with (
-            distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+            distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+            ) as cluster,
             distributed.Client(cluster) as client,
         ):
             yield client
