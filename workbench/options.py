@@ -29,6 +29,9 @@ AlsoLearnt = Annotated[
     Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
 ]
 Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on this machine.")]
+Scheduler = Annotated[
+    str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
+]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]

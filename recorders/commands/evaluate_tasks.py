@@ -16,6 +16,7 @@ from workbench.options import (
     Houses,
     Json,
     RecordTrials,
+    Scheduler,
     Split,
     Workers,
 )
@@ -43,9 +44,7 @@ def tasks(
     ] = "",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
     workers: Workers = 1,
-    scheduler: Annotated[
-        str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
-    ] = "",
+    scheduler: Scheduler = "",
     split: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,

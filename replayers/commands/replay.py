@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.options import Json
+from workbench.errors import BadValue
+from workbench.options import Json, Scheduler
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -93,6 +94,7 @@ def replay(
     workers: Annotated[
         int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
@@ -113,6 +115,8 @@ def replay(
         lios replay run.mcap --verify
     """
     if verify:
+        if scheduler:
+            raise BadValue("--scheduler", scheduler, "left out with --verify, which runs in this process")
         _verify(logs, _recorded_as(strategies), json=json)
         return
     import replayers
@@ -143,6 +147,7 @@ def replay(
         output=output,
         worlds=_worlds_named(write, output),
         workers=workers,
+        scheduler=scheduler,
         told=lambda replays, total: progress(replays, title="replaying", total=total),
     )
     outcomes, not_there = list(made.outcomes), made.not_loaded
@@ -172,7 +177,6 @@ def replay(
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
     from replayers.counterfactual.replay import WORLDS
-    from workbench.errors import BadValue
 
     names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
     if not set(names) <= set(WORLDS):
@@ -307,8 +311,6 @@ def _look(look: ContainerLook) -> dict[str, Any]:
 
 def _recorded_as(strategies: str) -> str:
     """With --verify, the name by which the recorded strategy can be loaded; empty for that in the log."""
-    from workbench.errors import BadValue
-
     if strategies == "all":
         return ""
     if "," in strategies:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,6 +20,7 @@ from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import Stretch, pit_interval, share_within
 from replayers.runs.run import read
 from workbench.errors import BadValue, LiosError, Unsupported
+from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
@@ -173,8 +175,18 @@ def _supports(house: House, place: ReplayTask) -> bool:
     return True
 
 
-def counterfactuals(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[Counterfactual | SkippedTask]:
-    """Measures task by task, in order, for any number of workers."""
+def counterfactuals(
+    plan: MeasurementSettings, *, workers: int = 1, scheduler: str = ""
+) -> Iterator[Counterfactual | SkippedTask]:
+    """Measures task by task, in order, for any number of workers.
+
+    Args:
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
+    """
+    if scheduler:
+        tasks = [(place, plan) for place in plan.places]
+        yield from chain.from_iterable(in_order_on_cluster(_measured, tasks, scheduler=scheduler, workers=workers))
+        return
     if workers <= 1:
         for place in plan.places:
             yield from measure(place, plan)

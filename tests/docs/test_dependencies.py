@@ -17,6 +17,7 @@ IMPORTED_AS = {
     "mcap-protobuf-support": "mcap_protobuf",
     "mcap-ros2-support": "mcap_ros2",
     "foxglove-sdk": "foxglove",
+    "rerun-sdk": "rerun",
     "bosdyn-client": "bosdyn",
     "bosdyn-api": "bosdyn",
     "unified-planning": "unified_planning",
