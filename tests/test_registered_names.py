@@ -37,7 +37,8 @@ def test_defaults_are_those_of_the_commands(capsys: pytest.CaptureFixture[str]) 
     cli.run(["strategies", "--json"])
     default_of = {row["name"]: row["default_of"] for row in json.loads(capsys.readouterr().out)["rows"]}
     assert {"record", "spot run"} <= set(default_of["conditioned-lios"])
-    assert default_of["opt-greedy"] == []
+    assert default_of["scout-lios"] == []
+    assert default_of["opt-greedy"] == ["evaluate select"]
 
 
 def test_an_installed_plug_in_is_listed_and_completed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,8 +26,8 @@ from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train"),
-    "Replay": ("replay", "compare"),
-    "Look": ("view", "render", "figures", "capsule", "report"),
+    "Replay": ("replay", "compare", "select"),
+    "Look": ("view", "serve", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
     "Places": ("houses", "site", "spot"),
     "Yours": ("new", "strategies", "policies", "estimators", "scenarios", "solvers"),
@@ -35,17 +35,17 @@ PANELS: dict[str, tuple[str, ...]] = {
 """The help group of each command; plug-in commands are listed under "More"."""
 
 ORDER_WITHIN: dict[str, tuple[str, ...]] = {
-    "evaluate": ("belief", "search", "tasks", "solvers", "replay", "spot"),
+    "evaluate": ("belief", "search", "tasks", "solvers", "replay", "select", "spot"),
     "log": ("cat", "filter", "merge", "split", "compact", "convert", "note"),
     "houses": ("generate", "info", "stats"),
     "site": ("check", "from-log", "from-graph-nav"),
     "new": ("planner", "policy", "estimator", "house", "site"),
-    "spot": ("simulate", "record", "run"),
+    "spot": ("check", "simulate", "record", "run"),
 }
 """The order of commands in a group's help: the order of use. Plug-in commands come last."""
 
 GROUP_HELP = {
-    "evaluate": "Measure beliefs, search policies, planners, solvers, replay, Spot runs.",
+    "evaluate": "Measure beliefs, search policies, planners, solvers, replay, selection, Spot runs.",
     "log": "Container tools: cat, filter, merge, split, compact, convert, note.",
     "houses": "Generate, inspect and compare houses.",
     "new": "Write a file to start from: planner, policy, estimator, house, site.",

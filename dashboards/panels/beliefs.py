@@ -58,8 +58,8 @@ def _sum(scene: Scene) -> Markup:
     known = scene.belief[~np.isnan(scene.belief)]
     if not known.size:
         return Markup("")
-    words = '<p class="muted">Adds up to {}: the expected number of containers that hold it.</p>'
-    return html(words, number(float(known.sum()), 2))
+    total = number(float(known.sum()), 2)
+    return html('<p class="muted">Adds up to {}: the expected number of containers that hold it.</p>', total)
 
 
 def _link(index: int, container: Container) -> Markup:

@@ -205,6 +205,7 @@ class Session:
         self.change(container=containers[index].id)
         if turn_camera:
             pose = containers[index].pose
+            self._fitted = None  # the house is no longer what is looked at
             look(self.client, close_to(pose.x_m, pose.y_m))
         for chooser in self.choosers:
             chooser("Container")

@@ -10,6 +10,7 @@ import click
 
 from workbench.options import Json, Workers
 from workbench.parameters import Argument, Option
+from workbench.tolerances import NEAR_COST
 
 if TYPE_CHECKING:
     from replayers.batch.next_look import SharedLook
@@ -160,7 +161,9 @@ def _verdict(v: SelectionVerdict) -> dict[str, Any]:
         "settled": v.settled or None,
         "trials_to_settle": v.trials_to_settle,
         "regret_so_far_at_most": finite(v.regret_so_far),
-        "regret_to_come_at_most": v.regret_to_come if v.regret_to_come < v.regret_to_come_unknown - 1e-6 else None,
+        "regret_to_come_at_most": v.regret_to_come
+        if v.regret_to_come < v.regret_to_come_unknown - NEAR_COST
+        else None,
         "same": v.same,
         "by_proof": [asdict(e) for e in v.by_proof],
         "by_sequence": [asdict(e) for e in v.by_sequence],
@@ -220,7 +223,7 @@ def _summary(last: SelectionVerdict, alpha: float) -> str:
         f"Drive {last.next} next. On the trials so far it cost at most {_most(last.regret_so_far)} a trial more than "
         f"any other"
     )
-    if last.regret_to_come < last.regret_to_come_unknown - 1e-6:
+    if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
         words += (
             f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({_percent(alpha)} confidence)"
         )

@@ -13,6 +13,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from workbench.tolerances import DEGENERATE, ROUNDING
+
 Floats = npt.NDArray[np.float64]
 
 MOST_BET = 0.75
@@ -50,12 +52,12 @@ def lower_limits(values: npt.ArrayLike, *, alpha: float) -> Floats:
 def log_capitals(values: npt.ArrayLike) -> Floats:
     """The logarithm of the capital against each candidate mean of GRID after each value, shape (trials, means)."""
     x = np.asarray(values, dtype=np.float64)
-    if np.any(~np.isfinite(x)) or np.any(np.abs(x) > 1 + 1e-9):
+    if np.any(~np.isfinite(x)) or np.any(np.abs(x) > 1 + ROUNDING):
         raise ValueError("values outside -1..1")
     count = np.arange(1, len(x) + 1)
     mean = np.cumsum(x) / (count + 1)
     spread = (PRIOR_VARIANCE + np.cumsum((x - mean) ** 2)) / (count + 1)
     mean, spread = np.concatenate([[0.0], mean])[:-1], np.concatenate([[PRIOR_VARIANCE], spread])[:-1]
     edge = mean[:, None] - GRID[None, :]
-    bet = np.clip(edge / (spread[:, None] + edge**2), 0.0, MOST_BET / (1.0 + GRID[None, :] + 1e-12))
+    bet = np.clip(edge / (spread[:, None] + edge**2), 0.0, MOST_BET / (1.0 + GRID[None, :] + DEGENERATE))
     return np.cumsum(np.log1p(bet * (x[:, None] - GRID[None, :])), axis=0)

@@ -19,9 +19,10 @@ import numpy.typing as npt
 
 from replayers.selection.betting import lower_limits
 from replayers.selection.trial_costs import TrialCosts
+from workbench.tolerances import NEAR_COST
 
 Floats = npt.NDArray[np.float64]
-NEAR = 1e-6
+NEAR = NEAR_COST
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from replayers.selection.elimination import eliminated_by_proof
 from replayers.selection.trial_costs import TrialCosts
+from workbench.tolerances import RELATIVE
 
 Floats = npt.NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def by_lower_bounds(trials: Sequence[TrialCosts], strategies: Sequence[str], rng
         return int(rng.integers(len(strategies)))
     lower = np.mean([t.lower for t in trials], axis=0)
     index = np.maximum(lower, _ucb_index(trials, strategies, LOWER_BOUNDS_BONUS))
-    return int(rng.choice(np.flatnonzero(index <= index.min() + 1e-9)))
+    return int(rng.choice(np.flatnonzero(index <= index.min() + RELATIVE)))
 
 
 def by_ucb1(trials: Sequence[TrialCosts], strategies: Sequence[str], rng: np.random.Generator) -> int:

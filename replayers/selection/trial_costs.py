@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from replayers.batch.compare import cost_difference
 from replayers.batch.store import StoredReplay
+from workbench.tolerances import NEAR_COST
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class TrialCosts:
         shapes = [self.lower.shape, self.upper.shape, self.estimate.shape]
         if shapes != [(count,)] * 3 or self.most_apart.shape != (count, count):
             raise ValueError(f"{self.log}: arrays do not fit {count} strategies")
-        if np.any(self.lower > self.upper + 1e-6):
+        if np.any(self.lower > self.upper + NEAR_COST):
             raise ValueError(f"{self.log}: a lower bound above its upper one")
 
     @property
@@ -59,7 +60,7 @@ class TrialCosts:
     @property
     def exact(self) -> npt.NDArray[np.bool_]:
         """Whose cost is certain, shape (K,)."""
-        return self.upper - self.lower <= 1e-6
+        return self.upper - self.lower <= NEAR_COST
 
 
 def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, limit: float) -> TrialCosts:

@@ -22,6 +22,7 @@ from recorders.spot.client.clock import SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.client.localized import is_localized
 from workbench.log_schema.events import NANO
+from workbench.tolerances import TINY
 from workbench.worlds.sites.site import Site
 
 OLD_LOCALIZATION_S, OLD_IMAGE_S = 60.0, 2.0
@@ -214,7 +215,7 @@ def _cameras(connection: Connection, plan: CheckPlan) -> list[Finding]:
             shot = client.get_image_from_sources([name], timeout=connection.timeout_s)[0].shot
             taken = shot.acquisition_time.seconds * NANO + shot.acquisition_time.nanos
             oldest_s = max(oldest_s, (connection.clock.now_ns() - connection.clock.from_robot(taken)) / 1e9)
-        rate = PICTURES / max(time.monotonic() - began, 1e-6)
+        rate = PICTURES / max(time.monotonic() - began, TINY)
         text = f"{name}: up to {rate:.0f} Hz, {oldest_s:.1f} s old at most"
         found.append((warning if oldest_s > OLD_IMAGE_S else fine)("camera", text))
     return found

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from workbench.tolerances import ROUNDING
+
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-ALMOST = 1.0 - 1e-9
+ALMOST = 1.0 - ROUNDING
 """The largest probability whose odds are taken."""
 
 
