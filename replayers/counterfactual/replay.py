@@ -45,6 +45,7 @@ __all__ = [
     "replay",
     "replay_on",
     "replay_strategy",
+    "run_tree_of",
 ]
 
 WORLDS = ("best", "worst", "drawn")
@@ -188,6 +189,11 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
     )
     why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _failure_in_worlds(tree)
     return _without_bounds(made, why_broken) if why_broken else made
+
+
+def run_tree_of(ground: PreparedLog, planner: Strategy) -> RunTree:
+    """The tree of a strategy's runs over a prepared log, not expanded yet."""
+    return _tree(ground, planner)
 
 
 def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
