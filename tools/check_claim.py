@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Checks certificates of what a strategy costs over a log: python check_claim.py CLAIM.lios.zip... LOG.mcap...
+"""Checks certificates of a strategy's cost over a log: python check_claim.py CLAIM.lios.zip... LOG.mcap...
 
-Standard library and `mcap` only; nothing of the program that wrote the certificate is imported. Checked is, for every
-branch of the tree: the robot can do each step where the log says things are, each step costs what the logged map and
-the logged action costs say, the answers are all that a world which agrees with the log can give, the ends are the
-least and the greatest, and their worlds are real. Not checked, since it needs the strategy: that it decides so.
-Prints one line a claim, and for several strategies over the same logs which one is cheaper. Exit code 0: all hold.
+Standard library and `mcap` only; nothing of the program that wrote the certificate. Checked: every step can be done
+where the log says things are, and costs what the log's map and action costs say; a look's answers are all that a world
+that agrees with the log can give; the ends are the least and the greatest, and their worlds real. Not checked, since
+it needs the strategy: that it decides so. Says what holds, and which strategy is cheaper. Exit code 0: all hold.
 """
 
 import hashlib
@@ -13,8 +12,11 @@ import json
 import sys
 import zipfile
 from collections import Counter
-from itertools import chain, product
-from math import inf, isfinite
+from copy import copy
+from functools import reduce
+from itertools import chain, permutations, product
+from math import inf, isfinite, prod
+from operator import or_
 
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -44,19 +46,18 @@ class Log:
             stream.seek(0)
             reader = make_reader(stream)
             parts = {a.name: json.loads(a.data) for a in reader.iter_attachments() if a.name.endswith(".json")}
-            wanted = ["/search/observation", "/search/action", "/search/outcome"]
-            heard = {topic: [] for topic in wanted}
-            for _, channel, message in reader.iter_messages(topics=wanted):
+            heard = {topic: [] for topic in ("/search/observation", "/search/action", "/search/outcome")}
+            for _, channel, message in reader.iter_messages(topics=list(heard)):
                 heard[channel.topic].append(json.loads(message.data))
-        place, self.task = parts["place.json"], parts["task.json"]
-        self.costs = parts["settings.json"]["costs"]
+        place, self.task, self.costs = parts["place.json"], parts["task.json"], parts["settings.json"]["costs"]
         self.index = {name: i for i, name in enumerate(place["travel"]["locations"])}
         self.rows, self.symmetric = place["travel"]["metres"], place["travel"].get("symmetric", False)
         self.goal, self.failure = self.task["goal"], self.task["failure_cost"]
         actions = heard["/search/action"]
-        need(len(heard["/search/outcome"]) == 1, "the log has no end")
-        need(sorted(a["index"] for a in actions) == list(range(1, len(actions) + 1)), "the log lacks actions")
-        need(all(a["success"] for a in actions), "the log shows refused actions")
+        whole = all(a["success"] for a in actions) and sorted(a["index"] for a in actions) == list(
+            range(1, len(actions) + 1)
+        )
+        need(whole and len(heard["/search/outcome"]) == 1, "the log is not whole, or shows refused actions")
         looks = sorted(heard["/search/observation"], key=lambda o: (stamp(o), o["decision"]))
         containers = [c["id"] for c in place["plan"]["containers"]]
         self.contents = contents_at_start(looks, actions, containers)
@@ -66,7 +67,6 @@ class Log:
         self.seen = {t for items in self.contents.values() for t in items.values()}
 
     def metres(self, a, b):
-        need(a in self.index and b in self.index, f"no way from {a} to {b} on the map")
         i, j = self.index[a], self.index[b]
         return self.rows[max(i, j)][min(i, j)] if self.symmetric else self.rows[i][j]
 
@@ -77,11 +77,8 @@ def stamp(event):
 
 def contents_at_start(looks, actions, containers):
     """Per opened container, what stood there before the robot moved anything: id to type. The first look counts."""
-    handled, home, contents = {}, {}, {}
-    for action in actions:
-        if action["action"] in ("pick", "place"):
-            for item in action["items"]:
-                handled.setdefault(item, stamp(action))
+    home, contents, moved = {}, {}, [a for a in actions if a["action"] in ("pick", "place")]
+    handled = {item: stamp(a) for a in sorted(moved, key=stamp, reverse=True) for item in a["items"]}
     for look in looks:
         container, found = look["container"], {}
         need(container in containers, f"the log shows {container}, which its map does not have")
@@ -95,10 +92,9 @@ def contents_at_start(looks, actions, containers):
 
 
 def parts_of(goal):
-    """The single wants of a goal."""
     if goal["goal"] in ("all-of", "any-of"):
         return [want for part in goal["parts"] for want in parts_of(part)]
-    need(not goal.get("properties"), "the goal needs preparations, which this checker does not know")
+    need(goal["goal"] in ("delivered", "holding") and not goal.get("properties"), "a goal that is not known here")
     return [goal]
 
 
@@ -107,11 +103,12 @@ def demand(goal):
     if goal["goal"] == "all-of":
         return sum((demand(part) for part in goal["parts"]), Counter())
     if goal["goal"] == "any-of":
-        most = Counter()
-        for part in goal["parts"]:
-            most |= demand(part)
-        return most
+        return reduce(or_, (demand(part) for part in goal["parts"]), Counter())
     return Counter([goal["item_type"]])
+
+
+def fits(wants, used=frozenset()):
+    return not wants or any(i not in used and fits(wants[1:], used | {i}) for i in wants[0])
 
 
 class State:
@@ -122,21 +119,18 @@ class State:
         self.opened = set(log.known)
         self.items = {i: (t, c) for c in log.known for i, t in log.contents[c].items()}
 
-    def copy(self):
-        other = object.__new__(State)
-        other.at, other.held, other.spent, other.world = self.at, self.held, self.spent, dict(self.world)
-        other.opened, other.items = set(self.opened), dict(self.items)
+    def again(self):
+        other = copy(self)
+        other.world, other.opened, other.items = dict(self.world), set(self.opened), dict(self.items)
         return other
 
     def candidates(self, want):
         if want["goal"] == "holding":
             held = self.held is not None and self.items[self.held][0] == want["item_type"]
             return [self.held] if held and self.at == want["at"] else []
-        need(want["goal"] == "delivered", f"a goal of kind {want['goal']}")
         return [i for i, (t, p) in self.items.items() if (t, p) == (want["item_type"], want["at"])]
 
     def ways(self, goal):
-        """Each way of meeting a goal, as lists of candidates of its wants."""
         if goal["goal"] == "any-of":
             return [way for part in goal["parts"] for way in self.ways(part)]
         if goal["goal"] == "all-of":
@@ -144,10 +138,7 @@ class State:
         return [[self.candidates(goal)]]
 
     def met(self, goal):
-        def fits(wants, used):
-            return not wants or any(i not in used and fits(wants[1:], used | {i}) for i in wants[0])
-
-        return any(fits(way, frozenset()) for way in self.ways(goal))
+        return any(fits(way) for way in self.ways(goal))
 
     def do(self, step, log):
         """Takes a step if it can be taken, and checks what it costs."""
@@ -158,27 +149,21 @@ class State:
         else:
             need(target == self.at, f"{action} at {target} while the robot stands at {self.at}")
             cost = log.costs["search" if action == "search" else "manipulation"]
-        if action in ("move", "search"):
-            need(step["items"] == [], f"{action} handles no items")
-        else:
-            need(action in ("pick", "place") and len(step["items"]) == 1, f"a step {action}")
-            self.handle(action, step["items"][0])
-        if action == "search":
+        known = action in ("move", "search", "pick", "place")
+        need(known and len(step["items"]) == (action in ("pick", "place")), f"{action} of {step['items']}")
+        if action in ("pick", "place"):
+            item = step["items"][0]
+            need(item in self.items, f"{item} is not known")
+            here = (self.held is None and self.items[item][1] == self.at) if action == "pick" else self.held == item
+            need(here, f"{action} of {item} at {self.at}, where it is not to hand")
+            self.held = item if action == "pick" else None
+            self.items[item] = (self.items[item][0], None if action == "pick" else self.at)
+        elif action == "search":
             need(target in log.contents and target not in self.opened, f"a look into {target}, which the log lacks")
             self.opened.add(target)
             self.items |= {i: (t, target) for i, t in log.contents[target].items() if i not in self.items}
         need(same(step["cost"], cost), f"{action} to {target} costs {cost}, not {step['cost']}")
         self.spent += cost
-
-    def handle(self, action, item):
-        need(item in self.items, f"{item} is not known")
-        kind, place = self.items[item]
-        if action == "pick":
-            need(self.held is None and place == self.at, f"{item} cannot be picked at {self.at}")
-            self.held, self.items[item] = item, (kind, None)
-        else:
-            need(self.held == item, f"the hand does not hold {item}")
-            self.held, self.items[item] = None, (kind, self.at)
 
 
 class Check:
@@ -187,19 +172,17 @@ class Check:
     def __init__(self, claim, log):
         self.claim, self.log, self.ends, self.demand = claim, log, [], demand(log.goal)
         wants = parts_of(log.goal)
-        plain = log.goal["goal"] != "any-of" and all(w["goal"] == "delivered" for w in wants)
-        plain = plain and all(p["goal"] not in ("all-of", "any-of") for p in log.goal.get("parts", []))
+        plain = log.goal["goal"] != "any-of"
+        plain = plain and all(p["goal"] == "delivered" for p in log.goal.get("parts", [log.goal]))
         listed = set(log.task.get("available") or [])
         self.finishing = {}
         for want in wants if plain else []:
             self.finishing.setdefault(want["item_type"], {"goal": "all-of", "parts": []})["parts"].append(want)
-        self.types = claim["types"]
-        self.must_exist = {t for t in self.types if t in listed}
+        self.types, self.must_exist = claim["types"], set(claim["types"]) & listed
         need(self.types == sorted(set(self.types)), "types are not sorted, or double")
-        possible = {w["item_type"] for w in wants}
-        possible = {t for t in possible if t in listed | log.seen} if listed else possible
-        need(possible <= set(self.types), f"types that matter are left out: {sorted(possible - set(self.types))}")
-        need(not listed or set(self.types) <= listed | log.seen, "types that are nowhere")
+        possible = {w["item_type"] for w in wants if not listed or w["item_type"] in listed | log.seen}
+        somewhere = not listed or set(self.types) <= listed | log.seen
+        need(somewhere and possible <= set(self.types), "types that matter are left out, or are nowhere")
 
     def run(self):
         claim = self.claim
@@ -216,18 +199,19 @@ class Check:
     def node(self, node, state):
         need(len([k for k in ("look", "end", "outer") if node.get(k)]) == 1, "a branch without one end")
         need(set(node) <= {"steps", "look", "end", "outer"}, "a branch with more in it")
-        if node.get("outer"):
-            need(not node.get("steps"), "steps before an outer bound")
-            return self.outer(node["outer"], state)
+        need(not (node.get("outer") and node.get("steps")), "steps before an outer bound")
         for step in node.get("steps", []):
             state.do(step, self.log)
-        if node.get("look"):
-            return self.look(node["look"], state)
-        done, charged = node["end"]["done"], node["end"]["charged"]
-        need(done is state.met(self.log.goal), f"done is {done}, which the goal is not")
-        cost = state.spent if done else self.log.failure
-        need(same(charged, cost), f"a run is charged {cost}, not {charged}")
-        self.ends.append((cost, cost, state.world))
+        if node.get("outer"):
+            self.outer(node["outer"], state)
+        elif node.get("look"):
+            self.look(node["look"], state)
+        else:
+            done, charged = node["end"]["done"], node["end"]["charged"]
+            need(done is state.met(self.log.goal), f"done is {done}, which the goal is not")
+            cost = state.spent if done else self.log.failure
+            need(same(charged, cost), f"a run is charged {cost}, not {charged}")
+            self.ends.append((cost, cost, state.world))
 
     def outer(self, outer, state):
         """Nothing is known of a branch but that what was spent was spent, unless the run fails."""
@@ -244,18 +228,15 @@ class Check:
         need(look["live"] == live, f"of {container} matter {live}")
         possible, all_listed = self.answers(live, state, container)
         given = [tuple(item["type"] for item in a["items"]) for a in look["answers"]]
-        need(len(set(given)) == len(given), f"an answer of {container} twice")
-        need(set(given) <= possible, f"{container} cannot hold what an answer says")
-        if look.get("others"):
-            need(not all_listed, f"{container} has no other answers")
-        else:
-            need(set(given) == possible, f"an answer of {container} is left out")
+        distinct = len(set(given)) == len(given) and set(given) <= possible
+        complete = not all_listed if look.get("others") else set(given) == possible
+        need(distinct and complete, f"the answers of {container} are not all that there are")
         state.spent += look["cost"]
         state.opened.add(container)
         if look.get("others"):
             self.outer(look["others"], state)
         for answer in look["answers"]:
-            after = state.copy()
+            after = state.again()
             ids = [item["id"] for item in answer["items"]]
             need(len(set(ids)) == len(ids) and not set(ids) & set(after.items), "an item twice")
             need(all(i.split("|")[1:-1] == ["imputed", *container.split("|")] for i in ids), "an item of elsewhere")
@@ -264,19 +245,14 @@ class Check:
             self.node(answer["then"], after)
 
     def answers(self, live, state, container):
-        """All that a container can hold, of what matters, in a world that agrees with the log; and whether few enough
-        to be listed all."""
+        """All that a container can hold, of what matters, and agree with the log; and whether all must be listed."""
         found = {t for types in state.world.values() for t in types}
         last = self.log.open - state.opened == {container} and not self.log.hidden
-        ranges = []
-        for t in live:
-            least = 1 if last and t in self.must_exist and t not in self.log.seen | found else 0
-            ranges.append(range(least, max(1, self.demand[t]) + 1))
-        count = 1
-        for numbers in ranges:
-            count *= len(numbers)
+        sure = self.must_exist - self.log.seen - found if last else set()
+        ranges = [range(int(t in sure), max(1, self.demand[t]) + 1) for t in live]
+        count = prod(len(numbers) for numbers in ranges)
         need(count <= 1_000_000, "more answers than can be counted")
-        answers = {tuple(t for t, n in zip(live, ns) for _ in range(n)) for ns in product(*ranges)}
+        answers = {tuple(t for t, n in zip(live, ns, strict=True) for _ in range(n)) for ns in product(*ranges)}
         return answers, count <= MOST_ANSWERS
 
 
@@ -288,10 +264,7 @@ def seal_of(claim):
 def check(claim, logs):
     """The bounds that a claim shows; raises Refused. logs: by hash."""
     try:
-        need(
-            claim.get("version") == VERSION,
-            f"a claim of version {claim.get('version')}; this checker knows {VERSION}",
-        )
+        need(claim["version"] == VERSION, f"it is of version {claim['version']}; this checker knows {VERSION}")
         need(claim.get("seal") == seal_of(claim), "its seal is broken: it was changed after it was made")
         log = logs.get(claim["log_sha256"])
         need(log is not None, f"no log here is the one that it is about ({claim['log']})")
@@ -300,24 +273,18 @@ def check(claim, logs):
         raise Refused(f"it is not formed as a claim ({type(error).__name__}: {error})") from None
 
 
-def read_claim(path):
-    with zipfile.ZipFile(path) as packed:
-        need(packed.getinfo("claim.json").file_size <= MOST_BYTES, "it is too large")
-        return json.loads(packed.read("claim.json"))
-
-
 def main(paths):
-    if not [p for p in paths if not p.endswith(".mcap")]:
-        print("usage: check_claim.py CLAIM.lios.zip... LOG.mcap...", file=sys.stderr)
-        return 2
+    if all(path.endswith(".mcap") for path in paths):
+        sys.exit(__doc__)
     code, by_strategy, logs = 0, {}, {}
     for path in sorted(paths, key=lambda p: not p.endswith(".mcap")):
         try:
             if path.endswith(".mcap"):
-                log = Log(path)
-                logs[log.sha256] = log
+                logs |= {log.sha256: log for log in [Log(path)]}
                 continue
-            claim = read_claim(path)
+            with zipfile.ZipFile(path) as packed:
+                need(packed.getinfo("claim.json").file_size <= MOST_BYTES, "it is too large")
+                claim = json.loads(packed.read("claim.json"))
             lower, upper = check(claim, logs)
         except (Refused, McapError, OSError, KeyError, ValueError, RecursionError, zipfile.BadZipFile) as error:
             print(f"{path}: refused: {error}")
@@ -326,11 +293,10 @@ def main(paths):
         most = "no upper bound" if upper is None else f"{upper:.2f} ({claim['upper']['kind']})"
         print(f"{path}: holds: {claim['strategy']} costs {lower:.2f} ({claim['lower']['kind']}) to {most}")
         by_strategy.setdefault(claim["strategy"], {})[claim["log_sha256"]] = (lower, inf if upper is None else upper)
-    for a, ours in by_strategy.items():
-        for b, theirs in by_strategy.items():
-            both = ours.keys() & theirs.keys()
-            if a != b and both and sum(ours[k][1] for k in both) < sum(theirs[k][0] for k in both) - NEAR:
-                print(f"{a} beats {b} on these {len(both)} trials, in every world that agrees with their logs")
+    for (a, ours), (b, theirs) in permutations(by_strategy.items(), 2):
+        both = ours.keys() & theirs.keys()
+        if both and sum(ours[k][1] for k in both) < sum(theirs[k][0] for k in both) - NEAR:
+            print(f"{a} beats {b} on these {len(both)} trials, in every world that agrees with their logs")
     return code
 
 

@@ -58,8 +58,8 @@ def test_eliminations_are_checked_against_the_truth() -> None:
 
 def test_an_elimination_that_is_wrong_is_found() -> None:
     pool = drawn_pool(10)
-    liars = tuple(PoolTrial(house=t.house, scenario=t.scenario, seed=t.seed, true=(t.true[2], t.true[0], t.true[1]), seen=t.seen)
-                  for t in pool)  # fmt: skip
+    turned = [(t, (t.true[2], t.true[0], t.true[1])) for t in pool]
+    liars = tuple(PoolTrial(house=t.house, scenario=t.scenario, seed=t.seed, true=x, seen=t.seen) for t, x in turned)
     assert check_eliminations(liars, trials=10, count=20, seed=0, sequences=1).wrong_by_proof > 0
 
 
