@@ -1,7 +1,6 @@
 """Colours of all views, safe for colour-blind eyes, the same in 3D, panels and figures.
 
-Runs take the colours of Okabe and Ito ("Color Universal Design", 2008). Belief takes matplotlib's magma, which is
-perceptually uniform, reversed and cropped so that unlikely is pale and likely is deep on a light floor.
+Runs take the colours of Okabe and Ito ("Color Universal Design", 2008); beliefs have workbench/belief_colours.py.
 """
 
 from __future__ import annotations
@@ -9,7 +8,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
+
+from workbench.arrays import Uints8
 
 Colour = tuple[int, int, int]
 """Red, green, blue, each 0 to 255."""
@@ -68,32 +68,15 @@ PHASES: dict[str, str] = {
     "waiting": "#d9dadd",
 }
 
-_PALE, _DEEP = 0.03, 0.80
-"""The range of reversed magma that is used."""
-
 
 @lru_cache(maxsize=1)
-def _belief_table() -> npt.NDArray[np.uint8]:
-    from matplotlib import colormaps
-
-    at = 1.0 - np.linspace(_PALE, _DEEP, 256)
-    return np.round(np.asarray(colormaps["magma"](at))[:, :3] * 255).astype(np.uint8)
-
-
-def belief_colours(share: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """Colours of beliefs given as fractions of the scale's top, shape (..., 3); out of range is clipped."""
-    at = np.clip(np.nan_to_num(np.asarray(share, dtype=np.float64)), 0.0, 1.0)
-    return _belief_table()[np.round(at * 255).astype(np.intp)]
-
-
-@lru_cache(maxsize=1)
-def _linear_table() -> npt.NDArray[np.uint8]:
+def _linear_table() -> Uints8:
     shade = np.arange(256) / 255
     light = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
     return np.round(light * 255).astype(np.uint8)
 
 
-def linear_rgb(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def linear_rgb(colours: Uints8) -> Uints8:
     """Colours in linear RGB instead of sRGB (IEC 61966-2-1), the same shape.
 
     Viser expects linear RGB for batched meshes and sRGB for everything else; sRGB values in a batch would look far
@@ -111,7 +94,7 @@ def floor_colour(kind: str) -> Colour:
     return FLOORS.get(kind.lower().replace(" ", ""), FLOOR_OTHER)
 
 
-def css(colour: Colour | npt.NDArray[np.uint8]) -> str:
+def css(colour: Colour | Uints8) -> str:
     """ "#rrggbb"."""
     return "#{:02x}{:02x}{:02x}".format(*(int(c) for c in colour))
 

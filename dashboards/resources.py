@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 from importlib.resources import files
 
 
-@cache
+@lru_cache(maxsize=64)
 def resource(name: str) -> str:
     """The text of a file by its folder in this package and its name: "panels/panels.css"."""
     folder, _, file = name.rpartition("/")

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from html import escape
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from dashboards.figures.style import PAGE_IN, figure_style
 from dashboards.figures.trajectory import draw_trajectory
 from dashboards.model.timeline import timeline_of
+from dashboards.panels.markup import html, text
 from replayers.runs.run import Run, read
 from workbench.errors import NotFound
 from workbench.evaluation.figures.task_figures import draw_task_figures
 from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-from workbench.evaluation.tasks.names import file_name_of, scenario_title, strategy_title
+from workbench.evaluation.tasks.names import scenario_file_name, scenario_title, strategy_title
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.evaluation.tasks.store import read_request
 from workbench.evaluation.tasks.table import pairs, table
+from workbench.files import write_atomically
 
 EXAMPLE = ("model-lios", "opt-greedy", "conditioned-lios")
 """Strategies of an example trial, the first in focus."""
@@ -66,7 +68,8 @@ def write_report(folder: Path) -> tuple[Path, list[Path]]:
     figures = draw_task_figures(rows, lines, folder / "figures")
     figures += _examples(rows, folder)
     page = folder / "report.html"
-    page.write_text(_html(request.houses, rows, lines, pairs(rows, seed=request.seed), figures), encoding="utf-8")
+    html = _html(request.houses, rows, lines, pairs(rows, seed=request.seed), figures)
+    write_atomically(page, html.encode())
     return page, figures
 
 
@@ -93,7 +96,7 @@ def _examples(rows: Sequence[TaskRow], folder: Path) -> list[Path]:
                 if t.run.outcome is not None
             )
             ax.set_title("\n".join([*wrap(timelines[0].task_words, TITLE_LETTERS), costs]), fontsize=7)
-            path = folder / "figures" / f"example_{file_name_of(scenario)}.png"
+            path = folder / "figures" / f"example_{scenario_file_name(scenario)}.png"
             figure.savefig(path, dpi=200, metadata={"Software": None})
             figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
         drawn.append(path)
@@ -128,26 +131,31 @@ def _html(
     lines: Sequence[Mapping[str, Any]],
     compared: Sequence[Mapping[str, Any]],
     figures: Sequence[Path],
-) -> str:
+) -> Markup:
     seconds = np.array([b + p for r in rows for b, p in zip(r.belief_s, r.planning_s, strict=True)] or [0.0])
     intro = (
-        f"{len(rows)} runs in houses of {escape(Path(houses).name)}; {len(seconds)} decisions, "
+        f"{len(rows)} runs in houses of {Path(houses).name}; {len(seconds)} decisions, "
         f"median {1e3 * float(np.median(seconds)):.1f} ms, "
         f"95th percentile {1e3 * float(np.quantile(seconds, 0.95)):.0f} ms. "
         f"Costs are in metres and their equivalents; {intervals_in_words(line['ci95_resamples'] for line in lines)}."
     )
-    parts = ["<h1>Task planning with missing objects</h1>", f"<p>{intro}</p>", _table(lines), _pairs(compared)]
+    parts = [
+        Markup("<h1>Task planning with missing objects</h1>"),
+        html("<p>{}</p>", intro),
+        _table(lines),
+        _pairs(compared),
+    ]
     for path in figures:
         image = base64.b64encode(path.read_bytes()).decode()
-        name = escape(path.stem.replace("_", " "))
-        picture = f'<img alt="{name}" src="data:image/png;base64,{image}">'
-        parts.append(f"<figure>{picture}<figcaption>{name}</figcaption></figure>")
-    body = "\n".join(parts)
-    head = f'<html lang="en"><meta charset="utf-8"><title>Task planning</title>\n{_STYLE}'
-    return f"<!doctype html>\n{head}\n{body}\n</html>\n"
+        name = text(path.stem.replace("_", " "))
+        picture = html('<img alt="{}" src="data:image/png;base64,{}">', name, image)
+        parts.append(html("<figure>{}<figcaption>{}</figcaption></figure>", picture, name))
+    body = Markup("\n").join(parts)
+    head = html('<html lang="en"><meta charset="utf-8"><title>Task planning</title>\n{}', _STYLE)
+    return html("<!doctype html>\n{}\n{}\n</html>\n", head, body)
 
 
-_STYLE = """<style>
+_STYLE = Markup("""<style>
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; display: block; overflow-x: auto }
 td, th { padding: .25rem .6rem; border-bottom: 1px solid #ddd; text-align: right }
@@ -156,10 +164,10 @@ td:first-child, th:first-child { text-align: left } .best { font-weight: 700 }
 .costs th[colspan] { text-align: center; white-space: normal } .costs tr:nth-child(2) th { text-align: right }
 .costs td:nth-child(3n+2) { border-left: 1px solid #eee }
 .interval { color: #777; font-size: 85% } figure { margin: 2rem 0 } img { max-width: 100% }
-</style>"""
+</style>""")
 
 
-def _table(lines: Sequence[Mapping[str, Any]]) -> str:
+def _table(lines: Sequence[Mapping[str, Any]]) -> Markup:
     scenarios = list(dict.fromkeys(line["scenario"] for line in lines))
     strategies = list(dict.fromkeys(line["strategy"] for line in lines))
     cells = {(line["scenario"], line["strategy"]): line for line in lines}
@@ -168,36 +176,49 @@ def _table(lines: Sequence[Mapping[str, Any]]) -> str:
         for s in scenarios
         if any(scenario == s and name != "oracle" for scenario, name in cells)
     }
-    head = "".join(f"<th colspan=3>{escape(scenario_title(s))}</th>" for s in scenarios)
-    below = "<th>cost</th><th>succ.</th><th>replan</th>" * len(scenarios)
-    out = [f"<table class=costs><tr><th rowspan=2>Strategy</th>{head}</tr><tr>{below}</tr>"]
+    head = Markup("").join(html("<th colspan=3>{}</th>", scenario_title(s)) for s in scenarios)
+    below = Markup("<th>cost</th><th>succ.</th><th>replan</th>") * len(scenarios)
+    out = [html("<table class=costs><tr><th rowspan=2>Strategy</th>{}</tr><tr>{}</tr>", head, below)]
     for name in strategies:
-        row = [f"<td>{escape(strategy_title(name))}</td>"]
+        row = [html("<td>{}</td>", strategy_title(name))]
         for s in scenarios:
             line = cells.get((s, name))
             if line is None:
-                row.append("<td>-</td><td>-</td><td>-</td>")
+                row.append(Markup("<td>-</td><td>-</td><td>-</td>"))
                 continue
-            mark = ' class="best"' if name != "oracle" and line["mean_cost"] <= best[s] else ""
+            mark = Markup(' class="best"') if name != "oracle" and line["mean_cost"] <= best[s] else ""
             ends = ends_in_words(line["ci95"], ".0f")
             row.append(
-                f"<td{mark}>{line['mean_cost']:.1f}<br><span class=interval>{ends}</span></td>"
-                f"<td>{100 * line['success_rate']:.0f} %</td><td>{1e3 * line['replan_p50_s']:.0f} ms</td>"
+                html(
+                    "<td{}>{:.1f}<br><span class=interval>{}</span></td><td>{:.0f} %</td><td>{:.0f} ms</td>",
+                    mark,
+                    line["mean_cost"],
+                    ends,
+                    100 * line["success_rate"],
+                    1000.0 * line["replan_p50_s"],
+                )
             )
-        out.append(f"<tr>{''.join(row)}</tr>")
-    return "\n".join([*out, "</table>"])
+        out.append(html("<tr>{}</tr>", Markup("").join(row)))
+    return Markup("\n").join([*out, Markup("</table>")])
 
 
-def _pairs(compared: Sequence[Mapping[str, Any]]) -> str:
-    out = ["<h2>Paired differences</h2><table><tr><th>Scenario</th><th>Strategy</th><th>against</th>"]
-    out.append("<th>difference</th><th>share</th><th>better</th><th>worse</th></tr>")
+def _pairs(compared: Sequence[Mapping[str, Any]]) -> Markup:
+    out = [Markup("<h2>Paired differences</h2><table><tr><th>Scenario</th><th>Strategy</th><th>against</th>")]
+    out.append(Markup("<th>difference</th><th>share</th><th>better</th><th>worse</th></tr>"))
     for pair in compared:
         share = ends_in_words(pair["share_ci95"], "+.1f", scale=100)
         out.append(
-            f"<tr><td>{escape(scenario_title(pair['scenario']))}</td>"
-            f"<td>{escape(strategy_title(pair['a']))}</td>"
-            f"<td>{escape(strategy_title(pair['b']))}</td><td>{pair['difference']:+.2f}</td>"
-            f"<td>{100 * pair['share']:+.1f} % <span class=interval>{share}</span></td>"
-            f"<td>{100 * pair['a_wins']:.0f} %</td><td>{100 * pair['b_wins']:.0f} %</td></tr>"
+            html(
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:+.2f}</td><td>{:+.1f} % <span "
+                "class=interval>{}</span></td><td>{:.0f} %</td><td>{:.0f} %</td></tr>",
+                scenario_title(pair["scenario"]),
+                strategy_title(pair["a"]),
+                strategy_title(pair["b"]),
+                pair["difference"],
+                100 * pair["share"],
+                share,
+                100 * pair["a_wins"],
+                100 * pair["b_wins"],
+            )
         )
-    return "\n".join([*out, "</table>"])
+    return Markup("\n").join([*out, Markup("</table>")])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from recorders.sinks.files import Sink
+from recorders.sinks.mirrored import Audience
 from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded
 from workbench.planning.strategy import Strategy
@@ -26,12 +27,16 @@ def record(
     estimator: str = "best",
     seed: int = 0,
     known: float | None = None,
+    miss_rate: float = 0.0,
     assets: Path | None = None,
     force: bool = False,
     sink: Sink | None = None,
+    audience: Audience | None = None,
     begun: Callable[[Trial], None] | None = None,
 ) -> RunEnded:
     """Record one simulated run. The same arguments give the same bytes.
+
+    It takes what `lios record` takes, which is more than eight parameters, all but the path by keyword.
 
     Args:
         path: the MCAP file to write.
@@ -40,8 +45,10 @@ def record(
         strategy: a name, "module:Class" from the working folder, or a strategy.
         estimator: a name, "module:Class" or a weights file.
         known: largest share of containers known at the start; None for 0 with `find`, else 0.2.
+        miss_rate: chance that a look misses an item, drawn by the seed for each item and look; the robot knows it.
         assets: table of asset sizes; None takes the one beside the houses.
         sink: what is written to in place of `path`, such as several files.
+        audience: viewers that are shown every message once it is written.
         begun: called with the trial once everything is loaded, before the first event.
 
     Returns:
@@ -56,6 +63,8 @@ def record(
         raise OutputExists(path)
     place = house if isinstance(house, House) else load_house(house, assets=assets_for(house, assets))
     wish = TaskRequest(find=find, scenario=scenario, task_file=Path(task) if task is not None else None)
-    trial = trial_for(wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known)
+    trial = trial_for(
+        wish, place, strategy=strategy, estimator=estimator, seed=seed, most_known=known, miss_rate=miss_rate
+    )
     told = None if begun is None else lambda: begun(trial)
-    return record_trial(trial, path, force=force, sink=sink, begun=told)
+    return record_trial(trial, path, force=force, sink=sink, audience=audience, begun=told)

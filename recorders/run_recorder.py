@@ -9,7 +9,7 @@ in a crash. In simulation `log_time` is the event's own stamp, so that the same 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, final
@@ -20,6 +20,7 @@ from recorders.foxglove.channels import LATCHED, ViewerMessage, ViewerMessages
 from recorders.mcap_io.channels import json_channel, protobuf_channel
 from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.mirrored import Audience, MirroredSink
 from recorders.sinks.threaded import ThreadedSink
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded
 from workbench.log_schema.codec import encode, ground_truth, to_wire
@@ -42,6 +43,9 @@ WORLD_CLOCK, COMPUTER_CLOCK = "the world's clock", "the computer's clock"
 class RunRecorder:
     """Records one run; a context manager.
 
+    It has more than eight parameters, all but the path by keyword: what the log holds, and how it is written, each
+    with a default that most callers keep.
+
     Args:
         path: the log to write.
         info: identity of the run.
@@ -59,6 +63,7 @@ class RunRecorder:
         background: write in a thread, so that `record` never waits for the disk and never raises for it.
         split: continue in further files.
         sink: sink used in place of `path`: a ring buffer, or files shared with other topics.
+        audience: viewers that are shown every message once it is written.
         receipt_ns: clock for log_time; by default the event's stamp, which publish_time always is.
 
     Raises:
@@ -84,10 +89,12 @@ class RunRecorder:
         background: bool = False,
         split: Split | None = None,
         sink: Sink | None = None,
+        audience: Audience | None = None,
         receipt_ns: Callable[[], int] | None = None,
     ) -> None:
         self.info = info
-        self._files = sink or LogFiles(path, force=force, split=split)
+        files = sink or LogFiles(path, force=force, split=split)
+        self._files = files if audience is None else MirroredSink(files, audience)
         self._background = ThreadedSink(self._files, sync_s=sync_s) if background else None
         self._receipt_ns = receipt_ns
         self._sync_s, self._synced = sync_s, time.monotonic()
@@ -116,6 +123,12 @@ class RunRecorder:
         """The sink for further topics of the same log (images, robot state). Write to it from the recording
         thread."""
         return self._background or self._files
+
+    @property
+    def trouble(self) -> str:
+        """Why nothing is recorded any more; "" while recording goes on."""
+        stopped = None if self._background is None else self._background.trouble
+        return "" if stopped is None else str(stopped)
 
     @property
     def path(self) -> Path:
@@ -182,26 +195,6 @@ class RunRecorder:
 
     def _log_time(self, stamp_ns: int) -> int:
         return stamp_ns if self._receipt_ns is None else self._receipt_ns()
-
-
-def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> RunEnded | None:
-    """Record all events of a run; returns its Ended event, or None if the events stop before it.
-
-    Args:
-        options: as for RunRecorder.
-    """
-    ended = None
-    with RunRecorder(path, **options) as recorder:
-        for event in recording_events(events, recorder):
-            ended = event if isinstance(event, RunEnded) else ended
-    return ended
-
-
-def recording_events(events: Iterable[Event], recorder: RunRecorder) -> Iterator[Event]:
-    """Yield the events, each after it has been recorded."""
-    for event in events:
-        recorder.record(event)
-        yield event
 
 
 def _bytes(message: Message) -> bytes:

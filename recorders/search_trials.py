@@ -11,11 +11,10 @@ from workbench.evaluation.search.experiment import Experiment
 from workbench.evaluation.search.strategies import strategy_of, with_policy
 from workbench.evaluation.search.trials import SearchTrial
 from workbench.execution.events import RunStatus
+from workbench.files import file_name_of, plain_file_name
 from workbench.planning.tasks import find_task
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import START, House
-
-AGREEMENT = 1e-6
-"""Largest difference in cost units, by rounding, between a recorded run and its trial."""
 
 
 class RecordingDiffers(Failed):
@@ -46,11 +45,9 @@ def record_search_trials(
 
 
 def log_path(folder: Path, trial: SearchTrial) -> Path:
-    """FOLDER/<house>/<item type>.<policy>.mcap, without characters that file systems refuse."""
+    """FOLDER/<house>/<item type>.<policy>.mcap, with names that any file system takes."""
     return (
-        folder
-        / _safe_file_name(trial.house)
-        / f"{_safe_file_name(trial.item_type)}.{_safe_file_name(trial.policy)}.mcap"
+        folder / plain_file_name(trial.house) / f"{file_name_of(trial.item_type)}.{file_name_of(trial.policy)}.mcap"
     )
 
 
@@ -66,10 +63,6 @@ def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Pa
         costs=experiment.costs,
     )
     end = record_trial(run, path, force=force)
-    if end.status is not RunStatus.DONE or abs(end.cost - trial.cost) > AGREEMENT:
+    if end.status is not RunStatus.DONE or abs(end.cost - trial.cost) > NEAR_COST:
         raise RecordingDiffers(path, end.cost, trial.cost)
     return path
-
-
-def _safe_file_name(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_." else "-" for c in name)

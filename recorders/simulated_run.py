@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,26 +9,24 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from recorders.code_revision import revision
+from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import Sink
-from workbench import __version__
-from workbench.beliefs.belief import Estimator
-from workbench.beliefs.estimators import estimator as estimator_named
+from recorders.sinks.mirrored import Audience
 from workbench.errors import InputError, UnknownName
 from workbench.execution.events import Event, RunEnded
-from workbench.execution.loop import outcome_of, run_task
-from workbench.execution.start import MAX_KNOWN_SHARE, known_at_start
-from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.execution.loop import outcome_of
+from workbench.execution.setup import RunSetup, set_up
+from workbench.execution.start import MAX_KNOWN_SHARE, TaskStart, known_at_start, scenario_start
+from workbench.log_schema.events import RunInfo
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
-from workbench.planning.scenarios.paper import make_task, with_scenario_items
-from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task, find_task
-from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
-from workbench.worlds.maps.navigation import Navigation, navigate
+from workbench.worlds.maps.navigation import navigate
+from workbench.worlds.perception import missing_at
 from workbench.worlds.simulated import SimulatedWorld
 
 
@@ -41,6 +38,7 @@ class Trial:
         house: the truth, for the simulated world (and the oracle).
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
+        miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
     """
 
     house: House
@@ -50,6 +48,7 @@ class Trial:
     seed: int = 0
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
+    miss_rate: float = 0.0
 
 
 class NotOneTask(InputError):
@@ -86,6 +85,7 @@ def trial_for(
     estimator: str = "best",
     seed: int = 0,
     most_known: float | None = None,
+    miss_rate: float = 0.0,
 ) -> Trial:
     """The trial for a task request in a house.
 
@@ -96,31 +96,45 @@ def trial_for(
     Raises:
         UnknownName: an unknown item type or scenario.
         Unsupported: a scenario that the house cannot support.
+        BadValue: a miss rate outside [0, 1).
     """
+    missing_at(miss_rate)
     if wish.find:
         task = find_task(item_type_in(house, wish.find), START)
-        share = most_known or 0.0
+        known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known or 0.0)
+        start = TaskStart(house=house, task=task, known=known)
     else:
-        scenario = wish.scenario or str(wish.task_file)
-        house = with_scenario_items(scenario, house, seed=seed)
-        task = make_task(scenario, house, seed=seed, travel=navigate(house.plan).travel)
-        share = MAX_KNOWN_SHARE if most_known is None else most_known
-    known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=share)
-    return Trial(house=house, task=task, strategy=strategy, estimator=estimator, seed=seed, known=known)
+        start = scenario_start(
+            wish.scenario or str(wish.task_file),
+            house,
+            seed=seed,
+            travel=navigate(house.plan).travel,
+            most_known=MAX_KNOWN_SHARE if most_known is None else most_known,
+        )
+    return Trial(
+        house=start.house,
+        task=start.task,
+        strategy=strategy,
+        estimator=estimator,
+        seed=seed,
+        known=start.known,
+        miss_rate=miss_rate,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _PreparedRun:
-    navigation: Navigation
+    setup: RunSetup
     world: SimulatedWorld
-    strategy: Strategy
-    estimator: Estimator
     place: Place
+
+    def events(self) -> Iterator[Event]:
+        return self.setup.events(self.world)
 
 
 def trial_events(trial: Trial) -> Iterator[Event]:
     """Run a trial without recording it."""
-    return _events(trial, _prepare(trial))
+    return _prepare(trial).events()
 
 
 def record_trial(
@@ -129,12 +143,14 @@ def record_trial(
     *,
     force: bool = False,
     sink: Sink | None = None,
+    audience: Audience | None = None,
     begun: Callable[[], None] | None = None,
 ) -> RunEnded:
     """Run a trial and record it, including the ground truth.
 
     Args:
         sink: sink used in place of `path`, such as several files.
+        audience: viewers that are shown every message once it is written.
         begun: called once after everything is loaded, before the first event.
 
     Raises:
@@ -152,10 +168,12 @@ def record_trial(
         truth=trial.house.contents,
         force=force,
         sink=sink,
+        audience=audience,
+        settings=perception_to_settings(missing_at(trial.miss_rate)),
     ) as recorder:
         if begun is not None:
             begun()
-        for event in _events(trial, ready):
+        for event in ready.events():
             recorder.record(event)
             seen.append(event)
     return outcome_of(seen)
@@ -180,53 +198,36 @@ def _plain(name: str) -> str:
 
 def _prepare(trial: Trial) -> _PreparedRun:
     navigation = navigate(trial.house.plan)
+    setup = set_up(
+        trial.task,
+        strategy=trial.strategy,
+        estimator=trial.estimator,
+        costs=trial.costs,
+        seed=trial.seed,
+        house=trial.house,
+        perception=missing_at(trial.miss_rate),
+    )
     return _PreparedRun(
-        navigation=navigation,
-        world=SimulatedWorld(trial.house, navigation, known=trial.known),
-        strategy=_strategy(trial),
-        estimator=estimator_named(trial.estimator, origin=NameOrigin.USER),
+        setup=setup,
+        world=SimulatedWorld(trial.house, navigation, known=trial.known, miss_rate=trial.miss_rate, seed=trial.seed),
         place=Place.of(trial.house.plan, navigation),
     )
 
 
-def _strategy(trial: Trial) -> Strategy:
-    if isinstance(trial.strategy, str):
-        return strategy_named(trial.strategy, origin=NameOrigin.USER, house=trial.house)
-    return trial.strategy
-
-
-def _events(trial: Trial, ready: _PreparedRun) -> Iterator[Event]:
-    return run_task(ready.world, ready.strategy, ready.estimator, trial.task, costs=trial.costs, seed=trial.seed)
-
-
 def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
-    code = revision()
-    return RunInfo(
-        run_id=_run_id(trial, ready),
-        schema_version=SCHEMA_VERSION,
-        place=trial.house.plan.name,
-        scenario=trial.task.scenario,
-        strategy=ready.strategy.name,
-        estimator=ready.estimator.name,
-        seed=trial.seed,
-        started=Stamp.of(ready.world.now_ns()),
-        title=trial.task.title,
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        weights_sha256=ready.estimator.name.partition("@")[2],
-    )
-
-
-def _run_id(trial: Trial, ready: _PreparedRun) -> str:
-    """A run id of twelve hexadecimal digits; the same trial has the same id."""
+    setup = ready.setup
+    driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=setup.seed)
     identity = (
         place_to_json(ready.place),
         task_to_json(trial.task),
-        msgspec.json.encode([ready.strategy.name, ready.estimator.name, trial.seed, list(trial.known), trial.costs]),
+        msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
+        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}".encode(),
     )
-    digest = hashlib.sha256()
-    for part in identity:
-        digest.update(part)
-    return digest.hexdigest()[:12]
+    return run_info(
+        trial.task,
+        driver,
+        id=run_id(*identity),
+        place=trial.house.plan.name,
+        started_ns=ready.world.now_ns(),
+    )

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from recorders.code_revision import revision
+from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
-from workbench import __version__
 from workbench.beliefs.belief import Estimator
-from workbench.evaluation.tasks.names import file_name_of
+from workbench.evaluation.tasks.names import scenario_file_name
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.evaluation.tasks.trials import PreparedTrial
 from workbench.execution.events import Event
-from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.files import file_name_of
+from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
 
 
@@ -53,25 +52,15 @@ class RecordTo:
 
 def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
     """The log file of a trial, unique for every scenario and strategy."""
-    return folder / file_name_of(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
+    return folder / scenario_file_name(scenario) / f"{trial:04d}-{file_name_of(strategy)}.mcap"
 
 
 def _info(staged: PreparedTrial, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
-    code = revision()
-    key = staged.key
-    identity = f"{staged.house.plan.name}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}"
-    return RunInfo(
-        run_id=hashlib.sha256(identity.encode()).hexdigest()[:12],
-        schema_version=SCHEMA_VERSION,
-        place=staged.house.plan.name,
-        scenario=staged.task.scenario,
-        strategy=strategy,
-        estimator=estimator.name,
-        seed=key.seed,
-        started=Stamp.of(first.stamp_ns),
-        title=staged.task.title,
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        weights_sha256=estimator.name.partition("@")[2],
+    key, place = staged.key, staged.house.plan.name
+    return run_info(
+        staged.task,
+        Driver(strategy=strategy, estimator=estimator.name, seed=key.seed),
+        id=run_id(f"{place}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}"),
+        place=place,
+        started_ns=first.stamp_ns,
     )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from toy import COUNTER, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
-from recorders.run_recorder import RunRecorder, record_run
+from recorders.run_recorder import RunRecorder
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import (
     ActionEnded,
@@ -34,6 +35,20 @@ from workbench.worlds.maps.occupancy import occupancy_of
 T0 = 1_767_225_600 * NANO
 """2026-01-01T00:00:00Z."""
 MUG = ItemType("Mug")
+
+
+def record_run(path: Path | str, events: Iterable[Event], **options: Any) -> RunEnded | None:
+    """Record all events of a run; its last event, or None if the events stop before it.
+
+    Args:
+        options: as for RunRecorder.
+    """
+    ended = None
+    with RunRecorder(path, **options) as recorder:
+        for event in events:
+            recorder.record(event)
+            ended = event if isinstance(event, RunEnded) else ended
+    return ended
 
 
 def toy_place() -> Place:

@@ -1,9 +1,14 @@
-"""The direction of imports, and single points of access: one module writes MCAP, one reads it, one package imports
-torch."""
+"""The direction of imports, single points of access (one module writes MCAP, one reads it, one package imports
+torch), and the sizes and names of files, functions and folders.
+"""
 
 from __future__ import annotations
 
+import ast
 import re
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -47,3 +52,129 @@ def test_nothing_unpickles() -> None:
         r"^\s*(import|from)\s+(pickle|dill|shelve|joblib)\b|allow_pickle=True|weights_only=False", re.M
     )
     assert [p.name for p in _sources() if forbidden.search(p.read_text(encoding="utf-8"))] == []
+
+
+MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_PARAMETERS, MAX_FOLDER_MODULES = 400, 60, 8, 17
+
+LONG_FUNCTIONS = {
+    "workbench/planning/builtin/astar.py _search": "its arrays stay in one function; handed on, 1.13 of the time",
+    "tests/benchmarks/test_scene_speed.py _run": "a run of 10,000 events written out, one kind after another",
+}
+
+MANY_PARAMETERS = {
+    "recorders/record_run.py record": "the options of `lios record`, all by keyword",
+    "recorders/run_recorder.py RunRecorder": "what one log consists of, all by keyword; its docstring says more",
+    "workbench/planning/builtin/errand_moves.py moves_from": "arrays in named tuples took 1.13 to 1.4 of the time",
+    "workbench/planning/builtin/lower_bounds.py heuristic": "as moves_from",
+}
+
+CROSS_CUTTING_TESTS = {
+    "test_architecture": "all packages",
+    "test_frozen_values": "every frozen class",
+    "test_stopped_early": "every command that prints",
+    "test_abandoned_drafts": "every writer of drafts",
+    "test_all_layouts": "every reader of logs",
+    "test_import_evidence": "importing, as far as replays",
+}
+"""Tests of no one module; those of documents and of the package as shipped stand in tests/docs."""
+
+
+@cache
+def _parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _tests() -> list[Path]:
+    return sorted((ROOT / "tests").rglob("*.py"))
+
+
+def _name(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def _functions(tree: ast.Module) -> Iterator[tuple[str, Function]]:
+    """Every function with its name, that of a constructor being its class."""
+    owner = {
+        id(part): node.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+        for part in node.body
+        if isinstance(part, Function) and part.name == "__init__"
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, Function):
+            yield owner.get(id(node), node.name), node
+
+
+def _is_command(path: Path, node: Function) -> bool:
+    """Whether a function declares a command: its parameters are options and arguments with their help."""
+    words = [ast.unparse(a.annotation) for a in (*node.args.args, *node.args.kwonlyargs) if a.annotation]
+    declared = any(re.search(r"\b(Option|Argument)\(", word) for word in words)
+    return "commands" in path.parts and declared
+
+
+def test_no_file_is_long() -> None:
+    scripts = sorted(path for path in (ROOT / "dashboards").rglob("*.js") if not path.name.endswith(".min.js"))
+    assert scripts
+    files = [*_sources(), *_tests(), *scripts]
+    long = {_name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in files}
+    assert {name: lines for name, lines in long.items() if lines > MAX_FILE_LINES} == {}
+
+
+def test_no_function_is_long_but_declarations_of_commands() -> None:
+    long = {
+        f"{_name(path)} {name}"
+        for path in (*_sources(), *_tests())
+        for name, node in _functions(_parsed(path))
+        if (node.end_lineno or 0) - node.lineno + 1 > MAX_FUNCTION_LINES and not _is_command(path, node)
+    }
+    assert long == set(LONG_FUNCTIONS)
+
+
+def test_public_functions_have_few_parameters() -> None:
+    many = {
+        f"{_name(path)} {name}"
+        for path in _sources()
+        for name, node in _functions(_parsed(path))
+        if not name.startswith("_") and not _is_command(path, node) and len(_parameters(node)) > MAX_PARAMETERS
+    }
+    assert many == set(MANY_PARAMETERS)
+
+
+def _parameters(node: Function) -> list[str]:
+    given = (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
+    return [a.arg for a in given if a.arg not in ("self", "cls")]
+
+
+def test_modules_say_what_is_in_them() -> None:
+    wrong: list[str] = []
+    for path in (*_sources(), *_tests()):
+        first = (ast.get_docstring(_parsed(path)) or "").split("\n\n")[0]
+        sentence = re.split(r"(?<=[.?!])\s", first)[0]
+        if sentence.endswith("?") or (not first and path.stem != "__init__"):
+            wrong.append(_name(path))
+    assert wrong == []
+
+
+def test_no_folder_is_crowded() -> None:
+    """Folders of commands hold one module a command, however many there are."""
+    modules = Counter(_name(path.parent) for path in _sources() if path.stem != "__init__")
+    modules = {folder: n for folder, n in modules.items() if not folder.endswith("/commands")}
+    assert {folder: n for folder, n in modules.items() if n > MAX_FOLDER_MODULES} == {}
+
+
+def test_tests_bear_the_names_of_modules() -> None:
+    known = {path.parent.name if path.stem == "__init__" else path.stem for path in _sources()}
+    known |= {path.parent.name for path in _sources()}
+    nameless = set[str]()
+    for path in _tests():
+        words = path.stem.split("_")[1:]
+        mirrors = any("_".join(words[:n]) in known for n in range(1, len(words) + 1))
+        if path.stem.startswith("test_") and path.parent.name != "docs" and not mirrors:
+            nameless.add(path.stem)
+    assert nameless == set(CROSS_CUTTING_TESTS)
+    names = Counter(path.stem for path in _tests() if path.stem.startswith("test_"))
+    assert [name for name, n in names.items() if n > 1] == []

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from workbench import cli
-from workbench.errors import BadValue, Failed, LiosError, Lossy, UnknownName
+from workbench.errors import BadValue, Failed, LiosError, UnknownName
 from workbench.terminal import counted, emit_table, patience, say, wide_tables
 
 
@@ -117,7 +117,6 @@ def test_a_misspelt_command_names_the_nearest(capsys: pytest.CaptureFixture[str]
         (BadValue("cost", -1, "at least 0"), 2),
         (UnknownName("strategy", "gredy", ["greedy", "lios"]), 2),
         (Failed("it failed"), 1),
-        (Lossy("some was lost"), 3),
         (RuntimeError("a bug"), 1),
         (OSError(28, "No space left on device", "run.mcap"), 1),
         (KeyboardInterrupt(), 1),

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+from collections.abc import Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import click
 import pytest
 from click.testing import CliRunner
 
+from workbench import cli
 from workbench.cli import run
 from workbench.parameters import Argument, Option, command_of
 
@@ -128,3 +133,53 @@ def test_it_says_how_a_list_is_given() -> None:
 def test_what_takes_several_still_does() -> None:
     line = ["--many", "a", "--many", "b", "--flag", "--flag", "--one", "x"]
     assert command_of("two", _two_options, help="").main(line, standalone_mode=False) == ("x", "", ["a", "b"], True)
+
+
+def _leaves(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[tuple[str, click.Command]]:
+    """Every command below a group, by its whole name."""
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        found = group.get_command(context, name)
+        if isinstance(found, click.Group):
+            yield from _leaves(found, (*path, name))
+        elif found is not None:
+            yield " ".join((*path, name)), found
+
+
+def test_every_option_of_every_command_takes_a_second_value_or_refuses_it() -> None:
+    """All commands are walked; what takes several hands all of them on."""
+    taken: list[str] = []
+    for name, command in _leaves(cli.app()):
+        for option in (p for p in command.params if isinstance(p, click.Option) and not p.is_flag):
+            line = [option.opts[0], "1", option.opts[0], "2"]
+            if not option.multiple:
+                with pytest.raises(click.UsageError, match="given twice"):
+                    command.parse_args(click.Context(command), list(line))
+                continue
+            context = click.Context(command, resilient_parsing=True)
+            command.parse_args(context, list(line))
+            assert [str(value) for value in context.params[option.name or ""]] == ["1", "2"], (
+                f"{name} {option.opts[0]}"
+            )
+            taken.append(f"{name} {option.opts[0]}")
+    assert "train --houses" in taken
+
+
+def test_no_command_uses_one_of_several_values_alone() -> None:
+    """Of a list that a command takes, no code of it reads the first or the last alone."""
+    read: list[str] = []
+    for entry in entry_points(group="lios.commands"):
+        made = entry.load()
+        function = made if not isinstance(made, click.Command) else made.callback
+        hints = get_type_hints(function, include_extras=True)
+        lists = {name for name, hint in hints.items() if "list[" in str(hint)}
+        tree = ast.parse(inspect.getsource(inspect.unwrap(function)).lstrip())
+        read += [
+            f"{entry.name}: {ast.unparse(node)}"
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Subscript)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in lists
+            and isinstance(node.slice, ast.Constant | ast.UnaryOp)
+        ]
+    assert not read

@@ -15,10 +15,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from sample_logs import toy_events, toy_info, toy_options
+from sample_logs import record_run, toy_events, toy_info, toy_options
 
 from dashboards.viser_app.serving import open_dashboard
-from recorders.run_recorder import record_run
 from replayers.batch.recorded_strategy import UnknownRecordedStrategy
 from replayers.batch.replan import replan
 from replayers.batch.verify import verify
@@ -113,8 +112,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 SLOW = ("figures", "report")
 """Met with one log of all names' kinds instead of each."""
 
-NO_LOGS = {"demo", "record", "train", "import", "view", "render", "site.check", "site.from-graph-nav", *KINDS}
-"""Commands that read none, and view and render, which open the log as the test of the dashboard does."""
+NO_LOGS = {"demo", "record", "train", "import", "view", "serve", "render", *KINDS}
+NO_LOGS |= {"site.check", "site.from-graph-nav"}
+"""Commands that read none, serve, which resolves no names, and view and render, which open the log as the test of the
+dashboard does."""
 
 
 class Stranger:

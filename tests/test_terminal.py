@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from workbench import cli
-from workbench.errors import OutputExists
-from workbench.terminal import emit_table, signed_percentage, wide_tables, write_csv
+from workbench.terminal import emit_table, signed_percentage, wide_tables
 
 ROW: dict[str, Any] = {
     "strategy": "conditioned-lios-per-find",
@@ -88,14 +84,3 @@ def test_in_a_pipe_nothing_is_broken_or_left_out(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(("share", "words"), [(0.137, "+13.7 %"), (-0.055, "-5.5 %"), (0.0, "+0.0 %"), (None, None)])
 def test_shares_read_as_signed_percentages(share: float | None, words: str | None) -> None:
     assert signed_percentage(share) == words
-
-
-def test_csv_holds_every_column_and_value(tmp_path: Path) -> None:
-    rows = [ROW | {"ci95": (1.0, 2.5), "note": 'a "quoted", line'}, ROW | {"ci95": None, "note": ""}]
-    write_csv(tmp_path / "x.csv", rows)
-    read = list(csv.DictReader(io.StringIO((tmp_path / "x.csv").read_text())))
-    assert [r["note"] for r in read] == ['a "quoted", line', ""]
-    assert [r["ci95"] for r in read] == ["[1.0,2.5]", ""]
-    assert float(read[0]["lower"]) == ROW["lower"]
-    with pytest.raises(OutputExists):
-        write_csv(tmp_path / "x.csv", rows)

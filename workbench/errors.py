@@ -7,7 +7,6 @@ The family:
         NotFound            a file, an index or a name that does not exist
         Malformed           a file or value of the wrong form
         Unsupported         a request that this house, log or installation cannot serve
-      Lossy                 finished, but something was lost; exits with 3
       Failed                the work itself failed; exits with 1
 
 Every error composes its own message (what, where, what to do), so that a caller passes values and not prose. Each
@@ -49,12 +48,6 @@ class Malformed(InputError):
 
 class Unsupported(InputError):
     """A valid request that this house, log or installation cannot serve."""
-
-
-class Lossy(LiosError):
-    """The work finished, but some data was lost."""
-
-    exit_code = 3
 
 
 class Failed(LiosError):

@@ -29,7 +29,19 @@ AlsoLearnt = Annotated[
     Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
 ]
 Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on this machine.")]
+Scheduler = Annotated[
+    str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
+]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
 Json = Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")]
+ServePort = Annotated[
+    int | None,
+    Option(
+        "--serve",
+        min=0,
+        max=65535,
+        help="Show it to Foxglove or Lichtblick on this port of this machine while it is recorded; usual: 8765.",
+    ),
+]

@@ -3,7 +3,6 @@ terminal only."""
 
 from __future__ import annotations
 
-import csv
 import re
 import sys
 import threading
@@ -11,7 +10,6 @@ from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -20,8 +18,6 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
-
-from workbench.errors import OutputExists
 
 T = TypeVar("T")
 _wide: ContextVar[bool] = ContextVar("wide", default=False)
@@ -109,21 +105,6 @@ def emit_table(
     if len(kept) < len(shown):
         left_out = ", ".join(column.heading for column in shown if column not in kept)
         say(f"Not shown for want of room: {left_out}. {WIDE} shows every column.")
-
-
-def write_csv(path: Path, rows: Sequence[Mapping[str, Any]], *, force: bool = False) -> None:
-    """Write rows as CSV, every column of the first row, numbers in full; values of several parts as JSON.
-
-    Raises:
-        OutputExists: the file exists and `force` is not given.
-    """
-    if path.exists() and not force:
-        raise OutputExists(path)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(rows[0].keys() if rows else ())
-        for row in rows:
-            table.writerow([_csv_cell(row.get(name)) for name in rows[0]])
 
 
 def signed_percentage(share: float | None) -> str | None:
@@ -272,12 +253,6 @@ def _as_text(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_as_text(part) for part in value]
     return value
-
-
-def _csv_cell(value: Any) -> Any:
-    if value is None or isinstance(value, str | int | float):
-        return value
-    return msgspec.json.encode(value).decode()
 
 
 def _shown(value: Any) -> str:

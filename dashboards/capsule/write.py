@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,11 +31,12 @@ from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
 from dashboards.model.unopened import unopened
 from dashboards.palette import OCCUPIED, run_colour
-from dashboards.panels.markup import text
+from dashboards.panels.markup import html, text
 from dashboards.panels.now import title
 from dashboards.panels.strip import strip
 from dashboards.resources import resource
 from workbench.errors import BadValue, OutputExists
+from workbench.files import write_atomically
 from workbench.worlds.names import readable_name
 
 TABS = (
@@ -67,12 +67,7 @@ def write_capsule(timelines: Sequence[Timeline], path: Path, *, force: bool = Fa
         raise OutputExists(path)
     page = capsule_page(timelines).encode("utf-8")
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_bytes(page)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
+    write_atomically(path, page)
     return len(page)
 
 
@@ -85,7 +80,7 @@ def capsule_page(timelines: Sequence[Timeline]) -> str:
     if not timelines:
         raise BadValue("runs of a capsule", (), "at least one")
     elsewhere = other_houses(timelines)
-    data = msgspec.json.encode(_data(same_house(timelines), elsewhere))
+    data = msgspec.json.encode(_data(same_house(timelines), elsewhere), enc_hook=str)
     packed = base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
     parts = {
         "@TITLE@": text(timelines[0].task_words),
@@ -102,7 +97,7 @@ def _left_out_note(elsewhere: Sequence[Timeline]) -> str:
         return ""
     named = ", ".join(f"{t.run.info.strategy} in {t.run.info.place}" for t in elsewhere[:MAX_NAMED])
     more = f" and {len(elsewhere) - MAX_NAMED} more" if len(elsewhere) > MAX_NAMED else ""
-    return f'<div class="lp"><div class="warn">Left out, being of another place: {text(named + more)}.</div></div>'
+    return html('<div class="lp"><div class="warn">Left out, being of another place: {}.</div></div>', named + more)
 
 
 def _data(timelines: tuple[Timeline, ...], elsewhere: Sequence[Timeline]) -> dict[str, Any]:

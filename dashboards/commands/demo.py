@@ -77,6 +77,7 @@ def demo(
 
 def _row(outcome: Outcome) -> dict[str, Any]:
     from replayers.batch.replay_all import LogFailed
+    from replayers.counterfactual.estimates.intervals import finite
     from workbench.errors import Failed
 
     if isinstance(outcome, LogFailed):
@@ -86,7 +87,7 @@ def _row(outcome: Outcome) -> dict[str, Any]:
         "strategy": outcome.strategy,
         "status": outcome.status,
         "lower": bounds.lower if bounds else None,
-        "upper": bounds.upper if bounds else None,
+        "upper": finite(bounds.upper) if bounds else None,
         "exact": outcome.exact,
         "estimate": estimate.mean if estimate else None,
         "in_truth": outcome.true_cost,

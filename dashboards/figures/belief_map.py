@@ -14,7 +14,8 @@ from dashboards.geometry.marks import dashes
 from dashboards.model.container_style import container_colours
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import belief_colours, run_colour, unit_rgb
+from dashboards.palette import run_colour, unit_rgb
+from workbench.belief_colours import belief_colours
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 

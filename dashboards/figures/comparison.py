@@ -12,6 +12,7 @@ from dashboards.model.phases import KINDS, kind_of
 from dashboards.model.timeline import Timeline
 from dashboards.palette import PHASES
 from dashboards.panels.markup import number
+from workbench.tolerances import NEAR_COST
 
 SAME = 0.05
 """A charged cost that differs by less from the spent cost is shown as the same."""
@@ -37,7 +38,7 @@ def draw_comparison(ax: Axes, timelines: Sequence[Timeline]) -> None:
     ax.set_yticks(range(len(names)), names)
     ax.invert_yaxis()
     ax.set_xlabel("cost")
-    ax.set_xlim(0, max(left.max() if len(left) else 0.0, 1e-6) * 1.2)
+    ax.set_xlim(0, max(left.max() if len(left) else 0.0, NEAR_COST) * 1.2)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patheffects import withStroke
 
 from dashboards.figures.style import as_map
 from dashboards.geometry.floors import floors
-from dashboards.geometry.walls import gaps_of
 from dashboards.model.labels import label
 from dashboards.palette import floor_colour, unit_rgb
+from workbench.arrays import Floats
 from workbench.worlds.geometry import footprint
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
+from workbench.worlds.walls import gaps_of
 
 LOW_M = 1.0
 """Furniture that hangs higher than this is left out."""
 
 
-def draw_floor_plan(
-    ax: Axes, plan: FloorPlan, *, containers: npt.NDArray[np.float64] | None = None, room_names: bool = True
-) -> None:
+def draw_floor_plan(ax: Axes, plan: FloorPlan, *, containers: Floats | None = None, room_names: bool = True) -> None:
     """Draws a place.
 
     Args:
@@ -83,5 +81,5 @@ def _draw_walls(ax: Axes, plan: FloorPlan) -> None:
     ax.add_collection(LineCollection(glass, colors="#9cc8e0", linewidths=1.0, zorder=3.1))
 
 
-def _point(values: npt.NDArray[np.float64]) -> tuple[float, float]:
+def _point(values: Floats) -> tuple[float, float]:
     return (float(values[0]), float(values[1]))

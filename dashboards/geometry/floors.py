@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely.geometry.base import BaseGeometry
 
 from dashboards.palette import Colour, floor_colour
+from workbench.arrays import Floats, Floats32, Uints32
+from workbench.tolerances import MIN_AREA_M2
+from workbench.worlds.floor_triangles import triangulated
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan, Room
 
@@ -20,8 +23,8 @@ class Floor:
 
     room: str
     kind: str
-    vertices: npt.NDArray[np.float32]
-    faces: npt.NDArray[np.uint32]
+    vertices: Floats32
+    faces: Uints32
     colour: Colour
     label_at: Point
 
@@ -38,16 +41,12 @@ def floors(plan: FloorPlan) -> tuple[Floor, ...]:
     return tuple(floor for room in plan.rooms if (floor := _floor(room, taken)) is not None)
 
 
-def _floor(room: Room, taken: npt.NDArray[np.float64]) -> Floor | None:
-    polygon = shapely.make_valid(shapely.Polygon(room.floor))
-    if polygon.area < 1e-6:
+def _floor(room: Room, taken: Floats) -> Floor | None:
+    drawn = shapely.Polygon(room.floor)
+    polygon = shapely.make_valid(drawn)
+    if polygon.area < MIN_AREA_M2:
         return None
-    triangles = [
-        np.asarray(t.exterior.coords)[:3]
-        for t in shapely.constrained_delaunay_triangles(polygon).geoms
-        if isinstance(t, shapely.Polygon) and t.area > 0
-    ]
-    corners = np.concatenate([_counter_clockwise(t) for t in triangles])
+    corners = _simple(room.floor) if drawn.is_valid else _of_any(polygon)
     vertices = np.column_stack([corners, np.zeros(len(corners))]).astype(np.float32)
     return Floor(
         room=room.id,
@@ -59,7 +58,21 @@ def _floor(room: Room, taken: npt.NDArray[np.float64]) -> Floor | None:
     )
 
 
-def _label_at(polygon: BaseGeometry, taken: npt.NDArray[np.float64]) -> Point:
+def _simple(floor: Sequence[Point]) -> Floats:
+    return np.array([floor[i] for triangle in triangulated(floor) for i in triangle], dtype=np.float64)
+
+
+def _of_any(polygon: BaseGeometry) -> Floats:
+    """The triangles of what a polygon that crosses itself encloses; it may have holes."""
+    triangles = [
+        np.asarray(t.exterior.coords)[:3]
+        for t in shapely.constrained_delaunay_triangles(polygon).geoms
+        if isinstance(t, shapely.Polygon) and t.area > 0
+    ]
+    return np.concatenate([_counter_clockwise(t) for t in triangles])
+
+
+def _label_at(polygon: BaseGeometry, taken: Floats) -> Point:
     """A point well inside the room and clear of containers, where belief and numbers are shown; else near its
     middle."""
     middle = polygon.centroid if polygon.contains(polygon.centroid) else polygon.representative_point()
@@ -75,7 +88,7 @@ def _label_at(polygon: BaseGeometry, taken: npt.NDArray[np.float64]) -> Point:
     return (float(best[0]), float(best[1]))
 
 
-def _counter_clockwise(triangle: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _counter_clockwise(triangle: Floats) -> Floats:
     a, b, c = triangle
     turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     return triangle if turn > 0 else triangle[::-1]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.geometry.solids import unit_mesh
 from dashboards.palette import Colour
+from workbench.arrays import Bools, Floats, Floats32, Uints32
+from workbench.tolerances import MIN_LENGTH_M
 
-Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
+Mesh = tuple[Floats32, Uints32]
 """Vertices (V, 3) and faces (F, 3)."""
 
 ROBOT_DARK: Colour = (52, 54, 60)
@@ -97,23 +98,21 @@ def merged(*meshes: Mesh) -> Mesh:
     return vertices.astype(np.float32), faces.astype(np.uint32)
 
 
-def segments(way: npt.NDArray[np.float64], height_m: float) -> npt.NDArray[np.float32]:
+def segments(way: Floats, height_m: float) -> Floats32:
     """A path's corners (m, 2) as line segments at a height, float32 (m - 1, 2, 3)."""
     if len(way) < 2:
         return np.zeros((0, 2, 3), dtype=np.float32)
     points = np.column_stack([way, np.full(len(way), height_m)])
     pairs = np.stack([points[:-1], points[1:]], axis=1)
     lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    return pairs[lengths > 1e-6].astype(np.float32)
+    return pairs[lengths > MIN_LENGTH_M].astype(np.float32)
 
 
-def path_segments(
-    way: npt.NDArray[np.float64], imputed: npt.NDArray[np.bool_], height_m: float
-) -> npt.NDArray[np.float32]:
+def path_segments(way: Floats, imputed: Bools, height_m: float) -> Floats32:
     """A path as line segments, dashed where it was only assumed; float32 (n, 2, 3)."""
     if not imputed.any():
         return segments(way, height_m)
-    parts: list[npt.NDArray[np.float32]] = []
+    parts: list[Floats32] = []
     changes = np.flatnonzero(np.diff(imputed[1:].astype(np.int8))) + 1
     for first, last in zip([0, *changes], [*changes, len(way) - 1], strict=True):
         stretch = way[first : last + 1]
@@ -121,9 +120,7 @@ def path_segments(
     return np.concatenate(parts) if parts else segments(way, height_m)
 
 
-def dashes(
-    way: npt.NDArray[np.float64], height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16
-) -> npt.NDArray[np.float32]:
+def dashes(way: Floats, height_m: float, *, dash_m: float = 0.22, gap_m: float = 0.16) -> Floats32:
     """A path as dashes, float32 (n, 2, 3).
 
     The phase of the dashes depends on the line that they lie on, not on where the path began: there and back along
@@ -132,7 +129,7 @@ def dashes(
     """
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.hypot(*(way[1:] - way[:-1]).T)
-    kept = (lengths > 1e-6) & (lengths < MAX_SEGMENT_M)
+    kept = (lengths > MIN_LENGTH_M) & (lengths < MAX_SEGMENT_M)
     start, length = way[:-1][kept], lengths[kept]
     along = (way[1:][kept] - start) / length[:, None]
     rounded = np.round(along, 6)
@@ -154,5 +151,5 @@ def dashes(
     return np.concatenate([flat, np.full((*flat.shape[:2], 1), height_m)], axis=2).astype(np.float32)
 
 
-def _dot(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _dot(a: Floats, b: Floats) -> Floats:
     return (a * b).sum(axis=1)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.geometry.marks import Mesh
+from workbench.arrays import Bools, Floats
 from workbench.worlds.maps.occupancy import OccupancyGrid
 
 HEIGHT_M = 0.014
@@ -26,7 +26,7 @@ def occupancy_mesh(grid: OccupancyGrid) -> Mesh | None:
     return vertices, faces
 
 
-def _stretches(occupied: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
+def _stretches(occupied: Bools) -> Floats:
     """Rows of (row, first column, column after the last) for every run of occupied cells."""
     padded = np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8)
     change = np.diff(padded, axis=1)

@@ -13,9 +13,9 @@ from math import cos, sin
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.palette import Colour
+from workbench.arrays import Floats32, Ints32, Uints8, Uints32
 from workbench.worlds.geometry import Pose
 
 Shape = Literal["box", "cylinder", "ball"]
@@ -59,19 +59,19 @@ class Batch:
     """
 
     shape: Shape
-    centre: npt.NDArray[np.float32]
-    size_m: npt.NDArray[np.float32]
-    yaw_rad: npt.NDArray[np.float32]
-    colour: npt.NDArray[np.uint8]
-    owner: npt.NDArray[np.int32]
+    centre: Floats32
+    size_m: Floats32
+    yaw_rad: Floats32
+    colour: Uints8
+    owner: Ints32
 
-    def wxyz(self) -> npt.NDArray[np.float32]:
+    def wxyz(self) -> Floats32:
         """Turns as quaternions in Viser's order (w, x, y, z), shape (N, 4)."""
         half = self.yaw_rad / 2
         zero = np.zeros_like(half)
         return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1).astype(np.float32)
 
-    def coloured(self, of_owner: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def coloured(self, of_owner: Uints8) -> Uints8:
         """Colours with each owned solid in its owner's colour (of_owner: (owners, 3)), shape (N, 3)."""
         colours = self.colour.copy()
         owned = self.owner >= 0
@@ -99,7 +99,7 @@ def batches(solids: Iterable[Solid]) -> tuple[Batch, ...]:
     return tuple(made)
 
 
-def unit_mesh(shape: Shape) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+def unit_mesh(shape: Shape) -> tuple[Floats32, Uints32]:
     """Vertices (V, 3) and faces (F, 3) of the unit shape, centred, of size 1 in x, y and z.
 
     Corners of the box are doubled per face, so that smooth shading keeps its edges.
@@ -111,7 +111,7 @@ def unit_mesh(shape: Shape) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uin
     return _unit_ball(16, 10)
 
 
-def _unit_box() -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+def _unit_box() -> tuple[Floats32, Uints32]:
     vertices: list[tuple[float, float, float]] = []
     faces: list[tuple[int, int, int]] = []
     for axis in range(3):
@@ -127,7 +127,7 @@ def _unit_box() -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
     return np.array(vertices, dtype=np.float32), np.array(faces, dtype=np.uint32)
 
 
-def _unit_cylinder(n: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+def _unit_cylinder(n: int) -> tuple[Floats32, Uints32]:
     turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
     ring = np.stack([np.cos(turn) / 2, np.sin(turn) / 2], axis=1)
     low = np.column_stack([ring, np.full(n, -0.5)])
@@ -142,7 +142,7 @@ def _unit_cylinder(n: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint
     return vertices, np.array(faces, dtype=np.uint32)
 
 
-def _unit_ball(around: int, up: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+def _unit_ball(around: int, up: int) -> tuple[Floats32, Uints32]:
     rows = [
         (np.sin(t) * np.cos(p) / 2, np.sin(t) * np.sin(p) / 2, -np.cos(t) / 2)
         for t in np.linspace(0, np.pi, up + 1)

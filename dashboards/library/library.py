@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
@@ -15,6 +14,8 @@ from dashboards.model.replay_bounds import stored_beside
 from dashboards.model.timeline import Timeline, timeline_of
 from dashboards.panels.runs import RunRow
 from dashboards.sensing.senses import RobotSensors, sensors_of
+from replayers.log_tools.notes import Note, notes_of
+from workbench.caches import Cache
 from workbench.errors import FileMissing, LiosError, NotFound
 from workbench.log_schema.events import SeenItem
 from workbench.worlds.house import FloorPlan
@@ -52,11 +53,12 @@ class Library:
         if self.folder is not None and not named:
             raise NotRecorded(self.folder)
         self.paths = tuple({path.resolve(): path for path in named}.values())
-        self._timelines: OrderedDict[int, Timeline] = OrderedDict()
-        self._senses: OrderedDict[int, RobotSensors | None] = OrderedDict()
+        self._timelines: Cache[int, Timeline] = Cache(MAX_CACHED_RUNS)
+        self._senses: Cache[int, RobotSensors | None] = Cache(MAX_CACHED_RUNS)
         self._senses_fresh_until: dict[int, float] = {}
-        self._truths: OrderedDict[int, Mapping[str, tuple[SeenItem, ...]] | None] = OrderedDict()
-        self._shapes: OrderedDict[FloorPlan, HouseShape] = OrderedDict()
+        self._truths: Cache[int, Mapping[str, tuple[SeenItem, ...]] | None] = Cache(MAX_CACHED_RUNS)
+        self._notes: Cache[int, tuple[Note, ...]] = Cache(MAX_CACHED_RUNS)
+        self._shapes: Cache[FloorPlan, HouseShape] = Cache(MAX_CACHED_RUNS)
         self._lock = Lock()
         self._rows: list[RunRow] | None = None
         self.unreadable: list[str] = []
@@ -68,27 +70,13 @@ class Library:
             IndexError: there is no such log.
             LiosError: the log cannot be read.
         """
-        from replayers.runs.run import read
-
         with self._lock:
-            if index not in self._timelines:
-                self._timelines[index] = timeline_of(
-                    read(self.paths[index]), counterfactual=stored_beside(self.paths[index])
-                )
-            return _cached(self._timelines, index)
+            return self._timelines.get(index, lambda: self._timeline(self.paths[index]))
 
     def senses(self, index: int) -> RobotSensors | None:
         """The sensors of the index-th log; None for a log without sensors, or one that cannot be read."""
         with self._lock:
-            if index not in self._senses:
-                began = time.monotonic()
-                try:
-                    self._senses[index] = sensors_of(self.paths[index])
-                except LiosError:
-                    self._senses[index] = None
-                ended = time.monotonic()
-                self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
-            return _cached(self._senses, index)
+            return self._senses.get(index, lambda: self._sensors(index))
 
     def truth(self, index: int) -> Mapping[str, tuple[SeenItem, ...]] | None:
         """The true contents of every container in the index-th log; None where it was not recorded.
@@ -97,13 +85,13 @@ class Library:
             IndexError: there is no such log.
             LiosError: the log cannot be read.
         """
-        from replayers.runs.run import read
-
         with self._lock:
-            if index not in self._truths:
-                truth = read(self.paths[index], with_truth=True).truth
-                self._truths[index] = truth.contents if truth is not None else None
-            return _cached(self._truths, index)
+            return self._truths.get(index, lambda: self._truth(self.paths[index]))
+
+    def notes(self, index: int) -> tuple[Note, ...]:
+        """The notes of people on the index-th log, by time; none where they cannot be read."""
+        with self._lock:
+            return self._notes.get(index, lambda: _notes(self.paths[index]))
 
     def rows(self) -> list[RunRow]:
         """One row for each run, from indexes and tables; no run is read for it."""
@@ -116,26 +104,45 @@ class Library:
     def reread(self, index: int) -> Timeline:
         """The timeline of a run, read again from its log as it now is."""
         with self._lock:
-            self._timelines.pop(index, None)
-            self._truths.pop(index, None)
+            self._timelines.drop(index)
+            self._truths.drop(index)
+            self._notes.drop(index)
             if time.monotonic() > self._senses_fresh_until.get(index, 0.0):
-                self._senses.pop(index, None)
+                self._senses.drop(index)
         return self.timeline(index)
 
     def shape(self, plan: FloorPlan) -> HouseShape:
         """The geometry of a floor plan, computed once."""
         with self._lock:
-            if plan not in self._shapes:
-                self._shapes[plan] = house_shape(plan)
-            return _cached(self._shapes, plan)
+            return self._shapes.get(plan, lambda: house_shape(plan))
+
+    def _timeline(self, path: Path) -> Timeline:
+        from replayers.runs.run import read
+
+        return timeline_of(read(path), counterfactual=stored_beside(path))
+
+    def _sensors(self, index: int) -> RobotSensors | None:
+        began = time.monotonic()
+        try:
+            return sensors_of(self.paths[index])
+        except LiosError:
+            return None
+        finally:
+            ended = time.monotonic()
+            self._senses_fresh_until[index] = ended + max(SENSES_EVERY_S, SENSES_REST * (ended - began))
+
+    def _truth(self, path: Path) -> Mapping[str, tuple[SeenItem, ...]] | None:
+        from replayers.runs.run import read
+
+        truth = read(path, with_truth=True).truth
+        return truth.contents if truth is not None else None
 
 
-def _cached(kept: OrderedDict[K, V], key: K) -> V:
-    """The cached value of a key, marked as most recently used; the least recently used is dropped above the limit."""
-    kept.move_to_end(key)
-    while len(kept) > MAX_CACHED_RUNS:
-        kept.popitem(last=False)
-    return kept[key]
+def _notes(path: Path) -> tuple[Note, ...]:
+    try:
+        return tuple(notes_of(path))
+    except LiosError:
+        return ()
 
 
 def logs_of(paths: Sequence[Path]) -> list[Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import cos, inf, sin
 
+from workbench.tolerances import DEGENERATE
 from workbench.worlds.house import Container, FloorPlan
 
 Vector = tuple[float, float, float]
@@ -36,7 +37,7 @@ def _distance(container: Container, origin: Vector, direction: Vector) -> float:
     top = (wide / 2 + MARGIN_M, deep / 2 + MARGIN_M, container.base_m + high + ABOVE_M)
     enters, leaves = 0.0, inf
     for axis in range(3):
-        if abs(ahead[axis]) < 1e-12:
+        if abs(ahead[axis]) < DEGENERATE:
             if not low[axis] <= start[axis] <= top[axis]:
                 return inf
             continue

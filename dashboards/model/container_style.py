@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.model.scene import STATUSES, Scene
-from dashboards.palette import FOUND, KNOWN, NO_BELIEF, SEARCHED, UNREACHABLE, belief_colours
+from dashboards.palette import FOUND, KNOWN, NO_BELIEF, SEARCHED, UNREACHABLE
+from workbench.arrays import Floats, Uints8
+from workbench.belief_colours import belief_colours
 
 BAR_M = 1.1
 """Height of a bar of belief at the top of the scale."""
 
 
-def belief_fractionsplit(scene: Scene) -> npt.NDArray[np.float64]:
+def belief_fractionsplit(scene: Scene) -> Floats:
     """Beliefs as fractions of the scale's top, float64 (n,); NaN where there is none."""
     return scene.belief / scene.top_belief if scene.top_belief > 0 else scene.belief * np.nan
 
 
-def bar_heights_m(scene: Scene) -> npt.NDArray[np.float64]:
+def bar_heights_m(scene: Scene) -> Floats:
     """Heights of the bars over containers in metres, float64 (n,); 0 for none."""
     return np.nan_to_num(belief_fractionsplit(scene)) * BAR_M
 
 
-def container_colours(scene: Scene) -> npt.NDArray[np.uint8]:
+def container_colours(scene: Scene) -> Uints8:
     """One colour for each container: of its belief, or of what else is known of it. uint8 (n, 3)."""
     share = belief_fractionsplit(scene)
     colours = belief_colours(share)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.beliefs.belief import Belief
+from workbench.caches import PerObject
 from workbench.errors import LiosError
 from workbench.search.find_costs import BeliefModel
 from workbench.search.orders import order_cost
@@ -40,11 +41,12 @@ class FirstLook:
 def first_looks(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ...]:
     """Cheapest first; empty for a decision without a search, or whose log lacks the data.
 
-    Computed once for each decision; the timeline caches it.
+    Computed once for each decision of a timeline that is in use.
     """
-    if frame.number not in timeline.first_looks:
-        timeline.first_looks[frame.number] = _worked_out(timeline, frame)
-    return timeline.first_looks[frame.number]
+    return _FIRST_LOOKS.of(timeline).get(frame.number, lambda: _worked_out(timeline, frame))
+
+
+_FIRST_LOOKS: PerObject[int, tuple[FirstLook, ...]] = PerObject(10_000)
 
 
 def _worked_out(timeline: Timeline, frame: DecisionFrame) -> tuple[FirstLook, ...]:

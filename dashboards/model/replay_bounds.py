@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from replayers.counterfactual.estimates.intervals import finite
 from workbench.errors import LiosError
 from workbench.terminal import say
 
@@ -38,7 +39,7 @@ def stored_beside(log: Path) -> Counterfactual | None:
         return None
     return Counterfactual(
         lower=kept.bounds.lower if kept.bounds is not None else None,
-        upper=kept.bounds.upper if kept.bounds is not None else None,
+        upper=finite(kept.bounds.upper) if kept.bounds is not None else None,
         exact=kept.exact,
         estimate=kept.estimate.mean if kept.estimate is not None else None,
         interval90=kept.estimate.interval90 if kept.estimate is not None else None,

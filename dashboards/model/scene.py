@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.model.labels import humanize_ids
+from dashboards.model.paths.planned_path import rest_of_leg, stops_after
 from dashboards.model.plan_progress import PlannedStep, progress
-from dashboards.model.planned_path import rest_of_leg, stops_after
 from dashboards.model.timeline import DecisionFrame, Timeline
+from workbench.arrays import Bools, Floats, Ints8, Ints32
 from workbench.log_schema.events import FindCosts, Stop, WayNotTaken
 from workbench.worlds.house import LocationId
 
@@ -69,16 +69,16 @@ class Scene:
     reason: str
     robot: RobotState
     focus: str
-    belief: npt.NDArray[np.float64]
+    belief: Floats
     top_belief: float
-    status: npt.NDArray[np.int8]
-    holds_focus: npt.NDArray[np.bool_]
-    unseen: npt.NDArray[np.bool_]
-    order: npt.NDArray[np.int32]
+    status: Ints8
+    holds_focus: Bools
+    unseen: Bools
+    order: Ints32
     search_order: tuple[Stop, ...]
-    trail: npt.NDArray[np.float64]
-    imputed: npt.NDArray[np.bool_]
-    ahead: npt.NDArray[np.float64]
+    trail: Floats
+    imputed: Bools
+    ahead: Floats
     steps: tuple[PlannedStep, ...]
     expected_cost: float | None
     plan_status: str
@@ -163,9 +163,7 @@ def _automatic_focus(timeline: Timeline, at: int) -> str:
     return timeline.item_types[0] if timeline.item_types else ""
 
 
-def _robot(
-    timeline: Timeline, stamp: int, second: float
-) -> tuple[RobotState, npt.NDArray[np.float64], npt.NDArray[np.bool_], float]:
+def _robot(timeline: Timeline, stamp: int, second: float) -> tuple[RobotState, Floats, Bools, float]:
     i = max(0, int(np.searchsorted(timeline.way_s, second, side="right")) - 1)
     here = timeline.way_xy[i]
     if i + 1 < len(timeline.way_s):
@@ -191,9 +189,7 @@ def _phase(timeline: Timeline, stamp: int) -> tuple[str, str]:
     return phases[i].name, phases[i].title
 
 
-def _belief(
-    timeline: Timeline, frame: DecisionFrame | None, focus: str, searched: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.float64]:
+def _belief(timeline: Timeline, frame: DecisionFrame | None, focus: str, searched: Bools) -> Floats:
     plan = timeline.plan
     values = np.full(len(plan.containers), np.nan)
     belief = frame.belief if frame is not None else None
@@ -208,7 +204,7 @@ def _belief(
     return values
 
 
-def _status(timeline: Timeline, searched: npt.NDArray[np.bool_]) -> npt.NDArray[np.int8]:
+def _status(timeline: Timeline, searched: Bools) -> Ints8:
     status = np.zeros(len(searched), dtype=np.int8)
     place = timeline.run.place
     for i, container in enumerate(place.plan.containers):
@@ -219,7 +215,7 @@ def _status(timeline: Timeline, searched: npt.NDArray[np.bool_]) -> npt.NDArray[
     return status
 
 
-def _holds(timeline: Timeline, searched: npt.NDArray[np.bool_], focus: str) -> npt.NDArray[np.bool_]:
+def _holds(timeline: Timeline, searched: Bools, focus: str) -> Bools:
     return np.array(
         [
             bool((searched[i] or timeline.known[i]) and any(s.type == focus for s in timeline.contents.get(c.id, ())))
@@ -229,13 +225,13 @@ def _holds(timeline: Timeline, searched: npt.NDArray[np.bool_], focus: str) -> n
     )
 
 
-def _unseen(timeline: Timeline, stamp: int) -> npt.NDArray[np.bool_]:
+def _unseen(timeline: Timeline, stamp: int) -> Bools:
     outcome = timeline.run.outcome
     wanted = outcome.unseen if outcome is not None and stamp >= outcome.stamp.ns else None
     return np.array([c.id == wanted for c in timeline.plan.containers], dtype=np.bool_)
 
 
-def _order(timeline: Timeline, frame: DecisionFrame | None) -> npt.NDArray[np.int32]:
+def _order(timeline: Timeline, frame: DecisionFrame | None) -> Ints32:
     containers = timeline.plan.containers
     order = np.zeros(len(containers), dtype=np.int32)
     if frame is None or frame.plan is None:
@@ -248,7 +244,7 @@ def _order(timeline: Timeline, frame: DecisionFrame | None) -> npt.NDArray[np.in
 
 def _ahead(
     timeline: Timeline, frame: DecisionFrame | None, steps: tuple[PlannedStep, ...], robot: RobotState, stamp: int
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     """From the robot along the leg it walks, then along the rest of the plan."""
     if frame is None or frame.plan is None:
         return np.zeros((0, 2))

@@ -13,14 +13,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from dashboards.model.action_path import path_of_actions
 from dashboards.model.labels import humanize_ids
-from dashboards.model.odometry_path import path_of_poses
+from dashboards.model.paths.action_path import path_of_actions
+from dashboards.model.paths.odometry_path import path_of_poses
+from dashboards.model.paths.planned_path import PlannedPaths
 from dashboards.model.phases import Phase, phases_of
-from dashboards.model.planned_path import PlannedPaths
 from dashboards.model.replay_bounds import Counterfactual
+from workbench.arrays import Bools, Floats, Ints
 from workbench.log_schema.events import (
     NANO,
     ActionFinished,
@@ -33,7 +33,6 @@ from workbench.log_schema.events import (
 from workbench.worlds.house import ContainerId, FloorPlan
 
 if TYPE_CHECKING:
-    from dashboards.model.first_stop_costs import FirstLook
     from replayers.runs.run import Run
 
 NEVER = np.iinfo(np.int64).max
@@ -52,7 +51,7 @@ class DecisionFrame:
     actions: tuple[ActionFinished, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class Timeline:
     """A run as sorted arrays.
 
@@ -71,7 +70,6 @@ class Timeline:
         held: (stamp, item type or None), in order.
         phases: in order, without overlaps.
         top_belief: for each item type, the largest probability that it ever had in the run.
-        first_looks: cache of dashboards.model.first_stop_costs, by decision.
     """
 
     run: Run
@@ -80,15 +78,15 @@ class Timeline:
     end_ns: int
     actions: tuple[ActionFinished, ...]
     decisions: tuple[DecisionFrame, ...]
-    way_s: npt.NDArray[np.float64]
-    way_xy: npt.NDArray[np.float64]
-    way_m: npt.NDArray[np.float64]
-    heading_rad: npt.NDArray[np.float64]
-    imputed: npt.NDArray[np.bool_]
-    cost_s: npt.NDArray[np.float64]
-    cost: npt.NDArray[np.float64]
-    searched_ns: npt.NDArray[np.int64]
-    known: npt.NDArray[np.bool_]
+    way_s: Floats
+    way_xy: Floats
+    way_m: Floats
+    heading_rad: Floats
+    imputed: Bools
+    cost_s: Floats
+    cost: Floats
+    searched_ns: Ints
+    known: Bools
     contents: Mapping[str, tuple[SeenItem, ...]]
     held: tuple[tuple[int, str | None], ...]
     phases: tuple[Phase, ...]
@@ -98,7 +96,6 @@ class Timeline:
     ways: PlannedPaths = field(repr=False, compare=False)
     decision_ns: tuple[int, ...] = field(repr=False)
     action_ns: tuple[int, ...] = field(repr=False)
-    first_looks: dict[int, tuple[FirstLook, ...]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def duration_s(self) -> float:
@@ -220,9 +217,7 @@ def _decisions(run: Run, actions: Sequence[ActionFinished]) -> tuple[DecisionFra
     return tuple(sorted(frames, key=lambda f: (f.stamp_ns, f.number)))
 
 
-def _costs(
-    actions: Sequence[ActionFinished], start_ns: int
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _costs(actions: Sequence[ActionFinished], start_ns: int) -> tuple[Floats, Floats]:
     seconds, cost = [0.0], [0.0]
     for action in actions:
         seconds += [(action.start.ns - start_ns) / NANO, (action.stamp.ns - start_ns) / NANO]
@@ -232,7 +227,7 @@ def _costs(
 
 def _searches(
     observations: Sequence[Observation], plan: FloorPlan
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], Mapping[str, tuple[SeenItem, ...]]]:
+) -> tuple[Ints, Bools, Mapping[str, tuple[SeenItem, ...]]]:
     index: dict[ContainerId, int] = {c.id: i for i, c in enumerate(plan.containers)}
     searched = np.full(len(index), NEVER, dtype=np.int64)
     known = np.zeros(len(index), dtype=np.bool_)

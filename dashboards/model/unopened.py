@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.model.timeline import NEVER, Timeline
+from workbench.arrays import Bools
 
 REPLAY = "replay"
 
 
-def unopened(timelines: Sequence[Timeline]) -> npt.NDArray[np.bool_]:
+def unopened(timelines: Sequence[Timeline]) -> Bools:
     """For each container of the first run's place, whether none of these runs saw its contents; bool (n,).
 
     All are False unless a replay is among the runs: in a single run, colours show the same.

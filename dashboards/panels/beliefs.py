@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from dashboards.model.scene import STATUSES, Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import belief_colours, css
-from dashboards.panels.markup import bar, command, name, number, percent, place, table, text
+from dashboards.palette import css
+from dashboards.panels.markup import bar, command, html, name, number, percent, place, table, text
+from workbench.belief_colours import belief_colours
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
 MAX_ROWS = 60
 MAX_ROOM_CHARS = 20
+HINTS = {
+    "#": "Place in the intended order of search",
+    "belief": "Probability that the container holds the item. They may add up to more than 1: each container is "
+    "judged by itself, and there may be several of the item",
+    "leg m": "Metres from the stop before it in the order of search",
+}
 
 
-def beliefs(scene: Scene, timeline: Timeline) -> str:
+def beliefs(scene: Scene, timeline: Timeline) -> Markup:
     """All containers: most believed first, then searched ones."""
     plan = timeline.plan
     if not plan.containers:
-        return '<div class="lp"><p class="muted">This log has no containers.</p></div>'
+        return Markup('<div class="lp"><p class="muted">This log has no containers.</p></div>')
     believed = np.nan_to_num(scene.belief, nan=-1.0)
     ranked = sorted(range(len(believed)), key=lambda i: (-believed[i], plan.containers[i].id))
     legs = {stop.container: stop.leg_m for stop in scene.search_order}
@@ -39,23 +47,37 @@ def beliefs(scene: Scene, timeline: Timeline) -> str:
                 number(legs.get(container.id)),
             ]
         )
-    more = f'<p class="muted">and {len(ranked) - MAX_ROWS} more</p>' if len(ranked) > MAX_ROWS else ""
+    more = html('<p class="muted">and {} more</p>', len(ranked) - MAX_ROWS) if len(ranked) > MAX_ROWS else ""
     head = ("#", "container", "room", "belief", "", "leg m")
-    return f'<div class="lp">{table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n"))}{more}</div>'
+    shown = table(head, rows, key="beliefs", classes=("n", "", "", "", "n", "n"), hints=HINTS)
+    return html('<div class="lp">{}{}{}</div>', shown, more, _sum(scene))
 
 
-def _link(index: int, container: Container) -> str:
+def _sum(scene: Scene) -> Markup:
+    """What the probabilities add up to; nothing where there is no belief."""
+    known = scene.belief[~np.isnan(scene.belief)]
+    if not known.size:
+        return Markup("")
+    words = '<p class="muted">Adds up to {}: the expected number of containers that hold it.</p>'
+    return html(words, number(float(known.sum()), 2))
+
+
+def _link(index: int, container: Container) -> Markup:
     """As the other panels name it; a click opens it."""
-    return f'<span class="seek" {command(f"look {index}")} title="{text(container.id)}">{_words(container)}</span>'
+    return html(
+        '<span class="seek" {} title="{}">{}</span>', command(f"look {index}"), text(container.id), _words(container)
+    )
 
 
-def _words(container: Container) -> str:
+def _words(container: Container) -> Markup:
     """Its kind, and which one: by its number, or by its own name in the survey of a site."""
     kind, own = readable_name(container.type), readable_name(container.id)
     if "|" in container.id:
         return place(container.id)
     return (
-        name(kind) if own.lower() == kind.lower() else f"{name(kind)} <small>{name(own, most=MAX_ROOM_CHARS)}</small>"
+        name(kind)
+        if own.lower() == kind.lower()
+        else html("{} <small>{}</small>", name(kind), name(own, most=MAX_ROOM_CHARS))
     )
 
 

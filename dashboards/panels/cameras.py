@@ -4,25 +4,37 @@ from __future__ import annotations
 
 import base64
 
-from dashboards.panels.markup import name, text
+from markupsafe import Markup
+
+from dashboards.panels.markup import html, name, text
 from dashboards.sensing.pictures import Picture
 from workbench.log_schema.events import NANO
 
 STALE_S = 10.0
 
 
-def cameras(pictures: tuple[Picture, ...], stamp_ns: int) -> str:
+def cameras(pictures: tuple[Picture, ...], stamp_ns: int) -> Markup:
     """One figure for each camera; pictures are shown as received."""
     if not pictures:
-        return '<div class="lp"><p class="muted">No picture yet at this moment.</p></div>'
-    return '<div class="lp cameras">' + "".join(_figure(p, stamp_ns) for p in pictures) + "</div>"
-
-
-def _figure(picture: Picture, stamp_ns: int) -> str:
-    age_s = max(0.0, (stamp_ns - picture.stamp_ns) / NANO)
-    old = f' <span class="warn">{age_s:.0f} s old</span>' if age_s > STALE_S else ""
-    data = base64.b64encode(picture.data).decode("ascii")
+        return Markup('<div class="lp"><p class="muted">No picture yet at this moment.</p></div>')
     return (
-        f'<figure><img alt="{text(picture.topic)}" title="{age_s:.1f} s before this moment"'
-        f' src="data:{picture.mime};base64,{data}"><figcaption>{name(picture.camera)}{old}</figcaption></figure>'
+        Markup('<div class="lp cameras">')
+        + Markup("").join(_figure(p, stamp_ns) for p in pictures)
+        + Markup("</div>")
+    )
+
+
+def _figure(picture: Picture, stamp_ns: int) -> Markup:
+    age_s = max(0.0, (stamp_ns - picture.stamp_ns) / NANO)
+    old = html(' <span class="warn">{:.0f} s old</span>', age_s) if age_s > STALE_S else ""
+    data = base64.b64encode(picture.data).decode("ascii")
+    return html(
+        '<figure><img alt="{}" title="{:.1f} s before this moment" src="data:{};base64,{}">'
+        "<figcaption>{}{}</figcaption></figure>",
+        text(picture.topic),
+        age_s,
+        picture.mime,
+        data,
+        name(picture.camera),
+        old,
     )

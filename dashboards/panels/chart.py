@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from dashboards.panels.markup import command, text
+from markupsafe import Markup
+
+from dashboards.panels.markup import command, html, text
 
 HEIGHT_PX = 128
 TOP_PX, LOW_PX = 6, 6
@@ -48,7 +50,7 @@ def chart(
     unit: str,
     shown: Callable[[float, float], str],
     bands: Sequence[Band] = (),
-) -> str:
+) -> Markup:
     """The chart with its legend.
 
     Args:
@@ -56,13 +58,19 @@ def chart(
         shown: formats a value at an axis, given the axis's top.
     """
     top = _top(lines, bands)
-    marks = "".join(f'<span style="top:{_y(s):.1f}px">{text(shown(s * top, top))}</span>' for s in (0.0, 0.5, 1.0))
-    rules = "".join(
-        f'<line x1="0" x2="{WIDE}" y1="{_y(s):.1f}" y2="{_y(s):.1f}" stroke="#e6e8eb"'
-        ' vector-effect="non-scaling-stroke"/>'
+    marks = Markup("").join(
+        html('<span style="top:{:.1f}px">{}</span>', _y(s), text(shown(s * top, top))) for s in (0.0, 0.5, 1.0)
+    )
+    rules = Markup("").join(
+        html(
+            '<line x1="0" x2="{}" y1="{:.1f}" y2="{:.1f}" stroke="#e6e8eb" vector-effect="non-scaling-stroke"/>',
+            WIDE,
+            _y(s),
+            _y(s),
+        )
         for s in (0.0, 0.5, 1.0)
     )
-    drawn = "".join(_band(band, end, top) for band in bands) + "".join(
+    drawn = Markup("").join(_band(band, end, top) for band in bands) + Markup("").join(
         _line(line, end, top) for line in reversed(lines)
     )
     banded = {band.name for band in bands}
@@ -70,16 +78,26 @@ def chart(
     keys += [
         (f"{band.name}: {shown(band.low, top)} to {shown(band.high, top)} by the log", band.colour) for band in bands
     ]
-    legend = "".join(
-        f'<span><span class="dot" style="background:{colour}"></span>{text(name)}</span>' for name, colour in keys
+    legend = Markup("").join(
+        html('<span><span class="dot" style="background:{}"></span>{}</span>', colour, text(name))
+        for name, colour in keys
     )
-    return (
-        f'<div class="lp"><h3>{text(title)}</h3><div class="chart"><div class="axis">{marks}</div>'
-        f'<div class="strip" data-strip="{end}" {command("strip")}>'
-        f'<svg width="100%" height="{HEIGHT_PX}" viewBox="0 0 {WIDE} {HEIGHT_PX}" preserveAspectRatio="none">'
-        f'{rules}{drawn}</svg><div class="cursor"></div></div></div>'
-        f'<div class="ends"><span>0</span><span>{f"{end:.1f} {unit}" if unit else f"{end:g}"}</span></div>'
-        f'<div class="legend">{legend}</div></div>'
+    return html(
+        '<div class="lp"><h3>{}</h3><div class="chart"><div class="axis">{}</div><div '
+        'class="strip" data-strip="{}" {}><svg width="100%" height="{}" viewBox="0 0 {} {}" '
+        'preserveAspectRatio="none">{}{}</svg><div class="cursor"></div></div></div><div '
+        'class="ends"><span>0</span><span>{}</span></div><div class="legend">{}</div></div>',
+        text(title),
+        marks,
+        end,
+        command("strip"),
+        HEIGHT_PX,
+        WIDE,
+        HEIGHT_PX,
+        rules,
+        drawn,
+        f"{end:.1f} {unit}" if unit else f"{end:g}",
+        legend,
     )
 
 
@@ -94,21 +112,32 @@ def _y(share: float) -> float:
     return TOP_PX + (1 - share) * (HEIGHT_PX - TOP_PX - LOW_PX)
 
 
-def _band(band: Band, end: float, top: float) -> str:
+def _band(band: Band, end: float, top: float) -> Markup:
     x = min(WIDE * band.from_reading / end, WIDE - MIN_BAND)
     y = max(_y(band.high / top), -TOP_PX)
-    return (
-        f'<rect x="{x:.1f}" y="{y:.1f}" width="{WIDE - x:.1f}" height="{max(_y(band.low / top) - y, 1.0):.1f}"'
-        f' fill="{band.colour}" fill-opacity="0.13" stroke="{band.colour}" stroke-opacity="0.5"'
-        f' stroke-dasharray="4 3" vector-effect="non-scaling-stroke">'
-        f"<title>by the log: {band.low:.1f} to {band.high:.1f}</title></rect>"
+    return html(
+        '<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="{}" '
+        'fill-opacity="0.13" stroke="{}" stroke-opacity="0.5" stroke-dasharray="4 3" '
+        'vector-effect="non-scaling-stroke"><title>by the log: {:.1f} to {:.1f}</title></rect>',
+        x,
+        y,
+        WIDE - x,
+        max(_y(band.low / top) - y, 1.0),
+        band.colour,
+        band.colour,
+        band.low,
+        band.high,
     )
 
 
-def _line(line: Line, end: float, top: float) -> str:
-    at = " ".join(f"{WIDE * x / end:.1f},{_y(y / top):.1f}" for x, y in line.points)
-    dash = ' stroke-dasharray="5 4" stroke-opacity="0.8"' if line.dashed else ""
-    return (
-        f'<polyline points="{at}" fill="none" stroke="{line.colour}" stroke-width="1.8"'
-        f' vector-effect="non-scaling-stroke"{dash}><title>{text(line.name)}</title></polyline>'
+def _line(line: Line, end: float, top: float) -> Markup:
+    at = Markup(" ").join(f"{WIDE * x / end:.1f},{_y(y / top):.1f}" for x, y in line.points)
+    dash = Markup(' stroke-dasharray="5 4" stroke-opacity="0.8"') if line.dashed else ""
+    return html(
+        '<polyline points="{}" fill="none" stroke="{}" stroke-width="1.8" '
+        'vector-effect="non-scaling-stroke"{}><title>{}</title></polyline>',
+        at,
+        line.colour,
+        dash,
+        text(line.name),
     )

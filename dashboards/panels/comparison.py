@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from markupsafe import Markup
+
 from dashboards.model.clock import Clock
 from dashboards.model.divergence import Divergence, divergence
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour
-from dashboards.panels.markup import command, dot, name, number, percent, place, table, text
+from dashboards.panels.markup import command, dot, html, name, number, percent, place, table, text
 from workbench.worlds.names import readable_name
 
 MAX_BELIEVED = 4
 MAX_RUN_CHARS = 28
 
 
-def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown: int = 0) -> str:
+def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown: int = 0) -> Markup:
     """One row for each run; below, where each other run diverges from the first, with both beliefs.
 
     Args:
@@ -22,7 +24,12 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
     """
     rows = [
         [
-            f"{dot(run_colour(i))}{name(names[i], most=MAX_RUN_CHARS)}<br><small>{name(timeline.status)}</small>",
+            html(
+                "{}{}<br><small>{}</small>",
+                dot(run_colour(i)),
+                name(names[i], most=MAX_RUN_CHARS),
+                name(timeline.status),
+            ),
             number(scene.cost),
             _final(timeline),
             number(scene.travel_m),
@@ -33,64 +40,66 @@ def comparison(clock: Clock, scenes: list[Scene], names: list[str], *, not_shown
     head = ("run", "cost now", "in all", "walked m", "looks")
     kinds = ("w", "n", "n", "n", "n")
     made = table(head, rows, key="comparison", classes=kinds)
-    parts = [f'<div class="lp">{_warning(clock)}{made}']
+    parts = [html('<div class="lp">{}{}', _warning(clock), made)]
     if not_shown:
-        parts.append(f'<p class="muted">{not_shown} more of the opened logs not on show; the tab Runs lists all.</p>')
+        parts.append(
+            html('<p class="muted">{} more of the opened logs not on show; the tab Runs lists all.</p>', not_shown)
+        )
     for i in range(1, len(clock.timelines)):
         parts.append(_parting(clock, i, names))
     if len(clock.timelines) == 1:
-        parts.append('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>')
-    return "".join(parts) + "</div>"
+        parts.append(Markup('<p class="muted">Overlay more runs in the Runs tab to compare them.</p>'))
+    return Markup("").join(parts) + Markup("</div>")
 
 
-def _warning(clock: Clock) -> str:
+def _warning(clock: Clock) -> Markup:
     first = clock.timelines[0]
     notes: list[str] = []
     if any(t.plan != first.plan for t in clock.timelines):
         notes.append("These runs are of different places; only those of the first one's place fit the picture.")
     if any(t.run.task != first.run.task for t in clock.timelines):
         notes.append("These runs are of different tasks; their costs do not compare.")
-    return "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
+    return Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
 
 
-def _final(timeline: Timeline) -> str:
+def _final(timeline: Timeline) -> Markup:
     """The charged cost; for a replay whose cost the log cannot settle, its bounds and estimate."""
     if timeline.undecided is not None:
         lower, upper = timeline.undecided
         middle = timeline.counterfactual.estimate if timeline.counterfactual is not None else None
-        estimate = f"<br>about {number(middle)}" if middle is not None else ""
-        return f"{number(lower)} to {number(upper)}{estimate}"
+        estimate = html("<br>about {}", number(middle)) if middle is not None else ""
+        return html("{} to {}{}", number(lower), number(upper), estimate)
     outcome = timeline.run.outcome
-    return number(outcome.cost if outcome is not None else None)
+    return text(number(outcome.cost if outcome is not None else None))
 
 
-def _parting(clock: Clock, other: int, names: list[str]) -> str:
+def _parting(clock: Clock, other: int, names: list[str]) -> Markup:
     first, second = clock.timelines[0], clock.timelines[other]
     found = divergence(first, second)
-    mine, others = (f"{dot(run_colour(i))}{name(names[i], most=MAX_RUN_CHARS)}" for i in (0, other))
-    title = f"<h3>{mine} and {others}</h3>"
+    mine, others = (dot(run_colour(i)) + name(names[i], most=MAX_RUN_CHARS) for i in (0, other))
+    title = html("<h3>{} and {}</h3>", mine, others)
     if found is None:
-        return f"{title}<p>They do the same to the end.</p>"
+        return html("{}<p>They do the same to the end.</p>", title)
     at = clock.reading(found.stamps_ns[0])
-    jump = f'<span class="seek" {command(f"seek {at:.6f}")}>after {found.index} shared actions</span>'
-    sides = "".join(
-        f"<p>{dot(run_colour(run))}{name(did)}{_believed(timeline, found, side)}</p>"
+    jump = html('<span class="seek" {}>after {} shared actions</span>', command(f"seek {at:.6f}"), found.index)
+    sides = Markup("").join(
+        html("<p>{}{}{}</p>", dot(run_colour(run)), name(did), _believed(timeline, found, side))
         for side, (run, timeline, did) in enumerate(((0, first, found.did[0]), (other, second, found.did[1])))
     )
-    return f"{title}<p>They diverge {jump}.</p>{sides}"
+    return html("{}<p>They diverge {}.</p>{}", title, jump, sides)
 
 
-def _believed(timeline: Timeline, found: Divergence, side: int) -> str:
+def _believed(timeline: Timeline, found: Divergence, side: int) -> Markup:
     """The most believed containers at the decision where the runs diverged."""
     frame = next((d for d in timeline.decisions if d.number == found.decisions[side]), None)
     belief = frame.belief if frame is not None else None
     if belief is None or not belief.item_types:
-        return ""
+        return Markup("")
     plan = frame.plan if frame is not None else None
     wanted = next((s.item_types[0] for s in plan.steps if s.action == "find" and s.item_types), "") if plan else ""
     row = belief.item_types.index(wanted) if wanted in belief.item_types else 0
     ranked = sorted(
         zip(belief.probability[row], belief.containers, strict=True), key=lambda pair: (-pair[0], pair[1])
     )
-    listed = ", ".join(f"{place(c)} {percent(p)}" for p, c in ranked[:MAX_BELIEVED])
-    return f'<br><span class="muted">believed {text(readable_name(belief.item_types[row]))}: {listed}</span>'
+    listed = Markup(", ").join(html("{} {}", place(c), percent(p)) for p, c in ranked[:MAX_BELIEVED])
+    return html('<br><span class="muted">believed {}: {}</span>', text(readable_name(belief.item_types[row])), listed)

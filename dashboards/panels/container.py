@@ -5,78 +5,83 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import nan
 
+from markupsafe import Markup
+
 from dashboards.model.clock import UNITS, Clock
 from dashboards.model.container_history import Consideration, ContainerHistory, ItemCount
 from dashboards.palette import FOUND, css, run_colour
 from dashboards.panels.chart import Line, chart
-from dashboards.panels.markup import chip, command, name, number, percent, place, table, text
+from dashboards.panels.markup import chip, command, html, name, number, percent, place, table, text
+from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
 MAX_TYPES = 200
 """Item types that are listed."""
-SAME = 0.05
-"""Costs that differ by less are shown as the same."""
-NOTHING_CHOSEN = (
-    '<div class="lp"><p class="muted">Click a container, in the view or in the table of beliefs, to see what it held'
-    " and why it was or was not chosen.</p></div>"
+NOTHING_CHOSEN = Markup(
+    '<div class="lp"><p class="muted">Click a container, in the view or in the table of '
+    "beliefs, to see what it held and why it was or was not chosen.</p></div>"
 )
 
-NO_TRUTH = '<div class="lp"><p class="muted">This log holds no ground truth.</p></div>'
+NO_TRUTH = Markup('<div class="lp"><p class="muted">This log holds no ground truth.</p></div>')
 
 
-def container(history: ContainerHistory, clock: Clock, focus: str) -> str:
+def container(history: ContainerHistory, clock: Clock, focus: str) -> Markup:
     """The container as the run in focus had it at the moment shown."""
-    what = f"{_head(history)}{_contents(history, clock)}{_truth(history)}"
+    what = _head(history) + _contents(history, clock) + _truth(history)
     why = _considered(history, clock, focus)
-    return f'<div class="lp container">{what}</div>{_belief(history, clock, focus)}<div class="lp">{why}</div>'
+    return html(
+        '<div class="lp container">{}</div>{}<div class="lp">{}</div>', what, _belief(history, clock, focus), why
+    )
 
 
-def _head(history: ContainerHistory) -> str:
+def _head(history: ContainerHistory) -> Markup:
     wide, deep, high = history.container.size_m
     way = "not reachable" if not history.reachable else f"{number(history.way_m)} m from the last decision's place"
     if history.reachable and history.way_m is None:
         way = "way unknown"
     room = name(readable_name(history.room))
     size = f"{wide:.2f} x {deep:.2f} x {high:.2f} m"
-    return f'<h2>{place(history.container.id)}</h2><p class="muted">{room} · {size} · {way}</p>'
+    return html('<h2>{}</h2><p class="muted">{} · {} · {}</p>', place(history.container.id), room, size, way)
 
 
-def _contents(history: ContainerHistory, clock: Clock) -> str:
+def _contents(history: ContainerHistory, clock: Clock) -> Markup:
     if history.contents is not None:
-        when = "Known at the start" if history.known else f"Searched at {_moment(history.searched_ns, clock)}"
-        return f"<h3>What was there</h3><p>{when}.</p>{_items(history.contents)}"
-    later = f"; it is searched at {_moment(history.searched_ns, clock)}" if history.searched_ns is not None else ""
+        when = "Known at the start" if history.known else html("Searched at {}", _moment(history.searched_ns, clock))
+        return html("<h3>What was there</h3><p>{}.</p>{}", when, _items(history.contents))
+    later = (
+        html("; it is searched at {}", _moment(history.searched_ns, clock)) if history.searched_ns is not None else ""
+    )
     never = "" if later else ", and this run never does"
-    return f"<h3>What was there</h3><p>Nobody has opened it yet{later}{never}.</p>"
+    return html("<h3>What was there</h3><p>Nobody has opened it yet{}{}.</p>", later, never)
 
 
-def _truth(history: ContainerHistory) -> str:
+def _truth(history: ContainerHistory) -> Markup:
     if history.truth is None:
-        return ""
-    said = "<b>Ground truth at the start</b>, which the robot did not know"
-    return f'<div class="warn">{said}{_items(history.truth)}</div>'
+        return Markup("")
+    said = Markup("<b>Ground truth at the start</b>, which the robot did not know")
+    return html('<div class="warn">{}{}</div>', said, _items(history.truth))
 
 
-def _items(items: Sequence[ItemCount]) -> str:
+def _items(items: Sequence[ItemCount]) -> Markup:
     if not items:
-        return "<p>It was empty.</p>"
-    rows = "".join(f"<li>{_item(item)}</li>" for item in items[:MAX_TYPES])
-    left = f'<p class="muted">and {len(items) - MAX_TYPES} more types</p>' if len(items) > MAX_TYPES else ""
-    return f'<ul class="items">{rows}</ul>{left}'
+        return Markup("<p>It was empty.</p>")
+    rows = Markup("").join(html("<li>{}</li>", _item(item)) for item in items[:MAX_TYPES])
+    left = html('<p class="muted">and {} more types</p>', len(items) - MAX_TYPES) if len(items) > MAX_TYPES else ""
+    return html('<ul class="items">{}</ul>{}', rows, left)
 
 
-def _item(item: ItemCount) -> str:
+def _item(item: ItemCount) -> Markup:
     many = f" x {item.count}" if item.count > 1 else ""
-    taken = "" if not item.taken else " <small>taken by the robot</small>"
+    taken = "" if not item.taken else Markup(" <small>taken by the robot</small>")
     if 0 < item.taken < item.count:
-        taken = f" <small>{item.taken} taken by the robot</small>"
+        taken = html(" <small>{} taken by the robot</small>", item.taken)
     wanted = " " + chip("goal", css(FOUND), dark=True) if item.wanted else ""
-    return f"{name(readable_name(item.item_type))}{many}{wanted}{taken}"
+    return html("{}{}{}{}", name(readable_name(item.item_type)), many, wanted, taken)
 
 
-def _belief(history: ContainerHistory, clock: Clock, focus: str) -> str:
+def _belief(history: ContainerHistory, clock: Clock, focus: str) -> Markup:
     if not history.belief:
-        return '<div class="lp"><p class="muted">No decision says what was believed of it.</p></div>'
+        return Markup('<div class="lp"><p class="muted">No decision says what was believed of it.</p></div>')
     timeline = clock.timelines[0]
     ends = [stamp for stamp, _ in history.belief[1:]]
     later = [stamp for stamp in timeline.decision_ns if stamp > history.belief[-1][0]]
@@ -89,12 +94,12 @@ def _belief(history: ContainerHistory, clock: Clock, focus: str) -> str:
     return chart(title, [line], end=clock.end, unit=UNITS[clock.alignment], shown=lambda value, _: percent(value))
 
 
-def _considered(history: ContainerHistory, clock: Clock, focus: str) -> str:
+def _considered(history: ContainerHistory, clock: Clock, focus: str) -> Markup:
     if not history.considerations:
-        return ""
+        return Markup("")
     rows = [
         [
-            f'<span class="seek" {command(f"seek {clock.reading(c.stamp_ns):.9f}")}>{c.number}</span>',
+            html('<span class="seek" {}>{}</span>', command(f"seek {clock.reading(c.stamp_ns):.9f}"), c.number),
             percent(nan if c.probability is None else c.probability),
             number(c.cost_here),
             number(c.cost_taken),
@@ -104,29 +109,36 @@ def _considered(history: ContainerHistory, clock: Clock, focus: str) -> str:
     ]
     head = ("decision", f"P({readable_name(focus)})", "cost if first", "cost taken", "why")
     made = table(head, rows, key="considered", classes=("n", "n", "n", "n", ""))
-    title = '<h3 title="Expected costs of the search, by Eq. 1, under the belief of that decision.">'
-    return f"{title}When and why it was or was not chosen</h3>{made}"
+    title = Markup('<h3 title="Expected costs of the search, by Eq. 1, under the belief of that decision.">')
+    return html("{}When and why it was or was not chosen</h3>{}", title, made)
 
 
-def _reason(c: Consideration, container_id: str) -> str:
+def _reason(c: Consideration, container_id: str) -> Markup:
     if not c.first:
-        return "no search in this plan"
+        return text("no search in this plan")
     if c.first == container_id:
-        return "<b>chosen</b>: the first look"
+        return Markup("<b>chosen</b>: the first look")
     if not c.rank:
-        return f"not in the order of search; {place(c.first)} was first"
+        return html("not in the order of search; {} was first", place(c.first))
     if c.cost_here is None or c.cost_taken is None:
-        return f"{c.rank}. in the order; {place(c.first)} was first"
+        return html("{}. in the order; {} was first", c.rank, place(c.first))
     more = c.cost_here - c.cost_taken
-    if more > SAME:
-        return f"{c.rank}. in the order: a look here first would have cost {number(more)} more than {place(c.first)}"
-    if more < -SAME:
-        return f"{c.rank}. in the order, though by Eq. 1 {number(-more)} cheaper than {place(c.first)}"
-    return f"{c.rank}. in the order: the same cost as {place(c.first)}"
+    if more > NEAR_SHOWN_COST:
+        return html(
+            "{}. in the order: a look here first would have cost {} more than {}",
+            c.rank,
+            number(more),
+            place(c.first),
+        )
+    if more < -NEAR_SHOWN_COST:
+        return html("{}. in the order, though by Eq. 1 {} cheaper than {}", c.rank, number(-more), place(c.first))
+    return html("{}. in the order: the same cost as {}", c.rank, place(c.first))
 
 
-def _moment(stamp_ns: int | None, clock: Clock) -> str:
+def _moment(stamp_ns: int | None, clock: Clock) -> Markup:
     if stamp_ns is None:
-        return ""
+        return Markup("")
     second = clock.timelines[0].seconds(stamp_ns)
-    return f'<span class="seek" {command(f"seek {clock.reading(stamp_ns):.9f}")}>{text(f"{second:.1f} s")}</span>'
+    return html(
+        '<span class="seek" {}>{}</span>', command(f"seek {clock.reading(stamp_ns):.9f}"), text(f"{second:.1f} s")
+    )

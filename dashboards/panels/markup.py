@@ -6,9 +6,12 @@ A clickable thing carries `data-lios="seek 12.5"`; the page that shows it decide
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
+from types import MappingProxyType
+from typing import LiteralString
+
+from markupsafe import Markup, escape
 
 from dashboards.palette import Colour, css
 from dashboards.resources import resource
@@ -21,31 +24,42 @@ MAX_NAME_CHARS = 80
 """Characters of a name that are shown; its tooltip has the whole."""
 
 
-def text(value: object) -> str:
+def text(value: object) -> Markup:
     """Any value as escaped text, which never runs as markup and cannot change the direction of other text."""
-    return escape(str(value).translate(TURNING), quote=True)
+    return escape(str(value).translate(TURNING))
 
 
-def name(value: object, *, most: int = MAX_NAME_CHARS) -> str:
+def html(template: LiteralString, *parts: object) -> Markup:
+    """Markup of a template that stands in the code, with {} for each part; what is no Markup is taken as text.
+
+    Panels are made of nothing else, so that no name of a log can become markup.
+    """
+    shown = [text(part) if isinstance(part, str) and not isinstance(part, Markup) else part for part in parts]
+    return Markup(template).format(*shown)
+
+
+def name(value: object, *, most: int = MAX_NAME_CHARS) -> Markup:
     """A name, shortened if very long, with the whole as a tooltip."""
     whole = str(value)
     if len(whole) <= most:
         return text(whole)
-    return f'<span title="{text(whole)}">{text(whole[: most - 1])}…</span>'
+    return html('<span title="{}">{}…</span>', text(whole), text(whole[: most - 1]))
 
 
-def breakable(value: str) -> str:
+def breakable(value: str) -> Markup:
     """As `name`, with breaks allowed where a file's name has its joints, so that a narrow table need not be cut."""
-    return re.sub(r"(?<=[_:/.])", "<wbr>", text(value)) if len(value) <= MAX_NAME_CHARS else name(value)
+    if len(value) > MAX_NAME_CHARS:
+        return name(value)
+    return Markup(re.sub(r"(?<=[_:/.])", Markup("<wbr>"), text(value)))
 
 
-def place(location: str) -> str:
+def place(location: str) -> Markup:
     """As `place_words`, with a small number; the id is in the tooltip."""
     kind, bar, rest = location.partition("|")
     if not bar:
         return name(readable_name(location))
-    which = f"<small>{text(rest[:MAX_NAME_CHARS])}</small>"
-    return f'<span title="{text(location)}">{name(readable_name(kind))} {which}</span>'
+    which = html("<small>{}</small>", text(rest[:MAX_NAME_CHARS]))
+    return html('<span title="{}">{} {}</span>', text(location), name(readable_name(kind)), which)
 
 
 def number(value: float | None, digits: int = 1) -> str:
@@ -69,49 +83,75 @@ def percent(value: float | None) -> str:
     return f"{100 * value:.1f} %" if value < 0.1 else f"{100 * value:.0f} %"
 
 
-def command(words: str) -> str:
+def command(words: str) -> Markup:
     """The attributes of something that can be clicked."""
-    return f'data-lios="{text(words)}" role="button" tabindex="0"'
+    return html('data-lios="{}" role="button" tabindex="0"', text(words))
 
 
-def chip(label: str, colour: str, *, dark: bool = False) -> str:
+def chip(label: str, colour: str, *, dark: bool = False) -> Markup:
     ink = "#fff" if dark else "#1c1e21"
-    return f'<span class="chip" style="background:{text(colour)};color:{ink}">{text(label)}</span>'
+    return html('<span class="chip" style="background:{};color:{}">{}</span>', text(colour), ink, text(label))
 
 
-def dot(colour: Colour) -> str:
-    return f'<span class="dot" style="background:{css(colour)}"></span>'
+def dot(colour: Colour) -> Markup:
+    return html('<span class="dot" style="background:{}"></span>', css(colour))
 
 
-def bar(share: float, colour: str) -> str:
+def bar(share: float, colour: str) -> Markup:
     """A horizontal bar that fills a fraction of its cell."""
     width = 0.0 if share != share else 100 * min(max(share, 0.0), 1.0)
-    return f'<div class="bar"><div style="width:{width:.1f}%;background:{text(colour)}"></div></div>'
+    return html('<div class="bar"><div style="width:{:.1f}%;background:{}"></div></div>', width, text(colour))
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, key: str = "", classes: Sequence[str] = ()) -> str:
+def table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    key: str = "",
+    classes: Sequence[str] = (),
+    hints: Mapping[str, str] = MappingProxyType({}),
+) -> Markup:
     """A table of cells that are already markup; a click on a heading sorts by it.
 
     Args:
         key: name of the table, so that a chosen sort order survives new content.
         classes: one per column ("n" for numbers).
+        hints: what a heading means, shown as its tooltip.
     """
     kinds = [*classes, *[""] * len(head)]
-    top = "".join(
-        f'<th class="{kinds[i]}" {command(f"sort {key} {i}")}>{text(title)}</th>' for i, title in enumerate(head)
+    top = Markup("").join(
+        html(
+            '<th class="{}" {}{}>{}</th>',
+            kinds[i],
+            command(f"sort {key} {i}"),
+            _tooltip(hints.get(title)),
+            text(title),
+        )
+        for i, title in enumerate(head)
     )
-    body = "".join(
-        "<tr>" + "".join(f'<td class="{kinds[i]}">{cell}</td>' for i, cell in enumerate(row)) + "</tr>"
+    body = Markup("").join(
+        Markup("<tr>")
+        + Markup("").join(html('<td class="{}">{}</td>', kinds[i], cell) for i, cell in enumerate(row))
+        + Markup("</tr>")
         for row in rows
     )
-    return f'<table class="lios" data-table="{text(key)}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>'
+    return html(
+        '<table class="lios" data-table="{}"><thead><tr>{}</tr></thead><tbody>{}</tbody></table>',
+        text(key),
+        top,
+        body,
+    )
 
 
-def error_line(line: str) -> str:
+def _tooltip(hint: str | None) -> Markup:
+    return html(' title="{}"', text(hint)) if hint else Markup("")
+
+
+def error_line(line: str) -> Markup:
     """An error in one line; nothing for an empty text."""
-    return f'<div class="lp"><p class="trouble">{name(line, most=400)}</p></div>' if line else ""
+    return html('<div class="lp"><p class="trouble">{}</p></div>', name(line, most=400)) if line else Markup("")
 
 
-def style() -> str:
+def style() -> Markup:
     """The style sheet that all panels share."""
-    return f"<style>{resource('panels/panels.css')}</style>"
+    return html("<style>{}</style>", Markup(resource("panels/panels.css")))

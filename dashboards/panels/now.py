@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+from markupsafe import Markup
+
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, belief_colours, css
-from dashboards.panels.markup import chip, dot, name, number, percent, text
+from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, css
+from dashboards.panels.markup import chip, dot, html, name, number, percent, text
 from replayers.runs.gaps import gaps_of
+from workbench.belief_colours import belief_colours
+from workbench.tolerances import NEAR_SHOWN_COST
 from workbench.worlds.names import readable_name
 
-SAME = 0.05
 MAX_TASK_CHARS = 300
 """Characters of a task that are shown."""
 
 
-def title(timeline: Timeline) -> str:
-    """Heading of a run: task, place, strategy."""
+def title(timeline: Timeline, *, has_truth: bool = False) -> Markup:
+    """Heading of a run: task, place, strategy.
+
+    Args:
+        has_truth: whether the log holds the true contents, which of a robot's logs only a simulated one's does.
+    """
     info = timeline.run.info
-    parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", info.source]
+    parts = [info.place, info.strategy, info.estimator, f"seed {info.seed}", _robot(info.source, has_truth=has_truth)]
     notes = [] if timeline.run.complete else ["This log stops short of its end; it is shown as far as it goes."]
     lost = gaps_of(timeline.run).lost
     if lost:
@@ -26,62 +33,81 @@ def title(timeline: Timeline) -> str:
         notes.append("This log holds no decisions.")
     if not timeline.item_types:
         notes.append("This log holds no beliefs; containers keep one colour.")
-    warned = "".join(f'<div class="warn">{text(note)}</div>' for note in notes)
-    facts = " · ".join(name(p) for p in parts if p)
+    warned = Markup("").join(html('<div class="warn">{}</div>', text(note)) for note in notes)
+    facts = Markup(" · ").join(name(p) for p in parts if p)
     task = name(timeline.task_words, most=MAX_TASK_CHARS)
-    return f'<div class="lp"><h2>{task}</h2><p class="muted">{facts}</p>{warned}</div>'
+    return html('<div class="lp"><h2>{}</h2><p class="muted">{}</p>{}</div>', task, facts, warned)
 
 
-def now(scene: Scene) -> str:
+def _robot(source: str, *, has_truth: bool) -> str:
+    if source != "spot":
+        return source
+    return "Spot (simulated)" if has_truth else "Spot"
+
+
+def now(scene: Scene) -> Markup:
     """The moment: what the robot does and why, and the cost so far."""
     remaining = number(scene.expected_cost)
     figures = (
-        (number(scene.cost), "cost so far", ' data-live="cost"'),
+        (number(scene.cost), "cost so far", Markup(' data-live="cost"')),
         (remaining, "plan expected", ""),
-        (number(scene.travel_m) + " m", "walked", ' data-live="walked"'),
+        (number(scene.travel_m) + " m", "walked", Markup(' data-live="walked"')),
         (str(scene.searches), "searched", ""),
     )
-    cells = "".join(f"<div><b{live}>{value}</b><span>{label}</span></div>" for value, label, live in figures)
-    holding = f" · holding {text(readable_name(scene.robot.holding))}" if scene.robot.holding else ""
+    cells = Markup("").join(
+        html("<div><b{}>{}</b><span>{}</span></div>", live, value, label) for value, label, live in figures
+    )
+    holding = html(" · holding {}", readable_name(scene.robot.holding)) if scene.robot.holding else ""
     phase = chip(scene.phase, PHASES.get(scene.phase, "#ddd"))
     if scene.outcome:
         phase = chip(scene.outcome, css(FOUND if scene.outcome == "done" else RUNS[1]), dark=True)
-    why = f'<p class="muted">Decided because: {name(scene.reason)}</p>' if scene.reason else ""
-    return (
-        f'<div class="lp"><p>{phase} {name(scene.doing)}{holding}</p>'
-        f'<div class="facts">{cells}</div>'
-        f"<p>Decision <b>{scene.decision}</b> of {scene.decisions}</p>{why}{_failure_note(scene)}</div>"
+    why = html('<p class="muted">Decided because: {}</p>', name(scene.reason)) if scene.reason else ""
+    return html(
+        '<div class="lp"><p>{} {}{}</p><div class="facts">{}</div><p>Decision <b>{}</b> of {}</p>{}{}</div>',
+        phase,
+        name(scene.doing),
+        holding,
+        cells,
+        scene.decision,
+        scene.decisions,
+        why,
+        _failure_note(scene),
     )
 
 
-def _failure_note(scene: Scene) -> str:
+def _failure_note(scene: Scene) -> Markup:
     """Why a failed run ended, and the charged cost if it differs from the spent cost."""
     if scene.outcome in ("", "done"):
-        return ""
-    charged = scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > SAME else None
+        return Markup("")
+    charged = (
+        scene.charged if scene.charged is not None and abs(scene.charged - scene.cost) > NEAR_SHOWN_COST else None
+    )
     cost = f" Charged: {number(charged)}." if charged is not None else ""
-    return f'<p class="warn">Ended because: {name(scene.why_ended, most=MAX_TASK_CHARS)}.{cost}</p>'
+    return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, most=MAX_TASK_CHARS), cost)
 
 
-def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> str:
+def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> Markup:
     """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that the layout is
     stable.
 
     Args:
         unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
     """
-    stops = ", ".join(css(belief_colours(i / 8)) for i in range(9))
-    of = f"belief in {text(readable_name(scene.focus))}" if scene.focus else "no beliefs"
-    scale = (
-        f'0 <span class="ramp" style="background:linear-gradient(90deg,{stops})"></span> {percent(scene.top_belief)}'
+    stops = Markup(", ").join(css(belief_colours(i / 8)) for i in range(9))
+    of = html("belief in {}", readable_name(scene.focus)) if scene.focus else "no beliefs"
+    scale = html(
+        '0 <span class="ramp" style="background:linear-gradient(90deg,{})"></span> {}',
+        stops,
+        percent(scene.top_belief),
     )
-    marks = (
-        f"<span>{dot(SEARCHED)}searched (×: not there)</span>"
-        f"<span>{dot(FOUND)}✓ seen there</span>"
-        f"<span>{dot(KNOWN)}known at the start</span>"
+    marks = html(
+        "<span>{}searched (×: not there)</span><span>{}✓ seen there</span><span>{}known at the start</span>",
+        dot(SEARCHED),
+        dot(FOUND),
+        dot(KNOWN),
     )
-    marks += "<span>? nobody opened it</span>" if unopened else ""
-    marks += "<span>◆ here a replay had to end</span>" if ended else ""
-    marks += "<span>1, 2, 3 order of search</span>" if scene.decisions else ""
-    colours = f"{of}: {scale}" if scene.focus else of
-    return f'<div class="lp legend"><span>{colours}</span>{marks}</div>'
+    marks += Markup("<span>? nobody opened it</span>") if unopened else ""
+    marks += Markup("<span>◆ here a replay had to end</span>") if ended else ""
+    marks += Markup("<span>1, 2, 3 order of search</span>") if scene.decisions else ""
+    colours = html("{}: {}", of, scale) if scene.focus else of
+    return html('<div class="lp legend"><span>{}</span>{}</div>', colours, marks)

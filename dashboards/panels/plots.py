@@ -6,6 +6,7 @@ import itertools
 from bisect import bisect_right
 
 import numpy as np
+from markupsafe import Markup
 
 from dashboards.model.belief_series import belief_series
 from dashboards.model.clock import UNITS, Clock
@@ -14,17 +15,18 @@ from dashboards.model.timeline import Timeline
 from dashboards.palette import css, run_colour
 from dashboards.panels.chart import Band, Line, Point, chart
 from dashboards.panels.markup import axis_number, percent
+from workbench.tolerances import ROUNDING
 from workbench.worlds.names import readable_name
 
 MAX_POINTS = 600
 
 
-def plots(clock: Clock, names: list[str], focus: str) -> str:
+def plots(clock: Clock, names: list[str], focus: str) -> Markup:
     """All three charts."""
     return cost_plot(clock, names) + remaining_plot(clock, names) + belief_plot(clock, focus)
 
 
-def cost_plot(clock: Clock, names: list[str]) -> str:
+def cost_plot(clock: Clock, names: list[str]) -> Markup:
     """Cost so far of every run, dashed where a replay assumed it; bounds where the log cannot settle the final
     cost."""
     lines: list[Line] = []
@@ -40,7 +42,7 @@ def cost_plot(clock: Clock, names: list[str]) -> str:
     return chart("Cost so far", lines, end=clock.end, unit=UNITS[clock.alignment], shown=axis_number, bands=bands)
 
 
-def remaining_plot(clock: Clock, names: list[str]) -> str:
+def remaining_plot(clock: Clock, names: list[str]) -> Markup:
     """Expected remaining cost of the plan in force: it falls as the run spends, and jumps at decisions."""
     lines = [
         Line(name=names[row], colour=css(run_colour(row)), points=points)
@@ -48,14 +50,14 @@ def remaining_plot(clock: Clock, names: list[str]) -> str:
         if (points := _remaining(timeline, clock, row))
     ]
     if not lines:
-        return '<div class="lp"><p class="muted">No plan said what it expected.</p></div>'
+        return Markup('<div class="lp"><p class="muted">No plan said what it expected.</p></div>')
     return chart("Expected remaining cost", lines, end=clock.end, unit=UNITS[clock.alignment], shown=axis_number)
 
 
-def belief_plot(clock: Clock, focus: str) -> str:
+def belief_plot(clock: Clock, focus: str) -> Markup:
     """Belief in one item type over time, for the containers that were ever most believed."""
     if not clock.timelines or not focus:
-        return '<div class="lp"><p class="muted">No beliefs to draw.</p></div>'
+        return Markup('<div class="lp"><p class="muted">No beliefs to draw.</p></div>')
     timeline = clock.timelines[0]
     lines = [
         Line(
@@ -122,7 +124,7 @@ def _held(points: list[Point], timeline: Timeline, clock: Clock) -> list[Point]:
 
 
 def _next_decision(at: float, timeline: Timeline, clock: Clock) -> float:
-    later = [r for r in clock.decisions() if r > at + 1e-9]
+    later = [r for r in clock.decisions() if r > at + ROUNDING]
     return min(later, default=clock.reading(timeline.end_ns))
 
 

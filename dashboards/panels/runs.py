@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dashboards.panels.markup import breakable, command, name, number, table, text
+from markupsafe import Markup
+
+from dashboards.panels.markup import breakable, command, html, name, number, table, text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,16 +28,16 @@ class RunRow:
 MAX_ROWS = 300
 
 
-def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
+def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> Markup:
     """The rows that pass the filters; those shown are marked."""
     if not rows:
-        return f'<div class="lp"><p class="muted">None of {total} runs passes the filters.</p></div>'
+        return html('<div class="lp"><p class="muted">None of {} runs passes the filters.</p></div>', total)
     cells = [
         [
             _mark(row.index, shown),
             _opened_by(row),
             name(row.scenario),
-            name(row.strategy) + (' <span class="muted">replay</span>' if row.source == "replay" else ""),
+            name(row.strategy) + (Markup(' <span class="muted">replay</span>') if row.source == "replay" else ""),
             str(row.seed),
             breakable(row.file),
             name(row.outcome),
@@ -45,10 +47,14 @@ def runs(rows: list[RunRow], shown: tuple[int, ...], *, total: int) -> str:
         for row in rows[:MAX_ROWS]
     ]
     head = ("", "place", "scenario", "strategy", "seed", "file", "outcome", "cost", "looks")
-    more = f'<p class="muted">and {len(rows) - MAX_ROWS} more; filter to see them</p>' if len(rows) > MAX_ROWS else ""
-    count = f'<p class="muted">{len(rows)} of {total} runs. A name opens a run; + overlays it.</p>'
+    more = (
+        html('<p class="muted">and {} more; filter to see them</p>', len(rows) - MAX_ROWS)
+        if len(rows) > MAX_ROWS
+        else ""
+    )
+    count = html('<p class="muted">{} of {} runs. A name opens a run; + overlays it.</p>', len(rows), total)
     made = table(head, cells, key="runs", classes=("", "", "", "", "n", "", "", "n", "n"))
-    return f'<div class="lp">{count}{made}{more}</div>'
+    return html('<div class="lp">{}{}{}</div>', count, made, more)
 
 
 def passes(row: RunRow, words: str) -> bool:
@@ -67,16 +73,21 @@ def passes(row: RunRow, words: str) -> bool:
     return True
 
 
-def _opened_by(row: RunRow) -> str:
+def _opened_by(row: RunRow) -> Markup:
     """The place's name; a click on it opens the run, where there is a log of it."""
     if row.index < 0:
-        return f'<span title="not recorded">{breakable(row.place)}</span>'
-    return f'<span class="seek" {command(f"open {row.index}")} title="{text(row.file)}">{breakable(row.place)}</span>'
+        return html('<span title="not recorded">{}</span>', breakable(row.place))
+    return html(
+        '<span class="seek" {} title="{}">{}</span>',
+        command(f"open {row.index}"),
+        text(row.file),
+        breakable(row.place),
+    )
 
 
-def _mark(index: int, shown: tuple[int, ...]) -> str:
+def _mark(index: int, shown: tuple[int, ...]) -> Markup:
     if index < 0:
-        return ""
+        return Markup("")
     if index in shown:
-        return f'<span {command(f"overlay {index}")} title="remove it">●</span>'
-    return f'<span {command(f"overlay {index}")} title="overlay it"><b>+</b></span>'
+        return html('<span {} title="remove it">●</span>', command(f"overlay {index}"))
+    return html('<span {} title="overlay it"><b>+</b></span>', command(f"overlay {index}"))

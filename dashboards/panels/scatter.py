@@ -8,14 +8,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+from markupsafe import Markup
+
 from dashboards.palette import RUNS, css
-from dashboards.panels.markup import axis_number, command, name, number, text
+from dashboards.panels.markup import axis_number, command, html, name, number, text
 from dashboards.panels.runs import RunRow
+from workbench.tolerances import NEAR_COST
 
 SIDE_PX = 300
 MARGIN_PX = 44
 MAX_POINTS = 2000
-SAME = 1e-6
 BASELINES = ("pes-greedy", "opt-greedy", "greedy", "opt-lios", "lios")
 OURS = ("conditioned-lios", "scout-lios", "model-lios", "pes-lios", "lios")
 
@@ -40,28 +42,48 @@ def pairs(rows: Sequence[RunRow], first: str, second: str) -> list[tuple[RunRow,
     return found[:MAX_POINTS][:MAX_POINTS]
 
 
-def scatter(rows: Sequence[RunRow], first: str, second: str) -> str:
+def scatter(rows: Sequence[RunRow], first: str, second: str) -> Markup:
     """The points of two strategies."""
     found = pairs(rows, first, second)
     if not found:
-        return f'<div class="lp"><p class="muted">No task was run by both {name(first)} and {name(second)}.</p></div>'
+        return html(
+            '<div class="lp"><p class="muted">No task was run by both {} and {}.</p></div>', name(first), name(second)
+        )
     top = max(cost for a, b in found for cost in (a.cost or 0.0, b.cost or 0.0)) or 1.0
-    points = "".join(_point(a, b, top) for a, b in found)
+    points = Markup("").join(_point(a, b, top) for a, b in found)
     low, high, middle = MARGIN_PX, SIDE_PX - 6, SIDE_PX / 2
-    ticks = "".join(_tick(share, top) for share in (0.0, 0.5, 1.0))
-    below = sum((b.cost or 0.0) < (a.cost or 0.0) - SAME for a, b in found)
-    above = sum((b.cost or 0.0) > (a.cost or 0.0) + SAME for a, b in found)
+    ticks = Markup("").join(_tick(share, top) for share in (0.0, 0.5, 1.0))
+    below = sum((b.cost or 0.0) < (a.cost or 0.0) - NEAR_COST for a, b in found)
+    above = sum((b.cost or 0.0) > (a.cost or 0.0) + NEAR_COST for a, b in found)
     tasks = "task" if len(found) == 1 else "tasks"
-    return (
-        f'<div class="lp"><svg width="{SIDE_PX}" height="{SIDE_PX}" role="img">'
-        f'<line x1="{low}" y1="{SIDE_PX - low}" x2="{high}" y2="{SIDE_PX - high}" stroke="#c9cdd3"/>{ticks}'
-        f'<text x="{(low + high) / 2}" y="{SIDE_PX - 3}" text-anchor="middle">cost of {text(first)}</text>'
-        f'<text x="9" y="{middle}" text-anchor="middle" transform="rotate(-90 9 {middle})">'
-        f"cost of {text(second)}</text>"
-        f"{points}</svg><p>{len(found)} {tasks}: {name(second)} costs {_difference(found)} than {name(first)} on"
-        f" average; it is cheaper in {below} and more expensive in {above}.</p>"
-        '<p class="muted">Under the line the second is cheaper; orange: one of the two failed; pale: not recorded.'
-        " A click on a point opens its two runs.</p></div>"
+    return html(
+        '<div class="lp"><svg width="{}" height="{}" role="img"><line x1="{}" y1="{}" x2="{}" '
+        'y2="{}" stroke="#c9cdd3"/>{}<text x="{}" y="{}" text-anchor="middle">cost of {}</text>'
+        '<text x="9" y="{}" text-anchor="middle" transform="rotate(-90 9 {})">cost of {}'
+        "</text>{}</svg><p>{} {}: {} costs {} than {} on average; it is cheaper in {} and more "
+        'expensive in {}.</p><p class="muted">Under the line the second is cheaper; orange: one '
+        "of the two failed; pale: not recorded. A click on a point opens its two runs.</p></div>",
+        SIDE_PX,
+        SIDE_PX,
+        low,
+        SIDE_PX - low,
+        high,
+        SIDE_PX - high,
+        ticks,
+        (low + high) / 2,
+        SIDE_PX - 3,
+        text(first),
+        middle,
+        middle,
+        text(second),
+        points,
+        len(found),
+        tasks,
+        name(second),
+        _difference(found),
+        name(first),
+        below,
+        above,
     )
 
 
@@ -90,23 +112,36 @@ def _at(cost: float, top: float) -> float:
     return MARGIN_PX + cost / top * (SIDE_PX - 6 - MARGIN_PX)
 
 
-def _point(a: RunRow, b: RunRow, top: float) -> str:
+def _point(a: RunRow, b: RunRow, top: float) -> Markup:
     x, y = _at(a.cost or 0.0, top), SIDE_PX - _at(b.cost or 0.0, top)
     done = a.outcome == b.outcome == "done"
     logs = [str(row.index) for row in (a, b) if row.index >= 0]
     click = command(f"open {','.join(logs)}") if logs else ""
-    return (
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{css(RUNS[0] if done else RUNS[1])}"'
-        f' fill-opacity="{0.65 if logs else 0.25}" stroke="white" {click}>'
-        f"<title>{text(a.place)}: {text(a.scenario)}, {number(a.cost)} and {number(b.cost)}</title></circle>"
+    return html(
+        '<circle cx="{:.1f}" cy="{:.1f}" r="4.5" fill="{}" fill-opacity="{}" stroke="white" {}>'
+        "<title>{}: {}, {} and {}</title></circle>",
+        x,
+        y,
+        css(RUNS[0] if done else RUNS[1]),
+        0.65 if logs else 0.25,
+        click,
+        text(a.place),
+        text(a.scenario),
+        number(a.cost),
+        number(b.cost),
     )
 
 
-def _tick(share: float, top: float) -> str:
+def _tick(share: float, top: float) -> Markup:
     at = _at(share * top, top)
     label = axis_number(share * top, top)
-    return (
-        f'<text x="{at:.1f}" y="{SIDE_PX - MARGIN_PX + 13}" text-anchor="{"end" if share == 1 else "middle"}">{label}'
-        "</text>"
-        f'<text x="{MARGIN_PX - 3}" y="{SIDE_PX - at + 4:.1f}" text-anchor="end">{label}</text>'
+    return html(
+        '<text x="{:.1f}" y="{}" text-anchor="{}">{}</text><text x="{}" y="{:.1f}" text-anchor="end">{}</text>',
+        at,
+        SIDE_PX - MARGIN_PX + 13,
+        "end" if share == 1 else "middle",
+        label,
+        MARGIN_PX - 3,
+        SIDE_PX - at + 4,
+        label,
     )

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
 from dashboards.model.clock import UNITS, Clock
 from dashboards.palette import PHASES, Colour, css
-from dashboards.panels.markup import command, dot, name, text
+from dashboards.panels.markup import command, dot, html, name, text
+from replayers.log_tools.notes import Note
 
 ROW_PX = 16
 TOP_PX = 14
@@ -13,9 +18,16 @@ LAST_LABEL = 93
 MAX_PHASES = 800
 """The most phases drawn one by one; in a longer run neighbouring phases are joined."""
 
+MAX_NOTES, MAX_NOTE_CHARS = 200, 400
+"""Notes marked on one row, and characters of each in its tooltip."""
 
-def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
-    """Rows of phases with ticks at decisions; a click seeks. Drawn once; `cursor` moves over it."""
+
+def strip(clock: Clock, names: list[str], colours: list[Colour], notes: Sequence[tuple[Note, ...]] = ()) -> Markup:
+    """Rows of phases with ticks at decisions; a click seeks. Drawn once; `cursor` moves over it.
+
+    Args:
+        notes: of each run, marked on its row with their words as tooltips.
+    """
     end = clock.end
     height = TOP_PX + ROW_PX * len(clock.timelines) + 2
     parts = [_axis(end, UNITS[clock.alignment], height)]
@@ -29,55 +41,91 @@ def strip(clock: Clock, names: list[str], colours: list[Colour]) -> str:
             parts.append(_phase(a / end, b / end, y, block[0].name, block[0].title, block[0].support))
         for stamp in timeline.decision_ns[:: max(1, len(timeline.decision_ns) // MAX_PHASES)]:
             x = _x(clock.reading(stamp, run=row) / end)
-            parts.append(f'<line x1="{x:.3f}%" x2="{x:.3f}%" y1="{y - 2}" y2="{y + ROW_PX - 3}" stroke="#23262b"/>')
-    runs = "".join(f"<span>{dot(colours[i])}{name(names[i])}</span>" for i in range(len(names)))
-    keys = "".join(
-        f'<span><span class="dot" style="background:{colour}"></span>{text(phase)}</span>'
+            parts.append(
+                html(
+                    '<line x1="{:.3f}%" x2="{:.3f}%" y1="{}" y2="{}" stroke="#23262b"/>', x, x, y - 2, y + ROW_PX - 3
+                )
+            )
+        for note in (notes[row] if row < len(notes) else ())[:MAX_NOTES]:
+            parts.append(_note(_x(clock.reading(note.start_ns, run=row) / end), y, note))
+    runs = Markup("").join(html("<span>{}{}</span>", dot(colours[i]), name(names[i])) for i in range(len(names)))
+    keys = Markup("").join(
+        html('<span><span class="dot" style="background:{}"></span>{}</span>', colour, text(phase))
         for phase, colour in PHASES.items()
     )
     several = len(names) > 1
-    single = f'<div class="legend">{runs}</div>' if several else ""
-    return (
-        f'<div class="lp"><div class="rows">{_whose(names, colours) if several else ""}'
-        f'<div class="strip" data-strip="{end}" {command("strip")}>'
-        f'<svg width="100%" height="{height}">{"".join(parts)}</svg><div class="cursor"></div></div></div>'
-        f'{single}<div class="legend">{keys}<span>| decision</span></div></div>'
+    single = html('<div class="legend">{}</div>', runs) if several else ""
+    return html(
+        '<div class="lp lios-timeline"><div class="rows">{}<div class="strip" data-strip="{}" {}><svg '
+        'width="100%" height="{}">{}</svg><div class="cursor"></div></div></div>{}<div '
+        'class="legend">{}<span>| decision</span>{}</div></div>',
+        _whose(names, colours) if several else "",
+        end,
+        command("strip"),
+        height,
+        Markup("").join(parts),
+        single,
+        keys,
+        Markup("<span>▼ note</span>") if any(notes) else "",
     )
 
 
-def _whose(names: list[str], colours: list[Colour]) -> str:
+def _note(x: float, y: int, note: Note) -> Markup:
+    """A triangle at the time that a note is about."""
+    who = f"{note.author}: " if note.author else ""
+    return html(
+        '<text x="{:.3f}%" y="{}" text-anchor="middle" style="fill:#111;stroke:#fff;stroke-width:3px;'
+        'paint-order:stroke;font-size:12px">▼<title>{}</title></text>',
+        x,
+        y + ROW_PX - 5,
+        text(f"{who}{note.text}"[:MAX_NOTE_CHARS]),
+    )
+
+
+def _whose(names: list[str], colours: list[Colour]) -> Markup:
     """Before each row the colour of its run, with its name."""
-    marks = "".join(
-        f'<span style="top:{TOP_PX + row * ROW_PX}px;height:{ROW_PX - 3}px;background:{css(colours[row])}"'
-        f' title="{text(name)}"></span>'
+    marks = Markup("").join(
+        html(
+            '<span style="top:{}px;height:{}px;background:{}" title="{}"></span>',
+            TOP_PX + row * ROW_PX,
+            ROW_PX - 3,
+            css(colours[row]),
+            text(name),
+        )
         for row, name in enumerate(names)
     )
-    return f'<div class="whose">{marks}</div>'
+    return html('<div class="whose">{}</div>', marks)
 
 
-def cursor(clock: Clock, reading: float) -> str:
+def cursor(clock: Clock, reading: float) -> Markup:
     """A style sheet that puts the strip's cursor at a reading."""
-    return f"<style>.lp .strip .cursor{{left:{_x(reading / clock.end):.3f}%}}</style>"
+    return html("<style>.lp .strip .cursor{{left:{:.3f}%}}</style>", _x(reading / clock.end))
 
 
 def _x(share: float) -> float:
     return 100 * min(max(share, 0.0), 1.0)
 
 
-def _phase(a: float, b: float, y: int, phase: str, title: str, support: str) -> str:
+def _phase(a: float, b: float, y: int, phase: str, title: str, support: str) -> Markup:
     x, width = _x(a), max(_x(b) - _x(a), 0.06)
     dashed = (
-        ' fill-opacity="0.45" stroke="#23262b" stroke-dasharray="3 2" stroke-width="0.6"'
+        Markup(' fill-opacity="0.45" stroke="#23262b" stroke-dasharray="3 2" stroke-width="0.6"')
         if support == "imputed"
         else ""
     )
-    return (
-        f'<rect x="{x:.3f}%" y="{y}" width="{width:.3f}%" height="{ROW_PX - 3}" fill="{PHASES[phase]}"{dashed}>'
-        f"<title>{text(title)}</title></rect>"
+    return html(
+        '<rect x="{:.3f}%" y="{}" width="{:.3f}%" height="{}" fill="{}"{}><title>{}</title></rect>',
+        x,
+        y,
+        width,
+        ROW_PX - 3,
+        PHASES[phase],
+        dashed,
+        text(title),
     )
 
 
-def _axis(end: float, unit: str, height: int) -> str:
+def _axis(end: float, unit: str, height: int) -> Markup:
     """Ticks at round readings. Only the first names the unit, so that the others do not overlap in a narrow
     window."""
     step = _round_step(end / 8)
@@ -85,12 +133,12 @@ def _axis(end: float, unit: str, height: int) -> str:
     at = 0.0
     while at <= end * 1.0001:
         x = _x(at / end)
-        marks.append(f'<line x1="{x:.2f}%" x2="{x:.2f}%" y1="10" y2="{height}" stroke="#e3e5e8"/>')
+        marks.append(html('<line x1="{:.2f}%" x2="{:.2f}%" y1="10" y2="{}" stroke="#e3e5e8"/>', x, x, height))
         label = f"{at:g}{' ' + unit if unit and not at else ''}"
-        anchor = "" if x < LAST_LABEL else ' text-anchor="end"'
-        marks.append(f'<text x="{x:.2f}%" y="9"{anchor}>{label}</text>')
+        anchor = "" if x < LAST_LABEL else Markup(' text-anchor="end"')
+        marks.append(html('<text x="{:.2f}%" y="9"{}>{}</text>', x, anchor, label))
         at += step
-    return "".join(marks)
+    return Markup("").join(marks)
 
 
 def _round_step(step: float) -> float:

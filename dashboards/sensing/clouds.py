@@ -9,12 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from dashboards.sensing.frames import Frames, Matrix, matrix, spot_pose
-
-Points = npt.NDArray[np.float32]
-"""Points on the map, shape (n, 3), metres."""
+from dashboards.sensing.frames import Frames, matrix, spot_pose
+from workbench.arrays import Floats, Floats32
 
 MAX_POINTS = 60_000
 """The most points of one message; a larger one is subsampled evenly."""
@@ -24,7 +21,7 @@ DEPTH_U16, RAW = 5, 2
 """bosdyn.api.Image: PIXEL_FORMAT_DEPTH_U16 and FORMAT_RAW."""
 NO_DEPTH = (0, 65535)
 """Pixels of a depth picture that hold no depth: nothing measured, and farther than the camera can tell."""
-NOTHING: Points = np.zeros((0, 3), dtype=np.float32)
+NOTHING: Floats32 = np.zeros((0, 3), dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +34,7 @@ class Lens:
     cy: float
 
 
-def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Points:
+def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Floats32:
     """The points of a foxglove.PointCloud on the map; none when it cannot be read or placed."""
     columns = [column for name in ("x", "y", "z") if (column := _column(message, name)) is not None]
     map_from_frame = frames.on_map(message.frame_id, stamp_ns)
@@ -49,7 +46,7 @@ def cloud_points(message: Any, frames: Frames, stamp_ns: int) -> Points:
     return placed(np.column_stack(columns), map_from_frame @ frame_from_cloud)
 
 
-def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Points:
+def depth_points(response: Any, frames: Frames, stamp_ns: int) -> Floats32:
     """The points of a Spot's depth picture (bosdyn.api.ImageResponse) on the map; none for another picture."""
     image, lens = response.shot.image, scaled_lens(response.source, response.shot.image)
     cells = image.rows * image.cols
@@ -92,14 +89,14 @@ def scaled_lens(source: Any, image: Any) -> Lens | None:
     )
 
 
-def placed(points: npt.NDArray[np.float64], pose: Matrix) -> Points:
+def placed(points: Floats, pose: Floats) -> Floats32:
     """Points moved by a pose, without non-finite ones, subsampled evenly to MAX_POINTS."""
     points = points[:: max(1, -(-len(points) // MAX_POINTS))]
     points = points[np.isfinite(points).all(axis=1)]
     return (points @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)
 
 
-def _column(message: Any, name: str) -> npt.NDArray[np.float64] | None:
+def _column(message: Any, name: str) -> Floats | None:
     stride = message.point_stride
     field = next((f for f in message.fields if f.name == name), None)
     kind = np.dtype(NUMBERS[field.type]) if field is not None and field.type in NUMBERS else None

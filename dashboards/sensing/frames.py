@@ -9,13 +9,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.importers.frames import matrix_of
 from replayers.runs.sensor_index import TRANSFORMS, SensorTracks, TopicIndex
-
-Matrix = npt.NDArray[np.float64]
-"""A pose, shape (4, 4)."""
+from workbench.arrays import Floats
+from workbench.caches import Cache
 
 MAP = "map"
 LOOK_BACK = 40
@@ -27,7 +25,7 @@ MAX_CACHED_TRANSFORMS = 4000
 DEEPEST = 32
 
 
-def matrix(position: Any, rotation: Any) -> Matrix | None:
+def matrix(position: Any, rotation: Any) -> Floats | None:
     """A pose from a protobuf's x, y, z and quaternion x, y, z, w; None for an invalid rotation."""
     length = rotation.x**2 + rotation.y**2 + rotation.z**2 + rotation.w**2
     if not 0.5 < length < 2.0 or not np.isfinite([position.x, position.y, position.z]).all():
@@ -35,7 +33,7 @@ def matrix(position: Any, rotation: Any) -> Matrix | None:
     return matrix_of(position, rotation)
 
 
-def chained(parents: Mapping[str, tuple[str, Matrix]], child: str, ancestor: str) -> Matrix | None:
+def chained(parents: Mapping[str, tuple[str, Floats]], child: str, ancestor: str) -> Floats | None:
     """The pose of a frame in one of its ancestors, or None when the tree does not lead there."""
     at = np.eye(4)
     for _ in range(DEEPEST):
@@ -48,9 +46,9 @@ def chained(parents: Mapping[str, tuple[str, Matrix]], child: str, ancestor: str
     return None
 
 
-def spot_tree(snapshot: Any) -> dict[str, tuple[str, Matrix]]:
+def spot_tree(snapshot: Any) -> dict[str, tuple[str, Floats]]:
     """The frames of a bosdyn FrameTreeSnapshot, each with its parent."""
-    tree: dict[str, tuple[str, Matrix]] = {}
+    tree: dict[str, tuple[str, Floats]] = {}
     for child, edge in sorted(snapshot.child_to_parent_edge_map.items()):
         pose = matrix(edge.parent_tform_child.position, edge.parent_tform_child.rotation)
         if edge.parent_frame_name and pose is not None:
@@ -58,7 +56,7 @@ def spot_tree(snapshot: Any) -> dict[str, tuple[str, Matrix]]:
     return tree
 
 
-def spot_pose(snapshot: Any, child: str, ancestor: str) -> Matrix | None:
+def spot_pose(snapshot: Any, child: str, ancestor: str) -> Floats | None:
     """ancestor_from_child within a bosdyn snapshot, whose root is the body: up from both, and down again."""
     tree = spot_tree(snapshot)
     for root in ("body", "odom", "vision"):
@@ -73,16 +71,16 @@ class Frames:
 
     def __init__(self, tracks: SensorTracks) -> None:
         self._tracks = tracks
-        self._of_message: dict[tuple[str, int], dict[str, tuple[str, Matrix]]] = {}
-        self._static: dict[str, tuple[str, Matrix]] | None = None
+        self._of_message: Cache[tuple[str, int], dict[str, tuple[str, Floats]]] = Cache(MAX_CACHED_TRANSFORMS)
+        self._static: dict[str, tuple[str, Floats]] | None = None
 
-    def on_map(self, frame: str, stamp_ns: int) -> Matrix | None:
+    def on_map(self, frame: str, stamp_ns: int) -> Floats | None:
         """map_from_frame at a moment, by the newest transforms before it; None when they do not lead to the map."""
         if frame in (MAP, ""):
             return np.eye(4)
         return chained(self._tree(stamp_ns), frame, MAP)
 
-    def _tree(self, stamp_ns: int) -> dict[str, tuple[str, Matrix]]:
+    def _tree(self, stamp_ns: int) -> dict[str, tuple[str, Floats]]:
         tree = dict(self._never_changing())
         for track in self._tracks.of_kind(TRANSFORMS):
             last = track.last_at(stamp_ns)
@@ -90,7 +88,7 @@ class Frames:
                 tree |= self._links(track, index)
         return tree
 
-    def _never_changing(self) -> dict[str, tuple[str, Matrix]]:
+    def _never_changing(self) -> dict[str, tuple[str, Floats]]:
         if self._static is None:
             self._static = {}
             for track in self._tracks.of_kind(TRANSFORMS):
@@ -98,16 +96,14 @@ class Frames:
                     self._static |= self._links(track, index)
         return self._static
 
-    def _links(self, track: TopicIndex, index: int) -> dict[str, tuple[str, Matrix]]:
-        key = (track.topic, index)
-        if len(self._of_message) > MAX_CACHED_TRANSFORMS:
-            self._of_message.clear()
-        if key not in self._of_message:
-            links: dict[str, tuple[str, Matrix]] = {}
-            message = self._tracks.message(track, index)
-            for link in message.transforms if message is not None else ():
-                pose = matrix(link.translation, link.rotation)
-                if pose is not None:
-                    links[link.child_frame_id] = (link.parent_frame_id, pose)
-            self._of_message[key] = links
-        return self._of_message[key]
+    def _links(self, track: TopicIndex, index: int) -> dict[str, tuple[str, Floats]]:
+        return self._of_message.get((track.topic, index), lambda: self._read_links(track, index))
+
+    def _read_links(self, track: TopicIndex, index: int) -> dict[str, tuple[str, Floats]]:
+        links: dict[str, tuple[str, Floats]] = {}
+        message = self._tracks.message(track, index)
+        for link in message.transforms if message is not None else ():
+            pose = matrix(link.translation, link.rotation)
+            if pose is not None:
+                links[link.child_frame_id] = (link.parent_frame_id, pose)
+        return links

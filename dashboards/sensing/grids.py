@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dashboards.sensing.clouds import NUMBERS
 from dashboards.sensing.frames import Frames, matrix
+from workbench.arrays import Bools, Floats, Floats32, Uints32
 
 HEIGHT_M = 0.03
 NEGLIGIBLE_DETOUR_M = 0.3
@@ -29,11 +29,11 @@ class Cells:
         blocked: for each cell, whether it is an obstacle (True) or only near one (False), bool (n,).
     """
 
-    vertices: npt.NDArray[np.float32]
-    faces: npt.NDArray[np.uint32]
-    blocked: npt.NDArray[np.bool_]
+    vertices: Floats32
+    faces: Uints32
+    blocked: Bools
 
-    def faces_of(self, chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint32]:
+    def faces_of(self, chosen: Bools) -> Uints32:
         """The faces of some cells, uint32 (2 m, 3)."""
         return self.faces[np.tile(chosen, 2)]
 
@@ -66,7 +66,7 @@ def grid_cells(message: Any, frames: Frames, stamp_ns: int) -> Cells | None:
     return Cells(vertices=points.astype(np.float32), faces=faces.astype(np.uint32), blocked=blocked[rows, columns])
 
 
-def _values(message: Any) -> npt.NDArray[np.float64] | None:
+def _values(message: Any) -> Floats | None:
     """The first field's values, shape (rows, columns); None where bytes and claims disagree."""
     field = message.fields[0] if message.fields else None
     kind = np.dtype(NUMBERS[field.type]) if field is not None and field.type in NUMBERS else None

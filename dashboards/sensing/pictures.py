@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from dashboards.sensing.frames import Frames, Matrix, spot_pose
+from dashboards.sensing.frames import Frames, spot_pose
+from workbench.arrays import Floats, Uints8
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 MAX_BYTES = 8 << 20
 MAX_PX = 4096
@@ -34,7 +37,7 @@ class Picture:
     stamp_ns: int
     mime: str
     data: bytes
-    on_map: Matrix | None
+    on_map: Floats | None
     field_rad: float
     aspect: float
 
@@ -79,8 +82,11 @@ def picture_of(
     )
 
 
-def pixels(picture: Picture) -> npt.NDArray[np.uint8] | None:
-    """The picture small enough for the 3D view, uint8 (rows, columns, 3); None when it cannot be decoded."""
+def pixels(picture: Picture) -> Uints8 | None:
+    """The picture small enough for the 3D view, uint8 (rows, columns, 3); None when it cannot be decoded.
+
+    Of grey pixels of 16 bits the upper eight are shown.
+    """
     import io
 
     from PIL import Image
@@ -90,13 +96,21 @@ def pixels(picture: Picture) -> npt.NDArray[np.uint8] | None:
             if max(image.size) > MAX_PX:
                 return None
             image.draft("RGB", (SHOWN_PX, SHOWN_PX))
-            image.thumbnail((SHOWN_PX, SHOWN_PX))
-            return np.asarray(image.convert("RGB"), dtype=np.uint8)
+            shown = _eight_bits(image) if image.mode.startswith("I") else image
+            shown.thumbnail((SHOWN_PX, SHOWN_PX))
+            return np.asarray(shown.convert("RGB"), dtype=np.uint8)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
 
 
-def _place(frame: str, stamp_ns: int, frames: Frames, raw: Any | None) -> Matrix | None:
+def _eight_bits(image: Image) -> Image:
+    """A grey picture of 16 bits with the upper eight of each pixel: Pillow's own conversion cuts off at 255."""
+    from PIL import Image
+
+    return Image.fromarray((np.asarray(image, dtype=np.uint32) >> 8).astype(np.uint8))
+
+
+def _place(frame: str, stamp_ns: int, frames: Frames, raw: Any | None) -> Floats | None:
     found = frames.on_map(frame, stamp_ns) if frame else None
     if found is not None or raw is None:
         return found

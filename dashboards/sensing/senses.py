@@ -7,14 +7,12 @@ first seen, sorted by it, so that the site as known at any moment is a prefix of
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from dashboards.sensing.clouds import NOTHING, Points, cloud_points, depth_points
+from dashboards.sensing.clouds import NOTHING, cloud_points, depth_points
 from dashboards.sensing.frames import Frames
 from dashboards.sensing.grids import Cells, grid_cells
 from dashboards.sensing.pictures import Picture, picture_of
@@ -28,6 +26,8 @@ from replayers.runs.sensor_index import (
     TopicIndex,
     sensor_tracks,
 )
+from workbench.arrays import Floats32, Indices, Ints
+from workbench.caches import Cache
 
 STALE_NS = 5_000_000_000
 """A grid older than this is not shown: the robot has walked on."""
@@ -48,9 +48,9 @@ class RobotSensors:
         self._frames = Frames(tracks)
         self._raw = {t.topic.rpartition("/")[2]: t for t in tracks.of_kind(SPOT_IMAGE)}
         self._lenses = {t.topic: t for t in tracks.of_kind(LENS)}
-        self._site: tuple[npt.NDArray[np.int64], Points] | None = None
-        self._picture = lru_cache(maxsize=KEPT_PICTURES)(self._read_picture)
-        self._cells = lru_cache(maxsize=KEPT_GRIDS)(self._read_grid)
+        self._site: tuple[Ints, Floats32] | None = None
+        self._pictures: Cache[tuple[str, int], Picture | None] = Cache(KEPT_PICTURES)
+        self._cells: Cache[tuple[str, int], Cells | None] = Cache(KEPT_GRIDS)
 
     @property
     def path(self) -> Path:
@@ -81,7 +81,7 @@ class RobotSensors:
         for track in self._grids():
             index = track.last_at(stamp_ns)
             if index >= 0 and stamp_ns - int(track.stamps_ns[index]) <= STALE_NS:
-                return self._cells(track.topic, index)
+                return self._grid(track.topic, index)
         return None
 
     def gather_site(self) -> None:
@@ -89,14 +89,14 @@ class RobotSensors:
         if self._site is None:
             self._site = _gathered(list(self._clouds()))
 
-    def site(self, stamp_ns: int) -> Points:
+    def site(self, stamp_ns: int) -> Floats32:
         """The points of the site that clouds have shown up to a moment; none before gather_site."""
         if self._site is None:
             return NOTHING
         stamps, points = self._site
         return points[: int(np.searchsorted(stamps, stamp_ns, side="right"))]
 
-    def _clouds(self) -> Iterator[tuple[int, Points]]:
+    def _clouds(self) -> Iterator[tuple[int, Floats32]]:
         tracks = [t for t in (*self._tracks.of_kind(CLOUD), *self._tracks.of_kind(SPOT_IMAGE)) if _may_hold_points(t)]
         for track in tracks:
             count = len(track.stamps_ns)
@@ -110,6 +110,9 @@ class RobotSensors:
     def _grids(self) -> list[TopicIndex]:
         return [t for t in self._tracks.of_kind(GRID) if t.topic != "/map"]
 
+    def _picture(self, topic: str, index: int) -> Picture | None:
+        return self._pictures.get((topic, index), lambda: self._read_picture(topic, index))
+
     def _read_picture(self, topic: str, index: int) -> Picture | None:
         track = self._tracks.tracks[topic]
         message = self._tracks.message(track, index) if index >= 0 else None
@@ -119,6 +122,9 @@ class RobotSensors:
         raw = self._nearest(self._raw.get(topic.rpartition("/")[2]), stamp)
         lens = self._nearest(self._lenses.get(f"{topic}/calibration"), stamp)
         return picture_of(message, topic, stamp, self._frames, lens=lens, raw=raw)
+
+    def _grid(self, topic: str, index: int) -> Cells | None:
+        return self._cells.get((topic, index), lambda: self._read_grid(topic, index))
 
     def _read_grid(self, topic: str, index: int) -> Cells | None:
         track = self._tracks.tracks[topic]
@@ -141,19 +147,19 @@ def _may_hold_points(track: TopicIndex) -> bool:
     return track.schema.name == CLOUD or "depth" in track.topic
 
 
-def _voxels(points: Points) -> Points:
+def _voxels(points: Floats32) -> Floats32:
     """One point for each cube of space, the first, between floor and ceiling: this keeps far less of a cloud."""
     points = points[(points[:, 2] > FLOOR_M) & (points[:, 2] < CUT_M)]
     return points[_first_of_voxels(points)]
 
 
-def _first_of_voxels(points: Points) -> npt.NDArray[np.intp]:
+def _first_of_voxels(points: Floats32) -> Indices:
     """The index of the first point in each cube, in order."""
     _, first = np.unique(np.round(points / CUBE_M).astype(np.int64), axis=0, return_index=True)
     return np.sort(first)
 
 
-def _gathered(clouds: list[tuple[int, Points]]) -> tuple[npt.NDArray[np.int64], Points]:
+def _gathered(clouds: list[tuple[int, Floats32]]) -> tuple[Ints, Floats32]:
     """Each cube of space once, by the first moment in which a point lay in it.
 
     Args:

@@ -17,7 +17,7 @@ import secrets
 import socket
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from http import HTTPStatus
 from typing import Protocol
 from urllib.parse import parse_qsl, urlencode, urlsplit
@@ -175,7 +175,7 @@ def token_for_a_run() -> str:
     return chosen
 
 
-@cache
+@lru_cache(maxsize=1024)
 def is_loopback(host: str) -> bool:
     """Whether only this machine can reach an address; a name counts where all that it stands for does."""
     try:

@@ -8,13 +8,13 @@ from math import cos, hypot, sin
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.geometry.marks import ROBOT_DARK, dashes, path_segments, robot_body, robot_legs
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import RobotState, Scene
 from dashboards.palette import Colour
+from workbench.arrays import Floats32
 from workbench.worlds.geometry import Point
 
 TRAIL_M = 0.02
@@ -40,7 +40,7 @@ class _RobotActor:
     height_m: float
     here: bool
     pose: tuple[float, float, float] | None = None
-    ahead_shown: npt.NDArray[np.float32] | None = None
+    ahead_shown: Floats32 | None = None
 
     def parts(self) -> tuple[viser.SceneNodeHandle, ...]:
         return (self.frame, self.trail, self.ahead)
@@ -144,5 +144,5 @@ def _point(robot: RobotState) -> Point:
     return robot.x_m, robot.y_m
 
 
-def _set_points(handle: viser.LineSegmentsHandle, points: npt.NDArray[np.float32]) -> None:
+def _set_points(handle: viser.LineSegmentsHandle, points: Floats32) -> None:
     handle.points = points if len(points) else np.zeros((1, 2, 3), dtype=np.float32)

@@ -10,7 +10,6 @@ from math import hypot
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.geometry.marks import cross, tick, unopened_marker, unseen_marker
@@ -19,6 +18,7 @@ from dashboards.model.container_style import bar_heights_m, container_colours
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import STATUSES, Scene
 from dashboards.palette import UNOPENED, UNSEEN, linear_rgb
+from workbench.arrays import Bools, Floats, Floats32, Uints8, Uints32
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.names import readable_name
@@ -72,9 +72,7 @@ class BeliefMarks:
             for i in range(LABELLED)
         ]
 
-    def show(
-        self, scenes: Sequence[Scene], unopened: npt.NDArray[np.bool_], *, bars: bool = True, orders: bool = True
-    ) -> None:
+    def show(self, scenes: Sequence[Scene], unopened: Bools, *, bars: bool = True, orders: bool = True) -> None:
         """Shows a moment: the beliefs of the first scene; of every scene, where a replay had to end.
 
         Args:
@@ -93,8 +91,8 @@ class BeliefMarks:
     def _mesh(
         self,
         name: str,
-        mesh: tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]],
-        at: npt.NDArray[np.float32],
+        mesh: tuple[Floats32, Uints32],
+        at: Floats32,
         *,
         colour: tuple[int, int, int] | None = None,
         opacity: float | None = None,
@@ -115,7 +113,7 @@ class BeliefMarks:
             opacity=opacity,
         )
 
-    def _show_colours(self, of_owner: npt.NDArray[np.uint8], height_m: npt.NDArray[np.float64]) -> None:
+    def _show_colours(self, of_owner: Uints8, height_m: Floats) -> None:
         if self._changed("colours", of_owner):
             for batch, handle in self._furniture:
                 handle.batched_colors = linear_rgb(batch.coloured(of_owner))
@@ -126,7 +124,7 @@ class BeliefMarks:
             self._bars.batched_scales = np.column_stack([thin, thin, np.maximum(height_m, SPECK)]).astype(np.float32)
             self._bars.batched_positions = (self._tops + np.outer(height_m / 2, [0, 0, 1])).astype(np.float32)
 
-    def _show_marks(self, scenes: Sequence[Scene], unopened: npt.NDArray[np.bool_]) -> None:
+    def _show_marks(self, scenes: Sequence[Scene], unopened: Bools) -> None:
         scene = scenes[0]
         searched = scene.status == STATUSES.index("searched")
         seen = searched | (scene.status == STATUSES.index("known"))
@@ -141,7 +139,7 @@ class BeliefMarks:
             if handle is not None and self._changed(name, mask):
                 handle.batched_scales = np.where(mask[:, None], 1.0, SPECK).repeat(3, axis=1).astype(np.float32)
 
-    def _show_orders(self, scene: Scene, height_m: npt.NDArray[np.float64], *, wanted: bool) -> None:
+    def _show_orders(self, scene: Scene, height_m: Floats, *, wanted: bool) -> None:
         """Numbers over the containers to come; the first also says what it is."""
         stops = scene.search_order[:LABELLED] if wanted else ()
         at = [self._index.get(stop.container) for stop in stops]

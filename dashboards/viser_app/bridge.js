@@ -9,7 +9,8 @@
   window.liosCommand = (words) => {
     const input = field();
     if (!input) return;
-    write.call(input, input.value === words ? words + " " : words);
+    const marked = "> " + words; // people's own words are read once they stop typing, these at once
+    write.call(input, input.value === marked ? marked + " " : marked);
     input.dispatchEvent(new Event("input", { bubbles: true }));
   };
   window.liosTab = (label) => {

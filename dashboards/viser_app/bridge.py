@@ -6,41 +6,48 @@ people can type into as well; the address is kept current with the History API. 
 
 from __future__ import annotations
 
-from html import escape
 from json import dumps
 from typing import Any
 from urllib.parse import parse_qs, urlencode
 
 import viser
+from markupsafe import Markup
 
 from dashboards.model.clock import ALIGNMENTS
+from dashboards.panels.markup import html
 from dashboards.resources import resource
 from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
+from workbench.errors import BadValue
 
-SCRIPTS = ("panels/panels.js", "viser_app/bridge.js")
+SCRIPTS = ("panels/panels.js", "viser_app/bridge.js", "viser_app/dock.js")
 WALLS = ("cut", "whole", "none")
 MAX_FIELDS = 40
 """The most fields of an address; none of ours has as many."""
+PAGE = "> "
+"""Before commands of the page itself, which are whole as they come; people type theirs letter by letter."""
+VERBS = ("seek", "decision", "open", "overlay", "look")
+WANTED = "seconds, as 12.5, or one of: decision 7, seek 12.5, open 2, overlay 3"
 DIGITS = 6
 """Of a run's number, at most."""
 
 
-def script() -> str:
-    """The markup that installs the script once."""
+def script() -> Markup:
+    """The markup that installs the scripts once, with the style of what they lay out."""
     code = "".join(resource(name) for name in SCRIPTS)
-    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+    sheet = Markup(resource("viser_app/dock.css"))
+    return html('<style>{}</style><img src="data:," alt="" style="display:none" onerror="{}">', sheet, code)
 
 
-def update_address(query: str) -> str:
+def update_address(query: str) -> Markup:
     """Markup that puts a query into the page's address without reloading it."""
     code = f"history.replaceState(null,'',{dumps('?' + query)})"
-    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+    return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
-def choose_tab(label: str, count: int) -> str:
+def choose_tab(label: str, count: int) -> Markup:
     """Markup that brings a tab to the front, each time that the count differs."""
     code = f"window.liosTab({dumps(label)})/*{count}*/"
-    return f'<img src="data:," alt="" style="display:none" onerror="{escape(code, quote=True)}">'
+    return html('<img src="data:," alt="" style="display:none" onerror="{}">', code)
 
 
 def address(state: ViewState, camera: viser.CameraHandle | None) -> str:
@@ -101,21 +108,28 @@ def parse_query(query: str, *, runs: int) -> dict[str, Any]:
 
 
 def execute_command(session: Session, words: str) -> None:
-    """Executes a command: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5"."""
+    """Executes a command: "12.5", "seek 12.5", "decision 7", "open 3", "overlay 3", "look 5".
+
+    Raises:
+        BadValue: words that are none of these, or a number that there is not.
+    """
     verb, _, rest = words.strip().partition(" ")
     value = _number(rest) if rest else _number(verb)
-    if verb == "open":
+    if not verb:
+        return
+    if verb == "open" and _runs(rest):
         session.open_runs(tuple(_runs(rest)[:MAX_RUNS]))
     elif verb == "address":
         changes = parse_query(rest, runs=len(session.library.paths))
         if changes:
             session.change(**changes)
-    elif value is None:
-        return
+    elif value is None or (rest and verb not in VERBS):
+        raise BadValue("Go to", words.strip(), WANTED)
     elif verb == "decision":
         stops = session.clock.decisions()
-        if 1 <= int(value) <= len(stops):
-            session.change(at=stops[int(value) - 1], playing=False)
+        if not 1 <= int(value) <= len(stops):
+            raise BadValue("Go to", words.strip(), f"a decision from 1 to {len(stops)}")
+        session.change(at=stops[int(value) - 1], playing=False)
     elif verb == "overlay":
         session.toggle_run(int(value))
     elif verb == "look":

@@ -7,11 +7,11 @@ from itertools import product
 from math import cos, radians, sin, tan
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
 from dashboards.model.scene import RobotState
+from workbench.arrays import Floats, Floats32
 
 FIELD_OF_VIEW = radians(38)
 FILL = 0.92
@@ -34,7 +34,6 @@ def fitted(
     *,
     from_above: bool = False,
     aspect: float = 1.6,
-    covered_below: float = 0.0,
     tilt_deg: float = 54.0,
 ) -> CameraPose:
     """A pose that shows the whole house, as large as it can be.
@@ -42,7 +41,6 @@ def fitted(
     Args:
         from_above: straight down, y up; otherwise from the south, a little from the west.
         aspect: width over height of the picture.
-        covered_below: share of the picture's height that something covers at the bottom.
         tilt_deg: above the horizon, when not from above.
     """
     tilt = radians(89.9 if from_above else tilt_deg)
@@ -59,9 +57,8 @@ def fitted(
         away = points - at
         depth = distance - away @ back
         x, y = away @ right / depth / half / aspect, away @ up / depth / half
-        low, high = -1.0 + 2 * covered_below, 1.0
-        spread = max((x.max() - x.min()) / 2, (y.max() - y.min()) / (high - low)) / FILL
-        middle = ((x.max() + x.min()) / 2 * aspect, (y.max() + y.min()) / 2 - (low + high) / 2)
+        spread = max((x.max() - x.min()) / 2, (y.max() - y.min()) / 2) / FILL
+        middle = ((x.max() + x.min()) / 2 * aspect, (y.max() + y.min()) / 2)
         at = at + (right * middle[0] + up * middle[1]) * half * distance * 0.7
         distance = max(1.0, distance * (1 + 0.7 * (spread - 1)))
     # The camera orbits about a point on the floor, so slide along the view until it is one.
@@ -70,12 +67,12 @@ def fitted(
     return CameraPose(_vector(eye), _vector(floor))
 
 
-def _corners(shape: HouseShape) -> npt.NDArray[np.float32]:
+def _corners(shape: HouseShape) -> Floats32:
     corners = product((shape.low[0], shape.high[0]), (shape.low[1], shape.high[1]), (0.0,))
     return np.array(list(corners), dtype=np.float32)
 
 
-def _vector(values: npt.NDArray[np.float64]) -> Vector:
+def _vector(values: Floats) -> Vector:
     return (float(values[0]), float(values[1]), float(values[2]))
 
 

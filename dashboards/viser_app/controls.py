@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from math import ceil, log10
-from threading import Lock
 from typing import Literal, final
 
 import viser
+from markupsafe import Markup
 
 from dashboards.model.clock import Clock
 from dashboards.model.container_history import container_history
@@ -27,12 +28,16 @@ from dashboards.panels.plots import plots
 from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
-from dashboards.viser_app.bridge import address, choose_tab, execute_command, script, update_address
+from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, script, update_address
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import PANEL_PX, Session
+from workbench.errors import BadValue
+from workbench.tolerances import ROUNDING
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
 CAMERA_PX, CAMERAS_PX = 220, 330
+TYPED_AFTER_S = 0.7
+"""Somebody who pauses for this long has typed what they wanted."""
 """Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 NONE_YET: tuple[str, ...] = ("",)
 """The only entry of a list before anything is known."""
@@ -59,7 +64,7 @@ class Controls:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._gui = session.client.gui
-        self._listing = Lock()
+        self._listing = threading.Lock()
         self._sent: dict[str, str] = {}
         self._html: dict[str, viser.GuiHtmlHandle] = {}
         self._names: list[str] = []
@@ -67,6 +72,7 @@ class Controls:
         self._chosen = 0
         self._size = (0, 0)
         self._camera_px = CAMERAS_PX
+        self._typing: threading.Timer | None = None
         self._plotted: tuple[Clock, str] | None = None
         self._build()
         session.openers.append(self._opened)
@@ -84,7 +90,7 @@ class Controls:
         gui.main_panel.set_width(PANEL_PX)
         self._add("address")
         self._add("choose")
-        self._html["style"] = gui.add_html(style() + script())
+        self._html["style"] = gui.add_html(str(style() + script()))
         self._add("title")
         self._add("trouble")
         self._add("now")
@@ -114,14 +120,11 @@ class Controls:
             self._add("strip")
             self._add("cursor")
             self._add("legend")
-        window_px = self._session.client.camera.image_width or 1600
-        strip_px = max(300, min(760, window_px - PANEL_PX - 48))
-        panel.float(x=16, y=-16, width=strip_px)
+        panel.float(x=0, y=-1)  # dock.js puts it below the house
         self._camera_panel = gui.add_panel(visible=False)
         with self._camera_panel.add_tab("Cameras", viser.Icon.CAMERA):
             self._add("cameras")
-        beside = window_px - PANEL_PX - strip_px - 48 >= CAMERAS_PX
-        self._camera_panel.float(x=strip_px + 32 if beside else 16, y=-16 if beside else 16, width=CAMERAS_PX)
+        self._camera_panel.float(x=16, y=16, width=CAMERAS_PX)
 
     def _build_runs(self, tabs: viser.GuiTabGroupHandle) -> None:
         """The table of runs; for a folder it is the first tab."""
@@ -196,12 +199,12 @@ class Controls:
     def _add(self, name: str) -> None:
         self._html[name] = self._gui.add_html("")
 
-    def _set(self, name: str, content: str) -> None:
+    def _set(self, name: str, content: Markup) -> None:
         if self._sent.get(name) != content:
-            self._html[name].content = content
+            self._html[name].content = str(content)
             self._sent[name] = content
 
-    def _draw(self, name: str, make: Callable[[], str]) -> None:
+    def _draw(self, name: str, make: Callable[[], Markup]) -> None:
         """Fills a panel; one that cannot be drawn says so, and the others are drawn all the same."""
         with self._session.trouble.caught(f"the panel {name}", lambda line: self._set(name, error_line(line))):
             self._set(name, make())
@@ -216,11 +219,14 @@ class Controls:
         self._slider.max = round(ceil(round(clock.end / step, 6)) * step, digits)
         self._options.offer(clock.timelines[0].item_types)
         names = run_names([t.run for t in clock.timelines])
-        self._set("title", title(clock.timelines[0]))
+        robot = clock.timelines[0].run.info.source == "spot"  # reading the truth takes time: only where it is asked
+        has_truth = robot and self._session.truth() is not None
+        self._set("title", title(clock.timelines[0], has_truth=has_truth))
         self._names = names
         self._list_runs()
         self._offer_strategies()
-        self._set("strip", strip(clock, names, [run_colour(i) for i in range(len(names))]))
+        colours = [run_colour(i) for i in range(len(names))]
+        self._set("strip", strip(clock, names, colours, session.notes()))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
@@ -246,7 +252,7 @@ class Controls:
         self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
-        if abs(self._slider.value - reading) > 1e-9:
+        if abs(self._slider.value - reading) > ROUNDING:
             self._slider.value = reading
         label = "Pause" if state.playing else "Play"
         if self._play.label != label:
@@ -275,16 +281,35 @@ class Controls:
             self._session.change(at=min(event.target.value, self._session.clock.end), playing=False)
 
     def _execute_field(self, go: viser.GuiTextHandle) -> None:
-        """Executes the field's command; a command of the page (not a number being typed) then clears it."""
+        """Executes the page's commands at once, and what somebody types once they stop typing."""
         words = go.value
-        execute_command(self._session, words)
+        if self._typing is not None:
+            self._typing.cancel()
+        if words.startswith(PAGE):
+            self._execute(words.removeprefix(PAGE))
+            go.value = ""
+        elif words.strip():
+            self._typing = threading.Timer(TYPED_AFTER_S, self._execute_typed, (go, words))
+            self._typing.daemon = True
+            self._typing.start()
+
+    def _execute_typed(self, go: viser.GuiTextHandle, words: str) -> None:
+        if go.value == words and self._execute(words) and not words.strip()[0].isdecimal():
+            go.value = ""
+
+    def _execute(self, words: str) -> bool:
+        """Whether the words were understood; if not, the browser says what is wanted."""
+        try:
+            execute_command(self._session, words)
+        except BadValue as error:
+            self._session.tell("Not understood", str(error))
+            return False
         if words.startswith("address"):
             if not self._arrived and "initialCameraPosition" not in words:
                 self._session.look()
             self._arrived = True
             self._session.stir()
-        if words.strip() and not words.strip()[0].isdecimal():
-            go.value = ""
+        return True
 
     def _camera_changed(self, camera: viser.CameraHandle) -> None:
         """The camera has moved, or its picture has another shape: a fitted house is fitted again."""
@@ -297,7 +322,9 @@ class Controls:
     def _list_runs(self) -> None:
         library = self._session.library
         if len(library.paths) < 2:
-            self._set("runs", '<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
+            self._set(
+                "runs", Markup('<div class="lp"><p class="muted">Open a folder to choose among its runs.</p></div>')
+            )
             return
         with self._listing:  # the filter and the view call concurrently; the newer words must win
             rows = [row for row in library.rows() if passes(row, self._filter.value)]

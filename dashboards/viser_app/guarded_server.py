@@ -7,7 +7,6 @@ import io
 import logging
 import threading
 from collections.abc import Callable, Generator
-from html import escape
 from http import HTTPStatus
 from typing import Any
 
@@ -16,6 +15,7 @@ import websockets.asyncio.server as websockets_server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from dashboards.panels.markup import html
 from dashboards.viser_app.access import Access, Granted, Refused, TokenGiven
 from workbench.errors import Failed
 
@@ -102,10 +102,12 @@ def _opens_websocket(request: Request) -> bool:
 
 def _entrance(query: str) -> str:
     """A page that goes on to the dashboard at once, from an address of its own: a strict cookie is then sent."""
-    target = escape(f"./?{query}", quote=True)
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><meta http-equiv="refresh" content="0;url={target}">'
-        f'<title>LIOS workbench</title><a href="{target}">Dashboard</a></html>\n'
+    target = f"./?{query}"
+    return html(
+        '<!doctype html><html lang="en"><meta charset="utf-8"><meta http-equiv="refresh" content="0;url={}">'
+        '<title>LIOS workbench</title><a href="{}">Dashboard</a></html>\n',
+        target,
+        target,
     )
 
 

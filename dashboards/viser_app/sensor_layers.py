@@ -11,16 +11,14 @@ from threading import Lock, Thread
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import viser
 import viser.transforms
 
 from dashboards.model.scene import RobotState
-from dashboards.sensing.clouds import Points
-from dashboards.sensing.frames import Matrix
 from dashboards.sensing.grids import BLOCKED, NEAR, Cells
 from dashboards.sensing.pictures import Picture, pixels
 from dashboards.sensing.senses import RobotSensors
+from workbench.arrays import Floats, Floats32, Uints8
 
 FRUSTUM_M = 0.4
 POINT_M = 0.022
@@ -70,7 +68,7 @@ class SensorLayers:
         self._show_points(self._site_at(stamp_ns) if points else None)
         self._show_grid(self._senses.grid(stamp_ns) if grid else None)
 
-    def _site_at(self, stamp_ns: int) -> Points | None:
+    def _site_at(self, stamp_ns: int) -> Floats32 | None:
         """The points of the site, from the newest gathering of this log."""
         gathered = self._gathered
         same = gathered is not None and self._senses is not None and gathered.path == self._senses.path
@@ -128,7 +126,7 @@ class SensorLayers:
                 handle.image = pixels(picture)
             self._frustums[picture.topic] = (handle, picture.stamp_ns)
 
-    def _show_points(self, points: Points | None) -> None:
+    def _show_points(self, points: Floats32 | None) -> None:
         count = 0 if points is None else len(points)
         if count == self._site_shown or (points is None and self._site is None):
             return
@@ -169,13 +167,13 @@ class SensorLayers:
                 )
 
 
-def _by_height(points: Points) -> npt.NDArray[np.uint8]:
+def _by_height(points: Floats32) -> Uints8:
     """Colours that are paler with height, uint8 (n, 3)."""
     share = np.clip(points[:, 2:] / TALLEST_M, 0.0, 1.0)
     return np.round(np.array(LOW) + share * (np.array(HIGH) - np.array(LOW))).astype(np.uint8)
 
 
-def _on_the_robot(robot: RobotState) -> Matrix:
+def _on_the_robot(robot: RobotState) -> Floats:
     """The pose for a camera without a known pose: on the robot, looking ahead."""
     c, s = cos(robot.yaw_rad), sin(robot.yaw_rad)
     pose = np.eye(4)

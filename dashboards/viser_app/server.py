@@ -18,13 +18,12 @@ from dashboards.viser_app.cameras import begin_at, fitted
 from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.following import Follower
 from dashboards.viser_app.guarded_server import guarded_server
-from dashboards.viser_app.session import Session, ViewState, covered_px
+from dashboards.viser_app.session import Session, ViewState
 from workbench.errors import InputError
 
 LOCAL = "127.0.0.1"
 USUAL_ASPECT = 1.3
 """Width over height of the view beside its panel, in a window of usual shape."""
-USUAL_HEIGHT_PX = 900
 
 
 class PortInUse(InputError):
@@ -99,8 +98,7 @@ def serve(
     server = guarded_server(access, port=port, label="LIOS workbench")
     dashboard = Dashboard(server, token=access.token)
     shape = library.shape(library.timeline(state.runs[0]).plan)
-    covered = covered_px(len(state.runs)) / USUAL_HEIGHT_PX
-    begin_at(server, fitted(shape, aspect=USUAL_ASPECT, covered_below=covered))
+    begin_at(server, fitted(shape, aspect=USUAL_ASPECT))
 
     def arrive(client: viser.ClientHandle) -> None:
         session = Session(client, library, state)

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from threading import Condition, Thread
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.library.library import Library
@@ -29,12 +28,13 @@ from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, l
 from dashboards.viser_app.sensor_layers import SensorLayers
 from dashboards.viser_app.stage import Stage
 from dashboards.viser_app.trouble import ViewErrors, one_line
+from replayers.log_tools.notes import Note
+from workbench.arrays import Bools, Floats
 from workbench.log_schema.events import SeenItem
+from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
 PANEL_PX = 440
 """Width of the panel beside the view."""
-STRIP_PX, STRIP_ROW_PX = 170, 16
-"""Height of the strip under the view with one run, and of each further run."""
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
 UNMOVED_M = 0.02
@@ -75,11 +75,6 @@ class ViewState:
     grid: bool = False
 
 
-def covered_px(runs: int) -> int:
-    """The height of the view's lower part that the strip covers, in pixels."""
-    return STRIP_PX + STRIP_ROW_PX * max(0, runs - 1) + (20 if runs > 1 else 0)
-
-
 class Session:
     """One browser: its state, its stage, and the other views of its scenes."""
 
@@ -89,7 +84,7 @@ class Session:
         self.stage = Stage(client)
         self.sensors = SensorLayers(client, self._show_again)
         self.senses: RobotSensors | None = None
-        self.unopened: npt.NDArray[np.bool_] = np.zeros(0, dtype=np.bool_)
+        self.unopened: Bools = np.zeros(0, dtype=np.bool_)
         """Containers of the place that none of the runs opened."""
         self.clock = Clock(timelines=())
         self.state = state
@@ -176,7 +171,7 @@ class Session:
     def step(self, stops: tuple[float, ...], direction: int) -> None:
         """Goes to the next stop after, or the last before, the moment shown; pauses."""
         with self._wake:
-            at, near = self.state.at, 1e-6 * max(1.0, self.clock.end)
+            at, near = self.state.at, NEAR_COST * max(1.0, self.clock.end)
             ends = (*stops, 0.0, self.clock.end)
             ahead = [s for s in ends if (s > at + near if direction > 0 else s < at - near)]
             if ahead:
@@ -200,7 +195,7 @@ class Session:
                 self.change(runs=left)
                 return
         if left:
-            self._tell("No more runs fit", f"At most {MAX_RUNS} are shown at once. Remove one first.")
+            self.tell("No more runs fit", f"At most {MAX_RUNS} are shown at once. Remove one first.")
 
     def open_container(self, index: int, *, turn_camera: bool = True) -> None:
         """Opens a container of the place in its panel, and turns the camera to it."""
@@ -225,19 +220,24 @@ class Session:
         """The true contents of the containers of the run in focus; None where its log does not hold them."""
         return self.library.truth(self._readable[0]) if self._readable else None
 
+    def notes(self) -> list[tuple[Note, ...]]:
+        """The notes on each run on show."""
+        return [self.library.notes(run) for run in self._readable]
+
     def _can_read(self, run: int) -> bool:
         try:
             self.library.timeline(run)
         except Exception as error:  # noqa: BLE001  one log must not break the view of the others
-            self._tell("This log cannot be shown", one_line(error))
+            self.tell("This log cannot be shown", one_line(error))
             return False
         return True
 
-    def _tell(self, title: str, words: str) -> None:
+    def tell(self, title: str, words: str) -> None:
+        """Says something in the browser for a few seconds."""
         self.client.add_notification(title, words, color="red", auto_close_seconds=8)
 
     def _is_over(self, at: float) -> bool:
-        return at >= self.clock.end * (1 - 1e-9)
+        return at >= self.clock.end * (1 - ROUNDING)
 
     def look(self, *, from_above: bool = False) -> None:
         """Fits the camera to the house."""
@@ -273,8 +273,7 @@ class Session:
         plan, camera = self.clock.timelines[0].plan, self.client.camera
         wide, high = camera.image_width, camera.image_height
         aspect = max(0.4, wide / high) if high else 1.6
-        covered = covered_px(len(self.clock.timelines)) / high if high else 0.0
-        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect, covered_below=min(0.4, covered))
+        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect)
 
     def _open(self, state: ViewState) -> None:
         """Opens the runs of a state, if they are not open already."""
@@ -359,7 +358,7 @@ class Session:
             state = self.state
             if not state.playing or not self.clock.timelines:
                 return
-            duration_s = max(self.clock.timelines[0].duration_s, 1e-9)
+            duration_s = max(self.clock.timelines[0].duration_s, TINY)
             pace = 1.0 if state.alignment == "time" else self.clock.end / duration_s
             at = state.at + seconds * state.speed * pace
             if at < self.clock.end:
@@ -391,5 +390,5 @@ class Session:
             watcher(self, scenes)
 
 
-def _is_near(place: Sequence[float] | npt.NDArray[np.float64], other: Sequence[float]) -> bool:
+def _is_near(place: Sequence[float] | Floats, other: Sequence[float]) -> bool:
     return np.allclose(place, other, atol=UNMOVED_M)

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import final
 
-import numpy as np
-import numpy.typing as npt
 import viser
 
 from dashboards.geometry.house import HouseShape
@@ -21,6 +19,7 @@ from dashboards.model.scene import Scene
 from dashboards.palette import OCCUPIED, Colour, linear_rgb
 from dashboards.viser_app.actors import Actors
 from dashboards.viser_app.belief_marks import BeliefMarks
+from workbench.arrays import Bools
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.names import readable_name
@@ -93,9 +92,7 @@ class Stage:
         """
         self._actors.cast(colours, names, here)
 
-    def show(
-        self, scenes: Sequence[Scene], unopened: npt.NDArray[np.bool_], *, bars: bool = True, orders: bool = True
-    ) -> None:
+    def show(self, scenes: Sequence[Scene], unopened: Bools, *, bars: bool = True, orders: bool = True) -> None:
         """Shows one moment: beliefs and marks of the first scene, robots and paths of all.
 
         Args:

@@ -135,13 +135,17 @@ SHOWN = (
     "ms_a_decision",
 )
 
+SHARES = ("saved_of_greedy", "oracle_gap_closed")
+"""Columns whose values are shares of another cost: shown as signed percentages, as "against model lios" is."""
+
 
 def _show(answer: dict[str, Any], output: Path | None) -> None:
     from workbench.evaluation.statistics import ends_in_words, intervals_in_words
-    from workbench.terminal import emit_table, say
+    from workbench.terminal import emit_table, say, signed_percentage
 
     title = f"{answer['queries']} queries in {answer['houses']} houses ({answer['split']})"
-    emit_table(answer["rows"], columns=SHOWN, title=title)
+    shown = [row | {name: signed_percentage(row[name]) for name in SHARES} for row in answer["rows"]]
+    emit_table(shown, columns=SHOWN, title=title)
     for pair in answer["pairs"]:
         if pair["a"] == "lios" and pair["b"] != "oracle":
             saved = [None if end is None else -end for end in reversed(pair["ci95"])]

@@ -16,6 +16,7 @@ from workbench.options import (
     Houses,
     Json,
     RecordTrials,
+    Scheduler,
     Split,
     Workers,
 )
@@ -43,9 +44,7 @@ def tasks(
     ] = "",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
     workers: Workers = 1,
-    scheduler: Annotated[
-        str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
-    ] = "",
+    scheduler: Scheduler = "",
     split: Split = "test",
     folds: FoldCount = None,
     also: AlsoLearnt = None,
@@ -198,12 +197,13 @@ def _write(answer: dict[str, Any], folder: Path) -> None:
     import msgspec
 
     from workbench.evaluation.tasks.table import markdown
+    from workbench.files import write_atomically
 
-    (folder / "table.json").write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
+    write_atomically(folder / "table.json", msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
     from workbench.evaluation.statistics import intervals_in_words
 
     words = intervals_in_words(row["ci95_resamples"] for row in answer["rows"])
-    (folder / "table.md").write_text(markdown(answer["rows"]) + f"\n{words}.\n", encoding="utf-8")
+    write_atomically(folder / "table.md", (markdown(answer["rows"]) + f"\n{words}.\n").encode())
 
 
 def _say_refused(planned: Plan) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside
+from workbench.options import AssetsOrBeside, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -34,6 +34,13 @@ def record(
         float | None,
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
+    miss_rate: Annotated[
+        float,
+        Option(
+            "--miss-rate",
+            help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
+        ),
+    ] = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
@@ -42,6 +49,7 @@ def record(
     split_s: Annotated[
         float | None, Option("--split-s", help="Continue in another file after this many seconds of the run.")
     ] = None,
+    serve: ServePort = None,
     force: Annotated[bool, Option("--force", help="Replace the output.")] = False,
     json: Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")] = False,
 ) -> None:
@@ -51,10 +59,13 @@ def record(
 
         lios record --find mug --strategy lios -o run.mcap
 
+        lios record --find mug --miss-rate 0.2 -o run.mcap
+
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
     import recorders
     from recorders.sinks.files import LogFiles, Split
+    from recorders.sinks.mirrored import watched
     from workbench.errors import Failed, OutputExists
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
@@ -73,7 +84,7 @@ def record(
         if not json:
             say(f"{what} in {trial.house.plan.name} by {by}, seed {trial.seed}")
 
-    with patience():
+    with watched(output.name, serve) as audience, patience():
         end = recorders.record(
             output,
             house=house or "houses:0",
@@ -84,9 +95,11 @@ def record(
             estimator=estimator,
             seed=seed,
             known=known,
+            miss_rate=miss_rate,
             assets=assets,
             force=force,
             sink=files,
+            audience=audience,
             begun=begun,
         )
     parts = None if files is None else files.parts

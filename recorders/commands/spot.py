@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import Force, Json
+from workbench.options import Force, Json, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from recorders.spot.client.connection import Connection
     from recorders.spot.run.run import RobotRun, RunReport
+    from workbench.execution.setup import RunSetup
 
 Robot = Annotated[str, Option("--robot", help="HOST or HOST:PORT of the robot.")]
 SiteOption = Annotated[str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home.")]
+OperatorName = Annotated[str, Option("--operator", help="Who is at the robot, for the log.")]
+LogSerial = Annotated[
+    bool, Option("--serial/--no-serial", help="Whether the log names the robot: its serial number and nickname.")
+]
 Certificate = Annotated[
     Path | None,
     Option("--certificate", help="Root certificate to trust; default Boston Dynamics' own."),
@@ -32,7 +38,8 @@ def simulate(
         Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew. Repeatable.",
+            "dropped, estop, clock-skew, dropped-item, no-route, constraint-fault, area-callback, overridden, "
+            "impaired. Repeatable.",
         ),
     ] = None,
     certificate: Annotated[
@@ -108,6 +115,12 @@ def record(
         float | None,
         Option("--keep-last", help="Keep the last seconds in memory; written by key w, and at the end."),
     ] = None,
+    furniture_open: Annotated[
+        bool, Option("--furniture-open", help="Your word that all closed furniture was opened before.")
+    ] = False,
+    serve: ServePort = None,
+    operator: OperatorName = "",
+    serial: LogSerial = True,
     certificate: Certificate = None,
     force: Force = False,
     json: Json = False,
@@ -131,7 +144,8 @@ def record(
 
     require_bosdyn()
     from recorders.sinks.files import Split
-    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials
+    from recorders.sinks.mirrored import watched
+    from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
     from recorders.spot.session.session import Rates
@@ -155,13 +169,21 @@ def record(
         for_s=for_s,
         split=Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s),
         keep_last_s=keep_last,
+        furniture_open=furniture_open,
+        operator_name=operator,
+        log_serial=serial,
     )
-    with Connection(RobotAddress.read(robot), find_credentials(), certificate=certificate) as connection:
+    address = RobotAddress.read(robot)
+    with (
+        talking_to(address),
+        Connection(address, find_credentials(), certificate=certificate) as connection,
+        watched(output.name, serve) as audience,
+    ):
         say(
             f"Recording {connection.serial} at {robot} to {output}. "
             "Keys: n note, m mark, o opened, d done, f failed, q end."
         )
-        report = record_session(connection, wanted, output, force=force)
+        report = record_session(connection, replace(wanted, audience=audience), output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
     else:
@@ -191,7 +213,13 @@ def run(
     furniture_open: Annotated[
         bool, Option("--furniture-open", help="Your word that all closed furniture was opened before the run.")
     ] = False,
+    resume: Annotated[
+        bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
+    ] = False,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
+    serve: ServePort = None,
+    operator: OperatorName = "",
+    serial: LogSerial = True,
     certificate: Certificate = None,
     seed: Annotated[int, Option("--seed", help="Seed passed to the strategy.")] = 0,
     force: Force = False,
@@ -211,10 +239,11 @@ def run(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
-    from recorders.spot.run.run import RobotRun, strategy_and_estimator
+    from recorders.spot.run.run import RobotRun, setup_of
+    from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
-    from recorders.spot.run.world import RunSettings
     from recorders.spot.session.session import Rates
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
@@ -233,33 +262,39 @@ def run(
         strategy=strategy,
         estimator=estimator,
         seed=seed,
-        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open),
+        settings=RunSettings(speed_mps=speed, look_s=look, furniture_open=furniture_open, resume=resume),
         rates=Rates(images_hz=images_hz, cameras=_names(cameras)),
         take_lease=take_lease,
         own_estop=own_estop,
         map_folder=map_folder,
+        operator_name=operator,
+        log_serial=serial,
     )
-    strategy_and_estimator(wanted)
+    ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:
         if dry_run:
-            _tell_plan(connection, wanted)
+            _tell_plan(connection, wanted, ready)
             return
-        report = _run_by_keys(connection, wanted, output, force=force)
+        with watched(output.name, serve) as audience:
+            watched_run = replace(wanted, audience=audience)
+            report = _run_by_keys(connection, watched_run, ready, output, force=force)
     _tell_run(report, output, as_json=json)
 
 
-def _tell_plan(connection: Connection, wanted: RobotRun) -> None:
+def _tell_plan(connection: Connection, wanted: RobotRun, ready: RunSetup) -> None:
     """Print the first decision without moving the robot."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.run import first_decision
     from workbench.terminal import say
 
-    planned = first_decision(connection, wanted)
+    planned = first_decision(connection, wanted, ready)
     say(f"{connection.serial} is localised and all waypoints of {wanted.site.name} are on its map.")
     say(event_line(planned) if planned is not None else "The goal is met already: nothing to do.")
 
 
-def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, force: bool) -> RunReport:
+def _run_by_keys(
+    connection: Connection, wanted: RobotRun, ready: RunSetup, output: Path, *, force: bool
+) -> RunReport:
     """Run with progress output and keyboard control."""
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
@@ -270,7 +305,14 @@ def _run_by_keys(connection: Connection, wanted: RobotRun, output: Path, *, forc
     say("Space or s stops the robot; n marks the moment in the log.")
     with stop_on_signals(stop), KeyboardOperator(stop) as keys:
         return run_and_record(
-            connection, wanted, output, stop=stop, operator=keys, force=force, hear=lambda e: say(event_line(e))
+            connection,
+            wanted,
+            output,
+            setup=ready,
+            stop=stop,
+            operator=keys,
+            force=force,
+            hear=lambda e: say(event_line(e)),
         )
 
 

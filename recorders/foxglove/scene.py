@@ -7,7 +7,7 @@ message of each topic.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, sin
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -32,13 +32,16 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 from google.protobuf.timestamp_pb2 import Timestamp
 
+from workbench.belief_colours import belief_colours
 from workbench.log_schema.events import NANO
+from workbench.tolerances import ROUNDING
+from workbench.worlds.floor_triangles import triangulated
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import Container, FloorPlan, Furniture, Room, Wall
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.walls import THICKNESS_M, gaps_of, line_of, pieces_of, standing_walls
 
 MAP_FRAME, ODOM_FRAME, BODY_FRAME = "map", "odom", "base_link"
-WALL_M = 0.08
 FINE = 1024
 """Scene coordinates are rounded to 1/1024 m: this is invisible, and binary fractions halve the size of a log."""
 SEARCHED = Color(r=0.625, g=0.625, b=0.625, a=0.5)
@@ -51,8 +54,6 @@ FLOORS: Mapping[str, Color] = {
     "LivingRoom": Color(r=0.90, g=0.94, b=0.84, a=1.0),
 }
 OTHER_FLOOR = Color(r=0.93, g=0.93, b=0.93, a=1.0)
-BELIEF_STOPS = ((0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14))
-"""Viridis at 0, 1/4, 1/2, 3/4 and 1, over the square root of the probability."""
 
 
 def timestamp(stamp_ns: int) -> Timestamp:
@@ -93,7 +94,7 @@ def scene(
     at, p, seen = timestamp(stamp_ns), probability or {}, searched or {}
     entities = [
         *(_entity(f"room/{room.id}", at, triangles=[_floor(room)], facts={"kind": room.kind}) for room in plan.rooms),
-        _entity("walls", at, cubes=[cube for wall in plan.walls if not wall.empty for cube in _wall(wall, plan)]),
+        _entity("walls", at, cubes=[cube for wall in standing_walls(plan) for cube in _wall(wall, plan)]),
         *(
             _entity(f"furniture/{piece.id}", at, cubes=[_box(piece, OTHER_FLOOR)], facts={"type": piece.type})
             for piece in plan.furniture
@@ -104,15 +105,17 @@ def scene(
 
 
 def belief_colour(probability: float) -> Color:
-    """A colour from dark violet (0) to yellow (1)."""
-    at = min(max(probability, 0.0), 1.0) ** 0.5 * (len(BELIEF_STOPS) - 1)
-    low = min(int(at), len(BELIEF_STOPS) - 2)
-    share = at - low
-    r, g, b = (
-        round((a + (z - a) * share) * 128) / 128
-        for a, z in zip(BELIEF_STOPS[low], BELIEF_STOPS[low + 1], strict=True)
-    )
-    return Color(r=r, g=g, b=b, a=0.9375)
+    """The colour of the belief scale at the square root of a probability: 0.01 is told from 0 at once.
+
+    The root, and not the share of the run's largest probability as in the dashboard: a live channel cannot know it.
+    """
+    r, g, b = belief_colours(min(max(probability, 0.0), 1.0) ** 0.5)
+    return Color(r=_eighth_bits(r), g=_eighth_bits(g), b=_eighth_bits(b), a=0.9375)
+
+
+def _eighth_bits(level: int) -> float:
+    """A level from 0 to 255 as a binary fraction, which needs fewer bytes."""
+    return round(int(level) / 255 * 128) / 128
 
 
 def robot_pose(pose: Pose, stamp_ns: int) -> PoseInFrame:
@@ -218,72 +221,17 @@ def _floor(room: Room) -> TriangleListPrimitive:
     )
 
 
-def triangulated(floor: Sequence[Point]) -> list[tuple[int, int, int]]:
-    """Triangles of a simple polygon, by cutting ears; indices into its corners.
-
-    Not shapely's triangles: they come in another order, and the bytes of a log would change from one release of its
-    library (GEOS) to the next.
-    """
-    left = list(range(len(floor)))
-    if _turn_sum(floor) < 0:
-        left.reverse()
-    triangles: list[tuple[int, int, int]] = []
-    while len(left) > 3:
-        ear = next((k for k in range(len(left)) if _is_ear(floor, left, k)), None)
-        if ear is None:  # a self-intersecting polygon: draw the rest as a fan
-            break
-        triangles.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
-        left.pop(ear)
-    return triangles + [(left[0], left[k], left[k + 1]) for k in range(1, len(left) - 1)]
-
-
-def _is_ear(floor: Sequence[Point], left: list[int], k: int) -> bool:
-    a, b, c = floor[left[k - 1]], floor[left[k]], floor[left[(k + 1) % len(left)]]
-    if _cross(a, b, c) <= 0:
-        return False
-    others = (floor[i] for i in left if floor[i] not in (a, b, c))
-    return not any(_cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0 for p in others)
-
-
-def _cross(a: Point, b: Point, c: Point) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def _turn_sum(floor: Sequence[Point]) -> float:
-    return sum(floor[i - 1][0] * floor[i][1] - floor[i][0] * floor[i - 1][1] for i in range(len(floor)))
-
-
 def _wall(wall: Wall, plan: FloorPlan) -> list[CubePrimitive]:
     """The wall as boxes around its doors and windows."""
-    (x0, y0), (x1, y1) = wall.start, wall.end
-    length = hypot(x1 - x0, y1 - y0)
-    if length < 1e-6:
-        return []
-    ux, uy = (x1 - x0) / length, (y1 - y0) / length
-    holes: list[tuple[float, float, float, float]] = []
-    for hole in (*plan.doors, *plan.windows):
-        along = [(px - x0) * ux + (py - y0) * uy for px, py in (hole.start, hole.end)]
-        away = [abs((py - y0) * ux - (px - x0) * uy) for px, py in (hole.start, hole.end)]
-        low, high = max(min(along), 0.0), min(max(along), length)
-        if max(away) < 0.1 and high - low > 0.05:
-            holes.append((low, high, hole.bottom_m, min(hole.top_m, wall.height_m)))
-    parts: list[tuple[float, float, float, float]] = []
-    at = 0.0
-    for low, high, bottom, top in sorted(holes):
-        if low > at:
-            parts.append((at, low, 0.0, wall.height_m))
-        parts.extend((low, high, b, t) for b, t in ((0.0, bottom), (top, wall.height_m)) if t - b > 0.01)
-        at = max(at, high)
-    if length > at:
-        parts.append((at, length, 0.0, wall.height_m))
-    yaw = atan2(uy, ux)
+    line = line_of(wall)
     return [
         CubePrimitive(
-            pose=_drawn(Pose(x_m=x0 + ux * (a + b) / 2, y_m=y0 + uy * (a + b) / 2, yaw_rad=yaw), (low + high) / 2),
-            size=_vector(b - a, WALL_M, high - low),
+            pose=_drawn(Pose(x_m=x, y_m=y, yaw_rad=line.yaw_rad), z),
+            size=_vector(piece.end_m - piece.start_m, THICKNESS_M, piece.high_m - piece.low_m),
             color=WALLS,
         )
-        for a, b, low, high in parts
+        for piece in pieces_of(line, gaps_of(wall, plan), top_m=wall.height_m)
+        for x, y, z in [line.at((piece.start_m + piece.end_m) / 2, (piece.low_m + piece.high_m) / 2)]
     ]
 
 
@@ -306,7 +254,7 @@ def _drawn(pose: Pose, z_m: float = 0.0) -> PoseMessage:
 
 def _turned(pose: Pose) -> bool:
     """Whether the pose is rotated by anything but 0 or 180 degrees."""
-    return abs(sin(pose.yaw_rad)) > 1e-9
+    return abs(sin(pose.yaw_rad)) > ROUNDING
 
 
 def _vector(x: float, y: float, z: float) -> Vector3:

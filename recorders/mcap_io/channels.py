@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -12,6 +12,9 @@ from mcap_protobuf.schema import build_file_descriptor_set
 
 from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import TOPIC_OF, schema_name
+
+STAMPS, UNCERTAIN = "lios.stamps", "uncertain"
+"""Metadata of a channel whose messages came while the clock of their source was not compared with ours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +39,7 @@ class ChannelSpec:
     important: bool = False
 
 
-@cache
+@lru_cache(maxsize=64)
 def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) -> ChannelSpec:
     """The channel of an event class of the log schema: JSON, a JSON Schema that viewers read; important."""
     return ChannelSpec(
@@ -50,15 +53,22 @@ def json_channel(event_class: type[msgspec.Struct], *, latched: bool = False) ->
     )
 
 
-@cache
-def protobuf_channel(topic: str, message_class: type[Message], *, latched: bool = False) -> ChannelSpec:
-    """A channel of a protobuf class, such as Foxglove's, with its descriptors."""
+@lru_cache(maxsize=256)
+def protobuf_channel(
+    topic: str, message_class: type[Message], *, latched: bool = False, uncertain: bool = False
+) -> ChannelSpec:
+    """A channel of a protobuf class, such as Foxglove's, with its descriptors.
+
+    Args:
+        uncertain: the stamps of its messages are by an old skew; a channel of its own beside the topic's other one.
+    """
     return ChannelSpec(
         topic=topic,
         message_encoding="protobuf",
         schema_name=message_class.DESCRIPTOR.full_name,
         schema_encoding="protobuf",
         schema_data=build_file_descriptor_set(message_class).SerializeToString(deterministic=True),
+        metadata=((STAMPS, UNCERTAIN),) if uncertain else (),
         latched=latched,
     )
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import struct
+import threading
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 import lz4.frame
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, MessageIndex, Schema
+from mcap.records import Channel, ChunkIndex, Schema
 
 from recorders.mcap_io.index import record_bytes
 
@@ -57,46 +58,96 @@ class Chunk:
             repeated: declarations of the previous chunk, written again so that a damaged chunk affects only itself.
         """
         again = b"".join(record_bytes(record) for record in repeated)
-        body = again + bytes(self.body)
-        data = compress(body, compression)
-        name = compression.encode()
+        body = again + self.body
+        index = {
+            channel_id: [(stamp, at + len(again)) for stamp, at in entries]
+            for channel_id, entries in self.index.items()
+        }
+        parts, entry = PackedChunk(
+            data=compress(body, compression),
+            compression=compression,
+            size=len(body),
+            crc=zlib.crc32(body),
+            start_ns=self.start_ns,
+            end_ns=self.end_ns,
+            index=index,
+        ).at(offset)
+        return b"".join(parts), entry
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PackedChunk:
+    """A compressed chunk, of this log or as it stands in another one.
+
+    Attributes:
+        size, crc: of the records inside, before compression.
+        start_ns, end_ns: first and last log time; 0 without messages.
+        index: log times and offsets in the chunk, for each channel id.
+    """
+
+    data: bytes | memoryview
+    compression: str
+    size: int
+    crc: int
+    start_ns: int
+    end_ns: int
+    index: Mapping[int, Sequence[tuple[int, int]]]
+
+    def at(self, offset: int) -> tuple[Sequence[bytes | memoryview], ChunkIndex]:
+        """The chunk with its message indexes, in pieces, and its entry for the summary."""
+        name = self.compression.encode()
         head = struct.pack(
             f"<BQQQQLL{len(name)}sQ",
             Opcode.CHUNK,
-            40 + len(name) + len(data),
+            40 + len(name) + len(self.data),
             self.start_ns,
             self.end_ns,
-            len(body),
-            zlib.crc32(body),
+            self.size,
+            self.crc,
             len(name),
             name,
-            len(data),
+            len(self.data),
         )
-        length, offsets, indexes = len(head) + len(data), dict[int, int](), bytearray()
+        length, offsets, indexes = len(head) + len(self.data), dict[int, int](), bytearray()
         for channel_id, entries in self.index.items():
             offsets[channel_id] = offset + length + len(indexes)
-            shifted = [(stamp, at + len(again)) for stamp, at in entries]
-            indexes += record_bytes(MessageIndex(channel_id=channel_id, records=shifted))
+            indexes += _message_index(channel_id, entries)
         entry = ChunkIndex(
             chunk_length=length,
             chunk_start_offset=offset,
-            compression=compression,
-            compressed_size=len(data),
+            compression=self.compression,
+            compressed_size=len(self.data),
             message_end_time=self.end_ns,
             message_index_length=len(indexes),
             message_index_offsets=offsets,
             message_start_time=self.start_ns,
-            uncompressed_size=len(body),
+            uncompressed_size=self.size,
         )
-        return b"".join((head, data, indexes)), entry
+        return (head, self.data, bytes(indexes)), entry
+
+
+def _message_index(channel_id: int, entries: Sequence[tuple[int, int]]) -> bytes:
+    """A message index record in one piece: mcap's record layer writes it number by number."""
+    size = 16 * len(entries)
+    numbers = [number for entry in entries for number in entry]
+    return struct.pack(f"<BQHL{len(numbers)}Q", Opcode.MESSAGE_INDEX, size + 6, channel_id, size, *numbers)
 
 
 def compress(body: bytes, compression: Compression) -> bytes:
     if compression == "zstd":
-        return zstandard.ZstdCompressor(level=ZSTD_LEVEL).compress(body)
+        return _zstd().compress(body)
     if compression == "lz4":
         return lz4.frame.compress(body)
     return body
 
 
+def _zstd() -> zstandard.ZstdCompressor:
+    """One compressor for each thread: its tables are large, and a new one would touch all their memory again."""
+    machine: zstandard.ZstdCompressor | None = getattr(_OF_THREAD, "machine", None)
+    if machine is None:
+        machine = _OF_THREAD.machine = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
+    return machine
+
+
+_OF_THREAD = threading.local()
 _MESSAGE_HEAD = struct.Struct("<BQHIQQ")

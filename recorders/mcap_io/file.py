@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import stat
-from contextlib import suppress
-from glob import escape
 from pathlib import Path
 from typing import BinaryIO
 
@@ -99,28 +97,6 @@ def remove_parts(path: Path, *, beyond: int) -> None:
     for part in reversed(there):
         with reopen(part, size=None):
             part.unlink()
-
-
-def remove_abandoned_drafts(path: Path) -> None:
-    """Remove hidden part files, .NAME.PROCESS.part, that killed commands left beside an output.
-
-    A file that cannot be removed stays: it is in nobody's way.
-    """
-    for draft in path.parent.glob(f".{escape(path.name)}.*.part"):
-        process = draft.name.removesuffix(".part").rpartition(".")[2]
-        if process.isascii() and process.isdecimal() and draft.is_file() and not _runs(int(process)):
-            with suppress(OSError):
-                draft.unlink()
-
-
-def _runs(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except OSError:
-        return True  # somebody else's
-    return True
 
 
 def lock_file(stream: BinaryIO, path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from mcap.data_stream import RecordBuilder
@@ -61,6 +62,13 @@ class LogIndex:
         before = self.counts.get(channel_id, 0)
         self.counts[channel_id] = before + 1
         return before
+
+    def count_all(self, channel_id: int, stamps: Sequence[tuple[int, int]]) -> None:
+        """Count messages of one channel, given by log time and anything else."""
+        first, last = min(stamps)[0], max(stamps)[0]
+        self.count(channel_id, first)
+        self.last_ns = max(self.last_ns, last)
+        self.counts[channel_id] += len(stamps) - 1
 
     def learn(self, record: object) -> None:
         """Register a schema or channel; other records are ignored."""

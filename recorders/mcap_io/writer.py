@@ -13,14 +13,24 @@ from __future__ import annotations
 import errno
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Self, final
 
-from mcap.records import Attachment, AttachmentIndex, Channel, DataEnd, Header, Metadata, MetadataIndex, Schema
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+)
 
-from recorders.mcap_io.chunk import Chunk, Compression
+from recorders.mcap_io.chunk import Chunk, Compression, PackedChunk
 from recorders.mcap_io.file import CannotCreate, create, reopen
 from recorders.mcap_io.index import MAGIC, LogIndex, record_bytes
 from workbench import __version__
@@ -140,15 +150,19 @@ class McapWriter:
     def closed(self) -> bool:
         return self._closed
 
+    def declare(self, record: Schema | Channel) -> None:
+        """Declare a schema or channel by the id that it has, which must be free."""
+        self._check_open()
+        self._index.learn(record)
+        self._chunk.declare(record)
+
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Declare a schema; returns its id, which is the same for equal schemas."""
         for known in self._index.schemas.values():
             if (known.name, known.encoding, known.data) == (name, encoding, data):
                 return known.id
         schema = Schema(id=max(self._index.schemas, default=0) + 1, name=name, encoding=encoding, data=data)
-        self._check_open()
-        self._index.schemas[schema.id] = schema
-        self._chunk.declare(schema)
+        self.declare(schema)
         return schema.id
 
     def add_channel(
@@ -162,9 +176,7 @@ class McapWriter:
             metadata=dict(metadata or {}),
             schema_id=schema_id,
         )
-        self._check_open()
-        self._index.channels[channel.id] = channel
-        self._chunk.declare(channel)
+        self.declare(channel)
         return channel.id
 
     def add_message(
@@ -193,6 +205,20 @@ class McapWriter:
         )
         if len(self._chunk.body) >= self._chunk_bytes:
             self.flush(sync=False)
+
+    def add_chunk(self, chunk: PackedChunk, declared: Iterable[Schema | Channel] = ()) -> None:
+        """Write a chunk of another log as it stands, after the buffered messages.
+
+        Args:
+            declared: the schemas and channels that it declares. Others that it uses must have been declared before.
+        """
+        self.flush(sync=False)
+        for record in declared:
+            self._index.learn(record)
+        parts, entry = chunk.at(self._offset)
+        self._put_chunk(parts, entry)
+        for channel_id, stamps in chunk.index.items():
+            self._index.count_all(channel_id, stamps)
 
     def add_attachment(self, name: str, media_type: str, data: bytes, *, log_time: int, create_time: int = 0) -> None:
         """Write an attachment at once, outside chunks; buffered messages stay buffered."""
@@ -225,20 +251,17 @@ class McapWriter:
         self._check_open()
         if self._chunk.body:
             data, entry = self._chunk.packed(self._offset, self._compression, repeated=self._repeat)
-            if self._no_room_for(len(data)):
-                self._stop_in_time(f"less than {self._keep_free_bytes >> 20} MiB of the disk are free")
-            self._put(data)
-            self._index.chunks.append(entry)
+            self._put_chunk((data,), entry)
             self._repeat, self._chunk = self._chunk.declared, Chunk()
         if sync:
             self._sync()
 
-    def close(self) -> None:
-        """Flush, write the summary and close. Safe to call twice."""
+    def close(self, *, sync: bool = True) -> None:
+        """Flush, write the summary and close; with `sync`, wait until all is on disk. Safe to call twice."""
         if self._closed:
             return
         self.flush(sync=False)
-        self._finish()
+        self._finish(sync=sync)
 
     def abandon(self) -> None:
         """Close the file without a summary, as a crash would leave it. Safe to call twice."""
@@ -251,12 +274,13 @@ class McapWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _finish(self) -> None:
+    def _finish(self, *, sync: bool = True) -> None:
         end = record_bytes(DataEnd(data_section_crc=self._data_crc or 0))
         self._put(end + self._index.to_bytes(self._offset + len(end)))
         if self._old_end is not None:
             self._file.truncate(self._offset)
-        self._sync()
+        if sync:
+            self._sync()
         self._closed = True
         self._file.close()
 
@@ -270,6 +294,12 @@ class McapWriter:
         except OSError as error:
             if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a pipe or device cannot be synced
                 raise DiskFull(self.path, error.strerror or str(error)) from error
+
+    def _put_chunk(self, parts: Sequence[bytes | memoryview], entry: ChunkIndex) -> None:
+        if self._no_room_for(sum(map(len, parts))):
+            self._stop_in_time(f"less than {self._keep_free_bytes >> 20} MiB of the disk are free")
+        self._put(*parts)
+        self._index.chunks.append(entry)
 
     def _no_room_for(self, size: int) -> bool:
         if not self._keep_free_bytes:
@@ -287,23 +317,28 @@ class McapWriter:
         for channel_id, entries in self._chunk.index.items():
             self._index.counts[channel_id] -= len(entries)
         stamps = [
-            stamp for chunk in self._index.chunks for stamp in (chunk.message_start_time, chunk.message_end_time)
+            stamp
+            for chunk in self._index.chunks
+            for stamp in (chunk.message_start_time, chunk.message_end_time)
+            if chunk.message_index_offsets
         ]
         self._index.first_ns, self._index.last_ns = min(stamps, default=0), max(stamps, default=0)
         self._chunk = Chunk()
 
-    def _put(self, data: bytes) -> None:
+    def _put(self, *parts: bytes | memoryview) -> None:
         """Write all or nothing: after a failure the file ends with its last complete record."""
-        view = memoryview(data)
         try:
-            while view:
-                view = view[self._file.write(view) or 0 :]
+            for part in parts:
+                view = memoryview(part)
+                while view:
+                    view = view[self._file.write(view) or 0 :]
         except OSError as error:
             self._cut_back()
             raise DiskFull(self.path, error.strerror or str(error)) from error
-        self._offset += len(data)
-        if self._data_crc is not None:  # None: appending to a log without a checksum
-            self._data_crc = zlib.crc32(data, self._data_crc)
+        for part in parts:
+            self._offset += len(part)
+            if self._data_crc is not None:  # None: appending to a log without a checksum
+                self._data_crc = zlib.crc32(part, self._data_crc)
 
     def _cut_back(self) -> None:
         self._closed = True

@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
 from recorders.sinks.files import LogFiles, Sink, Split
+from recorders.sinks.mirrored import Audience
 from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
-from recorders.spot.client.identity import robot_run_info
+from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
@@ -40,6 +42,9 @@ class SessionPlan:
         task: the task of the session; without it there is no goal.
         for_s: duration in seconds; None until a key is pressed.
         split: when the log continues in another file.
+        operator_name: who drives, for the log. log_serial: whether the log names the robot's serial number.
+        furniture_open: the operator's word that all closed furniture was opened before.
+        audience: viewers that are shown every message once it is written.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -49,6 +54,10 @@ class SessionPlan:
     for_s: float | None = None
     split: Split | None = None
     keep_last_s: float | None = None
+    furniture_open: bool = False
+    operator_name: str = ""
+    log_serial: bool = True
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,6 +134,7 @@ def record_session(
     check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
     kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)
     files = LogFiles(output, force=force, split=plan.split) if kept is None else kept.ring
+    robot = robot_metadata(connection, operator=plan.operator_name, serial=plan.log_serial)
     with RunRecorder(
         output,
         info=session_info(connection, plan.site, task),
@@ -133,11 +143,18 @@ def record_session(
         costs=ROBOT_COSTS,
         background=True,
         sink=files,
+        audience=plan.audience,
         receipt_ns=connection.clock.now_ns,
     ) as recorder:
+        recorder.sink.describe(ROBOT_METADATA, robot)
         session = Session(connection, plan.site, recorder.sink, rates=plan.rates)
         derived = ActionDeriver(
-            site=plan.site, task=task, costs=ROBOT_COSTS, tell=recorder.record, closed_needs_word=True
+            site=plan.site,
+            task=task,
+            costs=ROBOT_COSTS,
+            tell=recorder.record,
+            closed_needs_word=True,
+            furniture_open=plan.furniture_open,
         )
         session.watch = derived
         keys: KeyboardOperator = KeyboardOperator(
@@ -150,7 +167,7 @@ def record_session(
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with stop_on_signals(stop), session, keys:
-            while not ending.over and not stop.is_pressed and time.monotonic() < until:
+            while not ending.over and not stop.is_pressed and not recorder.trouble and time.monotonic() < until:
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)
@@ -158,6 +175,13 @@ def record_session(
         if kept is not None:
             kept.save_the_end(recorder.sink)
         dropped = recorder.sink.dropped if isinstance(recorder.sink, ThreadedSink) else {}
+    written = tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files)
+    return _report(session, ended, seconds, dropped, written)
+
+
+def _report(
+    session: Session, ended: RunEnded, seconds: float, dropped: dict[str, int], files: tuple[Path, ...]
+) -> SessionReport:
     return SessionReport(
         ended=ended,
         seconds=seconds,
@@ -167,7 +191,7 @@ def record_session(
         gaps_s=tuple(session.gaps),
         failed=dict(sorted(session.failed.items())),
         troubles=dict(sorted(session.troubles.items())),
-        files=tuple(files.parts if isinstance(files, LogFiles) else () if kept is None else kept.files),
+        files=files,
     )
 
 
@@ -236,4 +260,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    return robot_run_info(connection, site, task, strategy="operator", estimator=ASKED_LATER, told_apart_by="session")
+    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    return robot_run_info(connection, site, task, driver, told_apart_by="session")

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
-from replayers.batch.store import StoredAnswer, StoredReplay, StoredWorldGroup
+from replayers.batch.store import StoredReplay
+from replayers.counterfactual.results import Assignment, WorldGroup
+from workbench.arrays import Bools, Ints
 from workbench.evaluation.statistics import Estimate, paired_difference
+from workbench.tolerances import NEAR_COST
 
-NEAR = 1e-6
 MAX_PAIRS = 1_000_000
 """Pairs of groups of worlds; beyond this, the overall bounds are subtracted instead."""
 
@@ -95,7 +96,7 @@ def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     """a minus b over the log that both were made from."""
     assert a.bounds is not None, f"{a.strategy} has no bounds"
     assert b.bounds is not None, f"{b.strategy} has no bounds"
-    least, most = a.bounds.lower - b.bounds.at_most, a.bounds.at_most - b.bounds.lower
+    least, most = a.bounds.lower - b.bounds.upper, a.bounds.upper - b.bounds.lower
     paired = bool(a.told and b.told) and len(a.told) * len(b.told) <= MAX_PAIRS
     if paired:
         lowest, highest = _difference_bounds(a.told, b.told)
@@ -104,7 +105,7 @@ def cost_difference(a: StoredReplay, b: StoredReplay) -> CostDifference:
     common = min(len(a.drawn), len(b.drawn))
     if common and a.draws == b.draws:
         costs = np.array(a.drawn[:common]) - np.array(b.drawn[:common])
-        chance = (float(np.mean(costs < -NEAR)), float(np.mean(np.abs(costs) <= NEAR)))
+        chance = (float(np.mean(costs < -NEAR_COST)), float(np.mean(np.abs(costs) <= NEAR_COST)))
         drawn = float(costs.mean())
     return CostDifference(
         log=a.log,
@@ -174,15 +175,15 @@ def changed_houses(records: Iterable[StoredReplay]) -> tuple[str, ...]:
     return tuple(sorted(name for name, hashes in plans.items() if len(hashes) > 1))
 
 
-def _difference_bounds(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> tuple[float, float]:
+def _difference_bounds(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> tuple[float, float]:
     """The least and the greatest cost difference over the groups of worlds that both strategies share."""
     together = _compatible_groups(a, b)
-    least = np.array([x.least for x in a])[:, None] - np.array([y.at_most for y in b])[None, :]
-    most = np.array([x.at_most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
+    least = np.array([x.least for x in a])[:, None] - np.array([y.most for y in b])[None, :]
+    most = np.array([x.most for x in a])[:, None] - np.array([y.least for y in b])[None, :]
     return float(least[together].min()), float(most[together].max())
 
 
-def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGroup]) -> npt.NDArray[np.bool_]:
+def _compatible_groups(a: Sequence[WorldGroup], b: Sequence[WorldGroup]) -> Bools:
     """Which groups of a and of b can contain the same world; bool, shape (groups of a, groups of b)."""
     possible = np.ones((len(a), len(b)), dtype=bool)
     told_a, told_b = _by_container(a), _by_container(b)
@@ -197,10 +198,10 @@ def _compatible_groups(a: Sequence[StoredWorldGroup], b: Sequence[StoredWorldGro
 
 
 def _by_container(
-    groups: Sequence[StoredWorldGroup],
-) -> dict[str, tuple[tuple[StoredAnswer, ...], npt.NDArray[np.int64]]]:
+    groups: Sequence[WorldGroup],
+) -> dict[str, tuple[tuple[Assignment, ...], Ints]]:
     """The distinct answers of each container, and for each group the index of the one that it gives; -1 for none."""
-    found: dict[str, tuple[dict[StoredAnswer, int], npt.NDArray[np.int64]]] = {}
+    found: dict[str, tuple[dict[Assignment, int], Ints]] = {}
     for g, group in enumerate(groups):
         for answer in group.filled:
             known, which = found.setdefault(answer.container, ({}, np.full(len(groups), -1, dtype=np.int64)))
@@ -208,18 +209,18 @@ def _by_container(
     return {container: (tuple(known), which) for container, (known, which) in found.items()}
 
 
-def answers_compatible(a: StoredAnswer, b: StoredAnswer) -> bool:
+def answers_compatible(a: Assignment, b: Assignment) -> bool:
     """Whether one container can have given both answers: equal in every type that mattered to both."""
     both = set(a.live) & set(b.live)
     return all(a.answer.count(t) == b.answer.count(t) for t in both)
 
 
 def _verdict(least: float, most: float) -> str:
-    if most < -NEAR:
+    if most < -NEAR_COST:
         return WINS
-    if least > NEAR:
+    if least > NEAR_COST:
         return LOSES
-    return EQUAL if max(abs(least), abs(most)) <= NEAR else UNDECIDED
+    return EQUAL if max(abs(least), abs(most)) <= NEAR_COST else UNDECIDED
 
 
 def _pair(a: str, b: str, differences: list[CostDifference], rng: np.random.Generator) -> StrategyComparison:

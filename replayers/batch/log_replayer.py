@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 from typing import final
@@ -242,7 +243,7 @@ def _has_world_run(world: str, record: StoredReplay) -> bool:
         return False
     if world == "drawn":
         return record.estimate is not None
-    return (record.bounds.least_found if world == "best" else record.bounds.largest_found) is not None
+    return isfinite(record.bounds.least_found if world == "best" else record.bounds.largest_found)
 
 
 def log_path(path: Path, world: str = "") -> Path:

@@ -9,23 +9,21 @@ rests on sampled worlds, so it is an estimate; the bounds show afterwards what a
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from workbench.arrays import Bools, Floats, Indices
 from workbench.errors import LiosError
+from workbench.tolerances import NEAR_COST
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from replayers.counterfactual.prepared_log import ReplaySettings
-
-Floats = npt.NDArray[np.float64]
-NEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +37,7 @@ class LookValue:
         narrows: expected decrease of the standard deviation of a strategy's cost, mean over strategies, in cost
             units.
         chance_found: probability that it holds something relevant to the task.
+        again: the run looked into it, and may have missed something there.
     """
 
     container: str
@@ -46,6 +45,7 @@ class LookValue:
     doubt: float
     narrows: float
     chance_found: float
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,13 +128,14 @@ def looks_by_log(
         except LiosError:
             continue  # its row says why it was not replayed
         replays = by_log.get(run.sha256, [])
-        worlds = prepare_log(run, settings, with_ways=False).worlds if replays else None
-        if worlds is None:
+        ground = prepare_log(run, settings, with_ways=False) if replays else None
+        if ground is None or ground.worlds is None:
             continue
+        worlds, doubtful = ground.worlds, ground.evidence.doubtful
         costs = {r.strategy: np.array(r.drawn) for r in replays}
         looks = rank_looks(worlds, costs, {c for r in replays for c in r.asked})
         if looks:
-            yield path, run.info.place, looks
+            yield path, run.info.place, tuple(replace(look, again=look.container in doubtful) for look in looks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,11 +179,12 @@ def shared_looks(found: Iterable[tuple[Path, str, tuple[LookValue, ...]]]) -> tu
 
 
 def _words(look: LookValue) -> str:
-    if look.doubt <= NEAR and look.narrows <= NEAR:
+    if look.doubt <= NEAR_COST and look.narrows <= NEAR_COST:
         return "no look would change what is known of these strategies"
+    again = "it was looked into, and may hold more: look again; " if look.again else ""
     return (
-        f"expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons and to narrow the costs "
-        f"by {look.narrows:.1f} (drawn worlds)"
+        f"{again}expected to settle {look.settles:.2f} of {look.doubt:.2f} doubtful comparisons "
+        f"and to narrow the costs by {look.narrows:.1f} (drawn worlds)"
     )
 
 
@@ -191,7 +193,7 @@ def _doubt(table: Floats) -> float:
     total = 0.0
     for a, b in combinations(range(len(table)), 2):
         apart = table[a] - table[b]
-        wins, loses = float(np.mean(apart < -NEAR)), float(np.mean(apart > NEAR))
+        wins, loses = float(np.mean(apart < -NEAR_COST)), float(np.mean(apart > NEAR_COST))
         total += 1 - max(wins, loses, 1 - wins - loses)
     return total
 
@@ -200,7 +202,7 @@ def _spread(table: Floats) -> float:
     return float(table.std(axis=1).mean())
 
 
-def _groups(inside: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.intp]]:
+def _groups(inside: Bools) -> list[Indices]:
     """Groups of worlds that agree on what a container holds; inside has shape (worlds, types)."""
     codes = inside @ (1 << np.arange(inside.shape[1], dtype=np.int64))
     return [np.flatnonzero(codes == code) for code in np.unique(codes)]

@@ -10,7 +10,7 @@ from replayers.counterfactual.sandbox import is_foreign
 from replayers.runs.run import Run
 from workbench.errors import NotFound, UnknownName
 from workbench.planning.solvers.registry import solver_plugin
-from workbench.planning.strategies import EVERYWHERE, canonical_name
+from workbench.planning.strategies import canonical_name, solver_in
 from workbench.plugins import NameOrigin, NotFromLog, quoted
 
 NO_PLANNER = ("recorded", "operator")
@@ -44,10 +44,10 @@ def loadable_name(run: Run, *, other_solver: bool = False) -> str:
         UnknownRecordedStrategy: no strategy of that name is built in or installed here, or its solver is not.
     """
     name = run.info.strategy
-    base, _, solver = name.partition("@")
+    base, solver = name.partition("@")[0], solver_in(name)
     try:
         is_foreign(name, origin=NameOrigin.LOG)
-        if canonical_name(base) is not None and solver not in ("", EVERYWHERE) and not other_solver:
+        if canonical_name(base) is not None and solver and not other_solver:
             solver_plugin(solver, origin=NameOrigin.LOG)
     except (UnknownName, NotFromLog) as error:
         raise UnknownRecordedStrategy(run) from error

@@ -10,14 +10,14 @@ from replayers.runs.run import Run
 from replayers.runs.state_at import decision_at, moment_of
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.actions import prepares
-from workbench.planning.builtin.solver import SolverResult, without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
 from workbench.planning.composed import Composed, problem_at
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.planning.rollouts.scout import Scout
 from workbench.planning.solvers.location_refinement import solve_widening
 from workbench.planning.solvers.pddl import PddlTask, pddl_of
-from workbench.planning.solvers.protocol import BuiltIn, Solver
+from workbench.planning.solvers.protocol import BuiltIn
 from workbench.planning.solvers.registry import solver_of_extra
 from workbench.planning.solvers.sas import SasTask, sas_of
 from workbench.planning.strategies import EVERYWHERE
@@ -111,19 +111,17 @@ def replan(
     moment = moment_of(run, number)
     name = strategy or loadable_name(run, other_solver=bool(solver))
     base = _base(
-        name.partition("@")[0] if solver and not name.endswith(f"@{EVERYWHERE}") else name,
+        _without_solver(name) if solver else name,
         origin if strategy else NameOrigin.LOG,
         cooking=prepares(moment.view.task.goal),
     )
-    problem = problem_at(moment.view, base.pricing, find_known=base.find_known)
+    problem = base.problem(moment.view)
     core = problem.locations
-    everywhere = everywhere or base.everywhere
+    everywhere = everywhere or base.widens
     if everywhere:
-        problem = problem_at(
-            moment.view, base.pricing, find_known=base.find_known, places=moment.view.knowledge.travel.locations
-        )
-    chosen: Solver = solver_of_extra(solver, origin=origin) if solver else base.solver
-    solved: SolverResult
+        places = moment.view.knowledge.travel.locations
+        problem = problem_at(moment.view, base.pricing, find_known=base.find_known, places=places)
+    chosen = solver_of_extra(solver, origin=origin) if solver else base.solver
     if everywhere and isinstance(chosen, BuiltIn):
         widened = solve_widening(problem, core, budget_s=budget_s)
         solved = replace(widened, plan=without_hypothetical(widened.plan))
@@ -139,6 +137,12 @@ def replan(
         sas=sas_of(problem),
         alternatives=tuple((other.title, other.cost) for other in solved.alternatives),
     )
+
+
+def _without_solver(name: str) -> str:
+    """STRATEGY of STRATEGY@SOLVER, that plans over all places still where it did."""
+    base, _, solver = name.partition("@")
+    return f"{base}@{EVERYWHERE}" if solver.startswith(EVERYWHERE) else base
 
 
 def _base(name: str, origin: NameOrigin, *, cooking: bool) -> Composed:

@@ -26,6 +26,7 @@ from replayers.batch.log_replayer import (
 from replayers.batch.work_split import WorkPackage, work_packages
 from replayers.counterfactual.prepared_log import PreparedLog
 from workbench.errors import BadValue, FileMissing, MalformedFile
+from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.planning.strategies import resolved_name, strategy_names
 from workbench.process_pool import can_inherit, process_pool
 
@@ -42,6 +43,7 @@ __all__ = [
 
 FEW_OPEN = 6
 """With fewer open containers, one process replays a log before others would have started."""
+
 
 Handed = Iterator[Outcome | None]
 """None once all work has been handed out; then the outcomes."""
@@ -85,13 +87,23 @@ def strategies_named(text: str, *, with_truth: bool) -> tuple[str, ...]:
     return tuple(names)
 
 
-def replay_all(logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | None = None) -> Iterator[Outcome]:
+def replay_all(
+    logs: Sequence[Path], wanted: ReplayRequest, *, workers: int | None = None, scheduler: str = ""
+) -> Iterator[Outcome]:
     """Replays every strategy over every log, in the order of the logs and then the strategies.
+
+    Args:
+        workers: processes; None for one for each core.
+        scheduler: a Dask scheduler's address, whose workers see the same folders under the same names, or "local"
+            for a Dask cluster of `workers` on this machine.
 
     Processes start at once, before the first outcome is asked for: they can be copies of this one only while no other
     thread runs here, such as a progress bar's.
     """
     count = workers or os.cpu_count() or 1
+    if scheduler:
+        work = partial(_all_of, wanted=wanted)
+        return chain.from_iterable(in_order_on_cluster(work, logs, scheduler=scheduler, workers=count))
     if len(logs) < count and len(wanted.strategies) > 1 and can_inherit():
         return _at_work(_in_shares(logs, wanted, count))
     if min(count, len(logs)) <= 1:

@@ -7,17 +7,15 @@ expensive that was found, or a sampled one. Every action carries its support: lo
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 import msgspec
 
-from recorders.code_revision import revision
+from recorders.run_identity import run_id, written_here
 from recorders.run_recorder import RunRecorder
 from replayers.counterfactual.prepared_log import PreparedLog
 from replayers.counterfactual.replay import Replay
-from workbench import __version__
-from workbench.log_schema.events import SCHEMA_VERSION, RunInfo
+from workbench.log_schema.events import RunInfo
 
 IN_WORDS = {
     "": "over the log alone",
@@ -53,19 +51,15 @@ def write_replay_log(path: Path, ground: PreparedLog, made: Replay, *, world: st
 def replay_info(ground: PreparedLog, made: Replay, world: str = "") -> RunInfo:
     """The identity of a replay: the run's, with another strategy and its origin."""
     info = ground.evidence.info
-    code = revision()
     identity = (ground.evidence.sha256, made.strategy, ground.draws, *([world] if world else []))
-    return msgspec.structs.replace(
+    replayed = msgspec.structs.replace(
         info,
-        schema_version=SCHEMA_VERSION,
-        run_id=hashlib.sha256(" ".join(identity).encode()).hexdigest()[:12],
+        run_id=run_id(" ".join(identity)),
         strategy=made.strategy,
         estimator=ground.estimator.name,
         source="replay",
         origin_run=info.run_id,
         origin_sha256=ground.evidence.sha256,
         title=f"{made.strategy} {IN_WORDS[world]} of {info.run_id}: {info.title}".strip(": "),
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
     )
+    return written_here(replayed)

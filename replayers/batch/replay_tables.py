@@ -21,7 +21,7 @@ def replays_frame(records: Iterable[StoredReplay]) -> pd.DataFrame:
         row |= {
             name: getattr(r, name) for name in ("searches", "seconds", "recorded_status", "recorded_cost", "reason")
         }
-        row |= msgspec.structs.asdict(r.bounds) if r.bounds else {}
+        row |= r.bounds.as_row() if r.bounds else {}
         if r.estimate:
             row |= {
                 "estimate": r.estimate.mean,

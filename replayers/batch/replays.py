@@ -85,6 +85,7 @@ def replay(
     output: Path | str | None = None,
     worlds: Sequence[str] = (),
     workers: int | None = 1,
+    scheduler: str = "",
     told: Told | None = None,
 ) -> Replays:
     """Replay strategies over logs, to know what they would have cost.
@@ -96,6 +97,7 @@ def replay(
         output: the folder that keeps the replays and from which a second call resumes; None keeps nothing.
         worlds: with `output`, of "best", "worst" and "drawn", those in which the run is recorded besides.
         workers: processes; None for one for each core. Results do not depend on it.
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
         told: wraps the outcomes, such as in a progress bar.
 
     Returns:
@@ -121,7 +123,9 @@ def replay(
         worlds=tuple(worlds),
         origin=NameOrigin.USER,
     )
-    made = replay_all(files, wanted, workers=1 if settings.in_process else workers)
+    if scheduler and settings.in_process:
+        raise BadValue("--scheduler", scheduler, "left out with --in-process, which runs a planner in this process")
+    made = replay_all(files, wanted, workers=1 if settings.in_process else workers, scheduler=scheduler)
     outcomes = list(told(made, len(files) * len(wanted.strategies)) if told else made)
     outcomes += [LogFailed(log=str(f), strategy=name, reason=why) for f in files for name, why in not_loaded.items()]
     outcomes += [LogFailed(log=str(part), strategy="", reason=join_first(part, of)) for part, of in parts.items()]

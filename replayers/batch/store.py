@@ -6,25 +6,23 @@ The file's key covers everything that the result depends on; a replay with the s
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from replayers.counterfactual.estimates.intervals import finite
+from replayers.counterfactual.durations import Durations
+from replayers.counterfactual.results import BoundFigures, Estimate, WorldGroup
 from workbench import __version__
 from workbench.errors import FileMissing, MalformedFile, WrongKind
 from workbench.execution.events import ActionEnded
+from workbench.files import file_name_of, write_atomically
 
 if TYPE_CHECKING:  # stored replays are read without importing what makes them
-    from replayers.counterfactual.bounds.bounds import Bounds
-    from replayers.counterfactual.durations import Durations
     from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings
     from replayers.counterfactual.replay import Replay
-    from replayers.counterfactual.run_tree import Assignment
 
 RECORD_VERSION = 5
 SUFFIX = ".replay.json"
@@ -45,71 +43,8 @@ class StepRow(msgspec.Struct, frozen=True, kw_only=True):
     seconds: float
 
 
-class StoredAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """What an open container answered, restricted to the types that still mattered."""
-
-    container: str
-    live: tuple[str, ...]
-    answer: tuple[str, ...]
-
-
-class StoredWorldGroup(msgspec.Struct, frozen=True, kw_only=True):
-    """What the run is charged, from least to most, in all worlds whose open containers answer so.
-
-    A most of None is no bound.
-    """
-
-    filled: tuple[StoredAnswer, ...]
-    least: float
-    most: float | None
-
-    @property
-    def at_most(self) -> float:
-        """most; infinite where there is no bound."""
-        return inf if self.most is None else self.most
-
-
 class _Versioned(msgspec.Struct, frozen=True):
     version: int = 0
-
-
-class StoredDurations(msgspec.Struct, frozen=True, kw_only=True):
-    """Durations of actions as fitted to a robot's log: figures, root mean square residuals and samples of each
-    kind."""
-
-    move_s: float
-    metre_s: float
-    look_s: float
-    manipulation_s: float
-    residual_s: dict[str, float]
-    samples: dict[str, int]
-
-
-class StoredBounds(msgspec.Struct, frozen=True, kw_only=True):
-    """Bounds; upper is None where none is known, the found ones where no run was followed to its end."""
-
-    lower: float
-    upper: float | None
-    lower_proof: str
-    upper_proof: str
-    least_found: float | None
-    largest_found: float | None
-    complete: bool
-    can_fail: bool
-
-    @property
-    def at_most(self) -> float:
-        """upper; infinite where no upper bound is known."""
-        return inf if self.upper is None else self.upper
-
-
-class StoredEstimate(msgspec.Struct, frozen=True, kw_only=True):
-    mean: float
-    ci95: tuple[float, float]
-    interval90: tuple[float, float]
-    interval90_mass: float
-    success: float
-    worlds: int
 
 
 class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
@@ -133,6 +68,8 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
             bounds hold without that.
         imputed: containers whose contents the log only imagines: it is of a replay in an imagined world.
         lost: what is missing from the log, one line each.
+        misses: how many items the recorded looks may have overlooked; may_have_missed names the containers.
+        contradicting: types that the inventory lists and no look found, though nothing was left to open.
         drawn: costs in the drawn worlds; draws names them, so that only the same worlds are compared.
     """
 
@@ -156,17 +93,17 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     unseen: str | None
     exact: bool
     cost: float | None
-    bounds: StoredBounds | None
-    estimate: StoredEstimate | None
+    bounds: BoundFigures | None
+    estimate: Estimate | None
     support: dict[str, int]
     searches: int
     seconds: float
     seconds_rms: float | None
-    durations: StoredDurations | None
+    durations: Durations | None
     true_cost: float | None
     true_status: str | None
-    told: tuple[StoredWorldGroup, ...]
-    if_beliefs_stand: StoredBounds | None
+    told: tuple[WorldGroup, ...]
+    if_beliefs_stand: BoundFigures | None
     drawn: tuple[float, ...]
     draws: str
     asked: tuple[str, ...]
@@ -175,6 +112,9 @@ class StoredReplay(msgspec.Struct, frozen=True, kw_only=True):
     notes: tuple[str, ...]
     lost: tuple[str, ...] = ()
     imputed: tuple[str, ...] = ()
+    misses: int = 0
+    may_have_missed: tuple[str, ...] = ()
+    contradicting: tuple[str, ...] = ()
 
 
 def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
@@ -202,20 +142,17 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         unseen=made.unseen,
         exact=made.exact,
         cost=made.cost,
-        bounds=_bounds(bounds) if bounds else None,
-        estimate=msgspec.convert(_fields(made.estimate), StoredEstimate) if made.estimate else None,
+        bounds=bounds.figures if bounds else None,
+        estimate=made.estimate,
         support=dict(made.support),
         searches=made.searches,
         seconds=made.seconds,
         seconds_rms=ground.durations.spread_s(made.events) if ground.is_fitted else None,
-        durations=_durations(ground.durations) if ground.is_fitted else None,
+        durations=ground.durations if ground.is_fitted else None,
         true_cost=made.true_cost,
         true_status=made.true_status,
-        told=tuple(
-            StoredWorldGroup(filled=_answers(group.filled), least=group.least, most=finite(group.most))
-            for group in (bounds.told if bounds else ())
-        ),
-        if_beliefs_stand=_bounds(made.if_beliefs_stand) if made.if_beliefs_stand else None,
+        told=bounds.told if bounds else (),
+        if_beliefs_stand=made.if_beliefs_stand.figures if made.if_beliefs_stand else None,
         drawn=tuple(float(c) for c in made.drawn) if made.drawn is not None else (),
         draws=ground.draws,
         asked=made.asked,
@@ -224,6 +161,9 @@ def to_stored(ground: PreparedLog, made: Replay, *, key: str) -> StoredReplay:
         notes=made.notes,
         lost=evidence.gaps.lost,
         imputed=evidence.imputed,
+        misses=evidence.misses,
+        may_have_missed=evidence.doubtful,
+        contradicting=ground.contradicting,
     )
 
 
@@ -235,16 +175,13 @@ def replay_key(sha256: str, strategy: str, settings: ReplaySettings) -> str:
 
 def replay_path(folder: Path, sha256: str, run_id: str, strategy: str) -> Path:
     """Where a replay is stored: one folder for each log, one file for each strategy."""
-    safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in strategy)
-    return folder / f"{_safe(run_id)}-{sha256[:8]}" / f"{safe}{SUFFIX}"
+    return folder / f"{file_name_of(run_id)}-{sha256[:8]}" / f"{file_name_of(strategy)}{SUFFIX}"
 
 
 def write_replay(path: Path, record: StoredReplay) -> None:
     """Writes a replay atomically: concurrent readers see the old file or the new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(f"{path.name}.{os.getpid()}.part")
-    aside.write_bytes(msgspec.json.format(msgspec.json.encode(record), indent=1))
-    os.replace(aside, path)
+    write_atomically(path, msgspec.json.format(msgspec.json.encode(record), indent=1))
 
 
 def read_replay(path: Path) -> StoredReplay:
@@ -263,7 +200,7 @@ def read_replay(path: Path) -> StoredReplay:
                 f"a replay kept by another release (version {version}, this one writes {RECORD_VERSION})",
                 "Make it again: lios replay LOG -o DIR",
             )
-        return msgspec.json.decode(data, type=StoredReplay)
+        return msgspec.convert(_with_infinities(msgspec.json.decode(data)), StoredReplay)
     except FileNotFoundError:
         raise FileMissing(path) from None
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
@@ -291,36 +228,20 @@ def replays_in(folder: Path, *, on_skipped: Callable[[MalformedFile], None] | No
             on_skipped(error)
 
 
-def _answers(filled: tuple[Assignment, ...]) -> tuple[StoredAnswer, ...]:
-    return tuple(StoredAnswer(container=f.container, live=f.live, answer=f.answer) for f in filled)
+def _with_infinities(record: dict[str, Any]) -> dict[str, Any]:
+    """JSON has no infinite numbers: where no bound is known, null is stored."""
+    for name in ("bounds", "if_beliefs_stand"):
+        for figure, unknown in (("upper", inf), ("least_found", inf), ("largest_found", -inf)):
+            _replace_null(record.get(name), figure, unknown)
+    told = record.get("told")
+    for group in told if isinstance(told, list) else ():
+        _replace_null(group, "most", inf)
+    return record
 
 
-def _bounds(bounds: Bounds) -> StoredBounds:
-    return StoredBounds(
-        lower=bounds.lower,
-        upper=finite(bounds.upper),
-        lower_proof=bounds.lower_proof.value,
-        upper_proof=bounds.upper_proof.value,
-        least_found=finite(bounds.least_found),
-        largest_found=finite(bounds.largest_found),
-        complete=bounds.complete,
-        can_fail=bounds.can_fail,
-    )
-
-
-def _durations(fitted: Durations) -> StoredDurations:
-    return StoredDurations(
-        move_s=fitted.move_s,
-        metre_s=fitted.metre_s,
-        look_s=fitted.look_s,
-        manipulation_s=fitted.manipulation_s,
-        residual_s=dict(fitted.residual_s),
-        samples=dict(fitted.samples),
-    )
-
-
-def _fields(value: object) -> dict[str, object]:
-    return {name: getattr(value, name) for name in StoredEstimate.__struct_fields__}
+def _replace_null(part: Any, name: str, value: float) -> None:
+    if isinstance(part, dict) and name in part and part[name] is None:
+        part[name] = value
 
 
 def _step(event: ActionEnded) -> StepRow:
@@ -336,7 +257,3 @@ def _step(event: ActionEnded) -> StepRow:
         support=event.support,
         seconds=(event.stamp_ns - event.start_ns) / 1e9,
     )
-
-
-def _safe(name: str) -> str:
-    return "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in name) or "run"

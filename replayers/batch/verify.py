@@ -16,7 +16,7 @@ import msgspec
 from recorders.code_revision import revision
 from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import RecordedBeliefs
+from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.run_tree import zero_clock
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
@@ -26,7 +26,7 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import (
     ActionFinished,
@@ -40,11 +40,9 @@ from workbench.log_schema.events import (
 from workbench.planning.strategies import needs_truth, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
+from workbench.tolerances import NEAR_ROUNDED
 
-TOLERANCE = 2e-6
-"""Numbers closer than this are equal: the log rounds to six decimals."""
-
-NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note"})
+NOT_COMPARED = frozenset({"stamp", "start", "path", "support", "standing", "estimator", "note", "look"})
 """Fields that depend on the world or the machine, or are words for people; not compared."""
 
 MEASURED = NOT_COMPARED | {"cost", "own_cost", "travel_m"}
@@ -117,9 +115,15 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
     def again(planner: Strategy) -> Iterator[Event]:
-        world = LoggedWorld(evidence, with_ways=False)
         return run_task(
-            world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=zero_clock
+            LoggedWorld(evidence, with_ways=False, as_recorded=True),
+            planner,
+            estimator,
+            evidence.task,
+            costs=evidence.costs,
+            seed=run.info.seed,
+            options=LoopOptions(stopwatch=zero_clock),
+            perception=evidence.perception,
         )
 
     if is_foreign(name, origin=origin):
@@ -154,6 +158,8 @@ def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
         found = None
     if found is not None and found.name == recorded:
         return found, ""
+    if not evidence.perception.perfect:  # the logged ones are posteriors: the loop makes them of the first ones
+        return LoggedBelief(evidence), f"the log's first beliefs: {recorded} is not here"
     return RecordedBeliefs(evidence, run.beliefs), f"beliefs as logged: {recorded} is not here"
 
 
@@ -294,7 +300,7 @@ def _same_step(was: PlanComputed, now: PlanComputed) -> bool:
 
 def _same(a: object, b: object) -> bool:
     if isinstance(a, float | int) and isinstance(b, float | int) and not isinstance(a, bool):
-        return abs(a - b) <= TOLERANCE * max(1.0, abs(a))
+        return abs(a - b) <= NEAR_ROUNDED * max(1.0, abs(a))
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(_same(a[k], b[k]) for k in a)
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):

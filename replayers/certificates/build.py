@@ -84,6 +84,8 @@ def _require_plain(ground: PreparedLog, evidence: Evidence) -> None:
         raise NotCertifiable(log, "the log is not whole")
     if evidence.imputed:
         raise NotCertifiable(log, "the log is of an imagined world")
+    if evidence.misses:
+        raise NotCertifiable(log, "looks in it may have missed something")
     if evidence.shut or evidence.refused_moves or evidence.stuck:
         raise NotCertifiable(log, "actions were refused in it")
     if prepares(evidence.task.goal):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, Split, Workers
+from workbench.options import DryRun, Force, Houses, Json, Scheduler, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def replay(
         ),
     ] = 400,
     workers: Workers = 1,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks and of the sampled worlds.")] = 0,
     output: Annotated[Path | None, Option("--output", "-o", help="A CSV file with every counterfactual.")] = None,
     force: Force = False,
@@ -84,7 +85,7 @@ def replay(
         by = f" by each of {len(believers)} estimators" if len(believers) > 1 else ""
         say(f"{len(places)} tasks, {len(names)} strategies: {each} counterfactuals{by}")
         return
-    found, skipped = _measured(plans, workers=workers, total=each * len(plans))
+    found, skipped = _measured(plans, (workers, scheduler), total=each * len(plans))
     if not found:
         raise Failed(f"no counterfactual could be measured: {skipped[0].reason if skipped else 'no tasks'}")
     if output is not None:
@@ -134,8 +135,13 @@ def _estimators(text: str) -> tuple[str, ...]:
 
 
 def _measured(
-    plans: Sequence[MeasurementSettings], *, workers: int, total: int
+    plans: Sequence[MeasurementSettings], on: tuple[int, str], *, total: int
 ) -> tuple[list[Counterfactual], list[SkippedTask]]:
+    """What was measured and what was skipped, in the order of the plans.
+
+    Args:
+        on: the number of workers and the scheduler.
+    """
     from itertools import chain
 
     from replayers.evaluation.trials import SkippedTask, counterfactuals
@@ -143,7 +149,8 @@ def _measured(
 
     found: list[Counterfactual] = []
     skipped: list[SkippedTask] = []
-    every = chain.from_iterable(counterfactuals(plan, workers=workers) for plan in plans)
+    workers, scheduler = on
+    every = chain.from_iterable(counterfactuals(plan, workers=workers, scheduler=scheduler) for plan in plans)
     for one in progress(every, title="replaying", total=total):
         skipped.append(one) if isinstance(one, SkippedTask) else found.append(one)
     return found, skipped

@@ -29,6 +29,9 @@ def import_bag(
     clock: Annotated[
         str, Option("--clock", help="Whose times are used: record, header; auto takes headers where they agree.")
     ] = "auto",
+    furniture_open: Annotated[
+        bool, Option("--furniture-open", help="Your word that all closed furniture stood open.")
+    ] = False,
     force: Force = False,
     json: Json = False,
 ) -> None:
@@ -67,6 +70,7 @@ def import_bag(
             strategy="" if strategy == "none" or not site else strategy,
             estimator=estimator,
             clock=None if clock == "auto" else clock,
+            furniture_open=furniture_open,
         )
         report = read_into_log(opened, plan, output, force=force)
     if json:

@@ -33,7 +33,9 @@ def info(
         return
     for name, value in _lines(found):
         emit_text(f"{name + ':':13}{value}")
-    emit_table(found.channels(), columns=["topic", "schema", "encoding", "messages", "hz"])
+    channels = found.channels()
+    stamps = ["stamps"] if any(row["stamps"] for row in channels) else []
+    emit_table(channels, columns=["topic", "schema", "encoding", "messages", *stamps, "hz"])
 
 
 def _answer(found: Description) -> dict[str, Any]:

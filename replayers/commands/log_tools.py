@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from replayers.commands.log_cat import cat
-from replayers.commands.log_note import note
-from replayers.commands.log_options import (
+from replayers.commands.log.cat import cat
+from replayers.commands.log.note import note
+from replayers.commands.log.options import (
     ChunkSize,
     End,
     Exclude,
@@ -45,7 +45,7 @@ def filter_log(
     attachments: Annotated[bool, Option(help="Keep attachments.")] = True,
     metadata: Annotated[bool, Option(help="Keep metadata.")] = True,
     compression: Packing = "zstd",
-    chunk_size: ChunkSize = 1 << 20,
+    chunk_size: ChunkSize = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -73,7 +73,7 @@ def merge(
         bool, Option("--allow-duplicates", help="Keep differing metadata and attachments of the same name.")
     ] = False,
     compression: Packing = "zstd",
-    chunk_size: ChunkSize = 1 << 20,
+    chunk_size: ChunkSize = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -124,11 +124,13 @@ def compact(
     log: Log,
     output: Output,
     compression: Packing = "zstd",
-    chunk_size: ChunkSize = 4 << 20,
+    chunk_size: Annotated[int, Option("--chunk-size", help="Bytes of a chunk before compression.", min=1)] = 4 << 20,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Rewrite a log in few large chunks: smaller and faster to read than one that was synced at every decision.
+
+    Chunks of at least a quarter of that size, compressed as asked for, are copied as they are.
 
     Examples:
 
@@ -143,7 +145,7 @@ def convert(
     log: Log,
     output: Output,
     compression: Packing = "zstd",
-    chunk_size: ChunkSize = 1 << 20,
+    chunk_size: ChunkSize = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:

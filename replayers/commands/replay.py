@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.options import Json
+from workbench.errors import BadValue
+from workbench.options import Json, Scheduler
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
 if TYPE_CHECKING:
     from replayers.batch.next_look import ContainerLook
     from replayers.batch.replay_all import LogFailed
-    from replayers.batch.store import StoredReplay
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
 TOLD_ELSEWHERE = {"done", "undetermined", "not-replayed", BROKE, UNLIKE}
@@ -59,6 +59,14 @@ def replay(
     no_inventory: Annotated[
         bool, Option("--no-inventory", help="Do not treat the task's item list as complete.")
     ] = False,
+    misses: Annotated[
+        int | None,
+        Option(
+            "--misses",
+            min=0,
+            help="How many items the recorded looks may have overlooked; default: as many as the inventory implies.",
+        ),
+    ] = None,
     timeout: Annotated[
         float, Option("--timeout", min=0.1, help="Time limit of your own planner for a decision, in seconds.")
     ] = 10.0,
@@ -86,6 +94,7 @@ def replay(
     workers: Annotated[
         int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
@@ -101,13 +110,18 @@ def replay(
 
         lios replay logs/ --strategies all -o replays/ && lios compare replays/
 
+        lios replay run.mcap --misses 1
+
         lios replay run.mcap --verify
     """
     if verify:
+        if scheduler:
+            raise BadValue("--scheduler", scheduler, "left out with --verify, which runs in this process")
         _verify(logs, _recorded_as(strategies), json=json)
         return
     import replayers
     from replayers.batch.replay_all import LogFailed
+    from replayers.batch.replay_rows import pair_rows, replay_row
     from replayers.counterfactual.bounds.bounds import Budget
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
@@ -120,7 +134,7 @@ def replay(
         estimator_origin=NameOrigin.USER,
         worlds=worlds,
         budget=Budget(stretches=budget),
-        assumptions=Assumptions(inventory=not no_inventory, unique=unique),
+        assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),
         with_truth=with_truth,
         timeout_s=timeout,
         in_process=in_process,
@@ -133,16 +147,17 @@ def replay(
         output=output,
         worlds=_worlds_named(write, output),
         workers=workers,
+        scheduler=scheduler,
         told=lambda replays, total: progress(replays, title="replaying", total=total),
     )
     outcomes, not_there = list(made.outcomes), made.not_loaded
     failed = [o for o in outcomes if isinstance(o, LogFailed)]
     if len(failed) == len(outcomes):
         _refuse(failed)
-    rows = [_row(o) for o in outcomes]
+    rows = [replay_row(o) for o in outcomes]
     next_look = [_look(look) for look in replayers.look_next(made)] if look_next else None
     if json:
-        answer: dict[str, Any] = {"rows": rows, "pairs": _pairs(outcomes), "seed": seed}
+        answer: dict[str, Any] = {"rows": rows, "pairs": pair_rows(outcomes), "seed": seed}
         if next_look is not None:
             answer["look_next"] = next_look
         emit_json(answer)
@@ -162,7 +177,6 @@ def replay(
 
 def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
     from replayers.counterfactual.replay import WORLDS
-    from workbench.errors import BadValue
 
     names = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
     if not set(names) <= set(WORLDS):
@@ -170,81 +184,6 @@ def _worlds_named(text: str, output: Path | None) -> tuple[str, ...]:
     if names and output is None:
         raise BadValue("--write", text, "given together with -o DIR, the folder to write to")
     return names
-
-
-def _row(outcome: StoredReplay | LogFailed) -> dict[str, Any]:
-    import msgspec
-
-    from replayers.batch.store import StoredReplay
-
-    if not isinstance(outcome, StoredReplay):
-        return {
-            "log": outcome.log,
-            "strategy": outcome.strategy,
-            "status": "not-replayed",
-            "lower": None,
-            "upper": None,
-            "estimate": None,
-            "exact": False,
-            "reason": outcome.reason,
-        }
-    bounds, estimate, standing = outcome.bounds, outcome.estimate, outcome.if_beliefs_stand
-    return {
-        "log": outcome.log,
-        "strategy": outcome.strategy,
-        "status": outcome.status,
-        "cost": outcome.cost,
-        "lower": bounds.lower if bounds else None,
-        "upper": bounds.upper if bounds else None,
-        "estimate": estimate.mean if estimate else None,
-        "exact": outcome.exact,
-        "lower_proof": bounds.lower_proof if bounds else None,
-        "upper_proof": bounds.upper_proof if bounds else None,
-        "complete": bounds.complete if bounds else None,
-        "steady_beliefs": outcome.steady_beliefs,
-        "if_beliefs_stand": {"lower": standing.lower, "upper": standing.upper} if standing else None,
-        "estimate_ci95": estimate.ci95 if estimate else None,
-        "estimate_ci95_resamples": "drawn worlds" if estimate else None,
-        "interval90": estimate.interval90 if estimate else None,
-        "interval90_mass": estimate.interval90_mass if estimate else None,
-        "success": estimate.success if estimate else None,
-        "unseen": outcome.unseen,
-        "true_cost": outcome.true_cost,
-        "support": outcome.support,
-        "searches": outcome.searches,
-        "seconds": outcome.seconds,
-        "seconds_rms": outcome.seconds_rms,
-        "durations": msgspec.to_builtins(outcome.durations),
-        "source": outcome.source,
-        "recorded_strategy": outcome.recorded_strategy,
-        "recorded_cost": outcome.recorded_cost,
-        "reproduced": outcome.reproduced,
-        "complete_log": outcome.complete_log,
-        "lost": outcome.lost,
-        "imputed": outcome.imputed,
-        "reason": outcome.reason,
-        "notes": outcome.notes,
-    }
-
-
-def _pairs(outcomes: list[Any]) -> list[dict[str, Any]]:
-    """Every pair of strategies over one log, in the same world."""
-    from itertools import combinations
-
-    from replayers.batch.compare import cost_difference
-    from replayers.batch.store import StoredReplay
-    from replayers.counterfactual.estimates.intervals import finite
-
-    bounded = [o for o in outcomes if isinstance(o, StoredReplay) and o.bounds is not None]
-    found: list[dict[str, Any]] = []
-    for a, b in combinations(bounded, 2):
-        if a.sha256 == b.sha256:
-            apart = cost_difference(a, b)
-            found.append({"log": a.log, "a": a.strategy, "b": b.strategy, "verdict": apart.verdict,
-                          "difference_lower": finite(apart.least), "difference_upper": finite(apart.most),
-                          "chance_a_cheaper": apart.chance[0] if apart.chance else None,
-                          "chance_equal": apart.chance[1] if apart.chance else None})  # fmt: skip
-    return found
 
 
 def _notes(rows: list[dict[str, Any]]) -> dict[str, tuple[str, ...]]:
@@ -372,8 +311,6 @@ def _look(look: ContainerLook) -> dict[str, Any]:
 
 def _recorded_as(strategies: str) -> str:
     """With --verify, the name by which the recorded strategy can be loaded; empty for that in the log."""
-    from workbench.errors import BadValue
-
     if strategies == "all":
         return ""
     if "," in strategies:

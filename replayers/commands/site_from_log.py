@@ -15,6 +15,9 @@ def from_log(
         Path("site")
     ),
     name: Annotated[str, Option("--name", help="Name of the site; default: the folder's.")] = "",
+    map_folder: Annotated[
+        Path | None, Option("--map", help="The GraphNav map of the place: its fiducials are no items.")
+    ] = None,
     force: Annotated[bool, Option("--force", help="Replace a site in the folder.")] = False,
     json: Json = False,
 ) -> None:
@@ -34,7 +37,17 @@ def from_log(
 
     if (output / "site.yaml").exists() and not force:
         raise OutputExists(output / "site.yaml")
-    draft = draft_site(log)
+    map_tags: frozenset[int] = frozenset()
+    if map_folder is not None:
+        from recorders.spot.client.errors import require_bosdyn
+
+        require_bosdyn()
+        from recorders.spot.checks.map_checks import map_fiducials
+        from recorders.spot.client.map_upload import read_map_folder
+
+        graph, snapshots, _ = read_map_folder(map_folder)
+        map_tags = map_fiducials(graph, snapshots.values())
+    draft = draft_site(log, map_tags=map_tags)
     file = write_draft(draft, output, name=name or output.resolve().name)
     if json:
         emit_json(
@@ -43,6 +56,7 @@ def from_log(
                 "stops": [stop.name for stop in draft.stops],
                 "waypoints": {stop.name: stop.waypoint for stop in draft.stops if stop.waypoint},
                 "tags": sorted(draft.tags),
+                "other_tags": sorted(draft.other_tags),
                 "map": draft.grid is not None,
             }
         )

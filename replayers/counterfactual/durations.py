@@ -6,8 +6,8 @@ Residuals are kept with the figures: a fit is a prediction, not a measurement.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
@@ -27,19 +27,19 @@ class Durations:
         samples: how many recorded actions each was fitted to; 0 means that the simulator's figure is used.
     """
 
-    metre_s: float = 1.0
     move_s: float = 0.0
+    metre_s: float = 1.0
     look_s: float = 2.0
     manipulation_s: float = 5.0
-    residual_s: tuple[tuple[str, float], ...] = ()
-    samples: tuple[tuple[str, int], ...] = ()
+    residual_s: Mapping[str, float] = field(default_factory=dict[str, float])
+    samples: Mapping[str, int] = field(default_factory=dict[str, int])
 
     def move_ns(self, metres: float) -> int:
         return round((self.move_s * (metres > 0) + self.metre_s * metres) * NANO)
 
     def words(self) -> str:
         """The figures with their residuals, in one line."""
-        left, counted = dict(self.residual_s), dict(self.samples)
+        left, counted = self.residual_s, self.samples
         return (
             f"seconds by the log's own speeds: a move {self.move_s:.1f} s and {self.metre_s:.2f} s a metre "
             f"(residual {left.get('move', 0):.1f} s over {counted.get('move', 0)}), "
@@ -51,7 +51,7 @@ class Durations:
     def spread_s(self, events: Iterable[Event]) -> float:
         """Root mean square error of a predicted duration, if each action errs independently by the residual of its
         kind."""
-        left = dict(self.residual_s)
+        left = self.residual_s
         kinds = {"move": "move", "search": "look"}
         acted = (e for e in events if isinstance(e, ActionEnded) and e.success)
         return sqrt(sum(left.get(kinds.get(e.step.action, "manipulation"), 0.0) ** 2 for e in acted))
@@ -87,8 +87,8 @@ def fitted_durations(actions: Iterable[ActionFinished]) -> Durations:
         move_s=move_s,
         look_s=look_s,
         manipulation_s=manipulation_s,
-        residual_s=(("move", move_left), ("look", look_left), ("manipulation", manipulation_left)),
-        samples=(("move", len(moves)), ("look", len(looks)), ("manipulation", len(handled))),
+        residual_s={"move": move_left, "look": look_left, "manipulation": manipulation_left},
+        samples={"move": len(moves), "look": len(looks), "manipulation": len(handled)},
     )
 
 

@@ -13,10 +13,13 @@ from types import MappingProxyType
 
 from replayers.counterfactual.evidence_rules import (
     IMPUTED,
+    OVERLOOKED,
     Deed,
     Leg,
+    chances_of_missing,
     contents_at_start,
     first_belief,
+    looks_in_order,
     refused_looks,
     refused_targets,
     successful_manipulations,
@@ -25,10 +28,13 @@ from replayers.runs.gaps import Gaps, gaps_of
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
+from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
-from workbench.worlds.house import ContainerId, Contents, ItemId, ItemType, LocationId
+from workbench.worlds.house import ContainerId, Contents, Item, ItemId, ItemType, LocationId
+from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.perception import PERFECT, Perception
 
 
 class PartOfRun(Unsupported):
@@ -76,6 +82,11 @@ class Evidence:
         imputed: containers whose contents nobody saw: the log is of a replay in an imagined world.
         rounded: the log is of a release that rounded beliefs (vocabulary.ROUNDED_BEFORE): they are not quite what the
             robot believed.
+        misses: how many items the recorded looks may have overlooked, at most.
+        perception: how surely a look of the run showed what was there, as the robot believed it.
+        looks: what each look of the run showed, by container, in order.
+        miss_chance: per item type and searched container, the chance that every look there missed it, as the log
+            assumes it; 0 where it is not named.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -98,6 +109,10 @@ class Evidence:
     steady: bool = True
     imputed: tuple[ContainerId, ...] = ()
     rounded: bool = False
+    misses: int = 0
+    perception: Perception = PERFECT
+    looks: Mapping[ContainerId, tuple[tuple[Item, ...], ...]] = field(default_factory=lambda: MappingProxyType({}))
+    miss_chance: Mapping[tuple[ItemType, ContainerId], float] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
     @property
@@ -111,6 +126,32 @@ class Evidence:
             and LocationId(c.id) not in self.refused_moves
             and self.place.travel.reaches(LocationId(c.id))
         )
+
+    @property
+    def doubtful(self) -> tuple[ContainerId, ...]:
+        """Reachable containers that were looked into while recording, where looks may have missed; in plan order."""
+        if not self.misses:
+            return ()
+        return tuple(
+            c.id
+            for c in self.place.plan.containers
+            if c.id in self.contents
+            and c.id not in self.known
+            and LocationId(c.id) not in self.refused_moves
+            and self.place.travel.reaches(LocationId(c.id))
+        )
+
+    def misses_left(self, knowledge: Knowledge) -> int:
+        """How many items may still have been overlooked in a world that a robot has come to know so far."""
+        if not self.misses:
+            return 0
+        spent = 0
+        for container, items in knowledge.first_seen.items():
+            shown = self.contents.get(container)
+            if shown is not None and container not in self.known:
+                mark = f"{OVERLOOKED}{container}|"
+                spent += sum(item.id.startswith(f"{item.type}{mark}") and item not in shown for item in items)
+        return self.misses - spent
 
     def seen_types(self) -> frozenset[ItemType]:
         """Item types of which the log shows an instance."""
@@ -160,6 +201,9 @@ def evidence_of(run: Run) -> Evidence:
         steady=steady and not gaps.beliefs,
         rounded=rounded,
         imputed=imputed,
+        perception=perception_from_settings(run.settings),
+        looks=looks_in_order(seen),
+        miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
     )
 

@@ -2,7 +2,8 @@
 
 An item belongs where it was first seen: what the robot put down later is not counted again, and an item seen in two
 places without having been carried is read as standing where it was seen first, with a note. Of two looks into one
-container the first counts.
+container the first counts, unless the log says that they could miss: then another look adds what earlier ones did not
+show.
 """
 
 from __future__ import annotations
@@ -11,20 +12,21 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from workbench.log_schema.events import ActionFinished, BeliefUpdate, Observation
+from workbench.tolerances import NEAR_ROUNDED
 from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
 LOGGED, IMPLIED, IMPUTED = "logged", "implied", "imputed"
 """What a step of a replay rests on: the run did the very same; it follows from the log and its assumptions; it rests
 on a filling of a container that nobody opened."""
 
+OVERLOOKED = "|overlooked|"
+"""Marks the id of an item that a recorded look is taken to have overlooked, before its container."""
+
 ELSEWHERE = ""
 """Where an item stood at first that was carried before the log first shows it."""
 Leg = tuple[LocationId, LocationId]
 Deed = tuple[str, LocationId, tuple[ItemId, ...]]
 """A manipulation: its kind, its place, its items."""
-
-SAME_ROUNDED = 2e-6
-"""Two probabilities of a log that rounds them to six decimals are one if they are closer than this."""
 
 
 def contents_at_start(
@@ -51,6 +53,8 @@ def contents_at_start(
                 items.append(Item(id=ItemId(item.id), type=ItemType(item.type)))
         if not again:
             contents[container] = tuple(items)
+        elif seen.look is not None:  # a look that can miss: another one adds what it overlooked
+            contents[container] = tuple({i.id: i for i in (*contents[container], *items)}.values())
         elif not {i.id for i in items} <= {i.id for i in contents[container]}:
             notes[f"{container} was searched twice with different contents; the first search counts"] = None
     return contents, tuple(notes)
@@ -93,7 +97,7 @@ def first_belief(
     Args:
         rounded: the log holds six decimals, so that what differs in the last of them may be the same.
     """
-    near = SAME_ROUNDED if rounded else 0.0
+    near = NEAR_ROUNDED if rounded else 0.0
     first: dict[tuple[str, str], float] = {}
     steady = True
     strange: dict[str, None] = {}
@@ -106,6 +110,38 @@ def first_belief(
                 before = first.setdefault((item_type, container), probability)
                 steady = steady and abs(before - probability) <= near
     return MappingProxyType(first), steady, tuple(strange)
+
+
+def looks_in_order(observations: Iterable[Observation]) -> Mapping[ContainerId, tuple[tuple[Item, ...], ...]]:
+    """What each look of the run showed, container by container in the order of the looks."""
+    looks: dict[ContainerId, list[tuple[Item, ...]]] = {}
+    for seen in sorted(observations, key=lambda o: (o.stamp.ns, o.decision)):
+        if not seen.known_at_start:
+            items = tuple(Item(id=ItemId(i.id), type=ItemType(i.type)) for i in seen.items)
+            looks.setdefault(ContainerId(seen.container), []).append(items)
+    return MappingProxyType({container: tuple(shown) for container, shown in looks.items()})
+
+
+def chances_of_missing(
+    observations: Iterable[Observation], *, independent: bool
+) -> Mapping[tuple[ItemType, ContainerId], float]:
+    """Per item type and container, the chance that every look there missed it, as the log assumes.
+
+    Args:
+        independent: every look counts, as in simulation; otherwise looks from one viewpoint count once, since what
+            one of them misses the others miss as well (Velez et al., JAIR 44, 2012).
+    """
+    chances: dict[tuple[ItemType, ContainerId], float] = {}
+    counted: set[tuple[str, tuple[float, ...]]] = set()
+    for seen in observations:
+        look = seen.look
+        if look is None or (not independent and look.viewpoint and (seen.container, look.viewpoint) in counted):
+            continue
+        counted.add((seen.container, look.viewpoint))
+        for item_type, p in zip(look.item_types, look.p_detect, strict=True):
+            key = ItemType(item_type), ContainerId(seen.container)
+            chances[key] = chances.get(key, 1.0) * (1.0 - p)
+    return MappingProxyType(chances)
 
 
 def _first_handled(actions: Iterable[ActionFinished]) -> dict[str, int]:

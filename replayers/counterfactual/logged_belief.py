@@ -8,13 +8,14 @@ where an old log rounded them, the estimator that the log names is asked again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.caches import Cache
 from workbench.errors import LiosError, Unsupported
 from workbench.log_schema.events import BeliefUpdate
 from workbench.plugins import NameOrigin, quoted
@@ -77,18 +78,12 @@ class RecordedBeliefs:
 
 
 @final
-@dataclass(frozen=True, slots=True)
 class LoggedBelief:
-    """Answers with the first probability in the log; 0 for a pair that the log does not name.
+    """Answers with the first probability in the log; 0 for a pair that the log does not name."""
 
-    Attributes:
-        made: cache of beliefs, at most MAX_CACHED_BELIEFS.
-    """
-
-    evidence: Evidence
-    made: dict[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief] = field(
-        default_factory=dict[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief], repr=False, compare=False
-    )
+    def __init__(self, evidence: Evidence) -> None:
+        self.evidence = evidence
+        self._made: Cache[tuple[tuple[ContainerId, ...], tuple[ItemType, ...]], Belief] = Cache(MAX_CACHED_BELIEFS)
 
     @property
     def name(self) -> str:
@@ -96,12 +91,7 @@ class LoggedBelief:
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
         containers = knowledge.unsearched
-        made = self.made.get((containers, item_types))
-        if made is None:
-            if len(self.made) >= MAX_CACHED_BELIEFS:
-                self.made.clear()
-            made = self.made[containers, item_types] = self._about(containers, item_types)
-        return made
+        return self._made.get((containers, item_types), lambda: self._about(containers, item_types))
 
     def _about(self, containers: tuple[ContainerId, ...], item_types: tuple[ItemType, ...]) -> Belief:
         first = self.evidence.first_belief

@@ -23,7 +23,8 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Filling = Callable[[ContainerId, Knowledge], tuple[Item, ...] | None]
-"""What an open container holds, given what the robot knows when it looks; None when it cannot be told."""
+"""What a container holds beyond the log, given what the robot knows when it looks: everything in an open one, and
+what was overlooked in another; None when it cannot be told."""
 
 
 def unknown_contents(container: ContainerId, knowledge: Knowledge) -> None:
@@ -42,6 +43,8 @@ class LoggedWorld:
         with_ways: whether moves carry the way walked; finding ways takes time that exploring need not spend.
         paths: what finds those ways, where several worlds of one log share it.
         knowledge: state from which to continue a run; the start by default.
+        as_recorded: each look shows what the run's own looks showed, one after the other, misses and all; beyond
+            them, nothing can be told. For replaying the recorded strategy.
     """
 
     def __init__(
@@ -53,12 +56,14 @@ class LoggedWorld:
         with_ways: bool = True,
         paths: Paths | None = None,
         knowledge: Knowledge | None = None,
+        as_recorded: bool = False,
     ) -> None:
         self.evidence = log if isinstance(log, Evidence) else evidence_of(log)
         self.imputed: dict[ContainerId, tuple[Item, ...]] = {}
         place = self.evidence.place
         self.knowledge = knowledge or knowledge_at_start(place.plan, place.travel, self.evidence.known)
         self._filling = filling
+        self._as_recorded = as_recorded and not self.evidence.perception.perfect
         self._durations = durations
         self._imputed_items: set[ItemId] = set()
         self._paths = paths or (place.paths() if with_ways else NoPaths(self.evidence))
@@ -103,18 +108,35 @@ class LoggedWorld:
             self._now_ns += self._durations.look_ns
             self.knowledge = self.knowledge.shut(container)
             return ActionRefused(start_ns=start, end_ns=self._now_ns, reason=self.evidence.shut[container])
-        support = LOGGED if container in self.evidence.contents else IMPUTED
+        if self._as_recorded:
+            return self._look_as_recorded(container)
         inside = self.evidence.contents.get(container)
-        if inside is None:
-            inside = self._filling(container, self.knowledge)
-            if inside is None:
+        support = IMPUTED if inside is None else LOGGED
+        if inside is None or (container in self.evidence.doubtful and self.evidence.misses_left(self.knowledge)):
+            more = self._filling(container, self.knowledge)
+            if more is None:
                 return NotInLog(start_ns=start, container=container)
-            self.imputed[container] = inside
-            self._imputed_items |= {item.id for item in inside}
+            if inside is None or more:
+                self.imputed[container] = more
+                self._imputed_items |= {item.id for item in more}
+                support = IMPUTED
+            inside = (*(inside or ()), *more)
         self._now_ns += self._durations.look_ns
         there = self._now_there(container, inside)
         self.knowledge = self.knowledge.seen(container, there)
         return LookResult(start_ns=start, end_ns=self._now_ns, container=container, items=there, support=support)
+
+    def _look_as_recorded(self, container: ContainerId) -> LookResult | NotInLog:
+        start, number = self._now_ns, self.knowledge.looks(container)
+        looks = self.evidence.looks.get(container, ())
+        if number >= len(looks):
+            return NotInLog(start_ns=start, container=container)
+        self._now_ns += self._durations.look_ns
+        again = frozenset({container} & self.knowledge.first_seen.keys())
+        self.knowledge = self.knowledge.with_another_look_at(again).seen(container, looks[number])
+        return LookResult(
+            start_ns=start, end_ns=self._now_ns, container=container, items=looks[number], support=LOGGED
+        )
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self._now_ns

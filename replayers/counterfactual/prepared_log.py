@@ -17,10 +17,11 @@ from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sam
 from replayers.counterfactual.evidence import Evidence, evidence_of
 from replayers.counterfactual.logged_belief import EstimatorChoice, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
+from replayers.counterfactual.overlooked import contradicting_types, misses_note
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
 from replayers.runs.run import Run
-from workbench.beliefs.belief import Estimator
+from workbench.beliefs.belief import Belief, Estimator
 from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
@@ -78,6 +79,8 @@ class PreparedLog:
         truth: the recorded truth, where it may be used.
         recorded: the end of the recorded run; None where the log is cut off before it.
         exact_beliefs: the estimator answers what the robot believed, not what a log made of it by rounding.
+        contradicting: types that the inventory lists and no look found, though nothing was left to open: of each, a
+            recorded look overlooked one (evidence.misses).
         reproduction: whether the recorded strategy does with these beliefs what was recorded.
         claims: whether a replay says anything: not where the recorded strategy does something else, unless other
             beliefs than the run's were asked for.
@@ -99,6 +102,7 @@ class PreparedLog:
     draws: str
     paths: Paths
     exact_beliefs: bool = True
+    contradicting: tuple[ItemType, ...] = ()
     reproduction: Reproduction = field(default_factory=lambda: Reproduction(same=None))
     claims: bool = True
     notes: tuple[str, ...] = ()
@@ -120,14 +124,16 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         NoBelief, UnknownName: no beliefs are available.
         TruthNotRecorded: the truth was requested and is not in the log.
     """
-    evidence = evidence_of(run)
+    as_told = evidence_of(run)
     if settings.with_truth and run.truth is None:
         raise TruthNotRecorded(run.path)
-    types = relevant_types(evidence.task.goal)
+    types = relevant_types(as_told.task.goal)
+    contradicting = contradicting_types(as_told, relevance_of(as_told, types, settings.assumptions))
+    evidence = replace(as_told, misses=max(settings.assumptions.misses or 0, len(contradicting)))
     believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
     estimator = believer.estimator
     robot = evidence.info.source not in SIMULATED_SOURCES
-    reproduction = reproduce(run, evidence, estimator)
+    reproduction = reproduce(run, as_told, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
     ground = PreparedLog(
         evidence=evidence,
@@ -142,9 +148,17 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         draws=_draws(evidence, settings, estimator),
         paths=evidence.place.paths() if with_ways else NoPaths(evidence),
         exact_beliefs=not believer.rounded,
+        contradicting=contradicting,
         reproduction=reproduction,
         claims=believer.hypothetical or reproduction.same is not False,
-        notes=tuple(n for n in _notes(evidence, believer, durations if robot else None, reproduction) if n),
+        notes=tuple(
+            note
+            for note in (
+                *_notes(evidence, believer, durations if robot else None, reproduction),
+                misses_note(evidence, contradicting),
+            )
+            if note
+        ),
     )
     return replace(ground, worlds=_sample_worlds(ground, types))
 
@@ -179,6 +193,8 @@ def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledW
     all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
     believed = ground.estimator.believe(all_seen, relevance.types)
     belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
+    if evidence.misses:
+        belief = _with_doubtful(ground, belief)
     return sample_worlds(
         evidence,
         relevance,
@@ -186,6 +202,23 @@ def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledW
         count=settings.worlds,
         rng=np.random.default_rng(settings.seed),
         exists=relevance.must_exist,
+    )
+
+
+def _with_doubtful(ground: PreparedLog, belief: Belief) -> Belief:
+    """A belief that also names the containers that were looked into: what was believed of them at the start."""
+    evidence = ground.evidence
+    at_start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
+    before = believe_scenario_items(
+        ground.estimator.believe(at_start, belief.item_types), evidence.task, evidence.place.plan
+    )
+    columns = [before.containers.index(c) for c in evidence.doubtful if c in before.containers]
+    return replace(
+        belief,
+        containers=(*belief.containers, *(before.containers[i] for i in columns)),
+        probability=np.concatenate(
+            [belief.probability, before.only(belief.item_types).probability[:, columns]], axis=1
+        ),
     )
 
 

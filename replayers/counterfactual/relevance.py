@@ -17,6 +17,8 @@ from operator import or_
 from types import MappingProxyType
 
 from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.evidence_rules import OVERLOOKED
+from workbench.errors import BadValue
 from workbench.execution.goal_check import is_met
 from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal
@@ -42,10 +44,16 @@ class Assumptions:
             is (the paper's prior knowledge, Sec. III). No effect where the task lists none.
         unique: where the log shows instances of a type, there are no others (an operator who laid out marked objects
             knows that).
+        misses: how many items the recorded looks may have overlooked; None for as many as the inventory implies.
     """
 
     inventory: bool = True
     unique: bool = False
+    misses: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.misses is not None and self.misses < 0:
+            raise BadValue("misses", self.misses, "0 or more overlooked items")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,6 +134,8 @@ def relevance_of(evidence: Evidence, asked: Iterable[ItemType], assumptions: Ass
     types = tuple(t for t in types if t not in shown)
     most = demand(task.goal)
     looked = set(evidence.contents) | set(evidence.open)
+    if evidence.misses:  # what was overlooked where no robot comes again, no robot learns
+        looked = {*evidence.known, *evidence.doubtful, *evidence.open}
     return Relevance(
         types=types,
         most=MappingProxyType({t: max(1, most[t]) for t in types}),
@@ -156,13 +166,21 @@ def demand(goal: Goal) -> Counter[ItemType]:
     return Counter(relevant_types(goal))
 
 
-def imputed_items(answer: Answer, container: ContainerId) -> tuple[Item, ...]:
-    """The instances that an answer stands for, with ids that mark them as imputed."""
+def imputed_items(answer: Answer, container: ContainerId, shown: Iterable[Item] | None = None) -> tuple[Item, ...]:
+    """The instances that an answer stands for, with ids that mark them as imputed.
+
+    Args:
+        shown: what the log shows in the container, where the answer is what was overlooked there; no id comes twice.
+    """
+    mark = "|imputed|" if shown is None else OVERLOOKED
+    taken = {item.id for item in shown or ()}
     counted: Counter[ItemType] = Counter()
     items: list[Item] = []
     for t in answer:
         counted[t] += 1
-        items.append(Item(id=ItemId(f"{t}|imputed|{container}|{counted[t]}"), type=t))
+        while f"{t}{mark}{container}|{counted[t]}" in taken:
+            counted[t] += 1
+        items.append(Item(id=ItemId(f"{t}{mark}{container}|{counted[t]}"), type=t))
     return tuple(items)
 
 

@@ -12,26 +12,28 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
-from replayers.counterfactual.bounds.bounds import NEAR, Bounds, Proof
+from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.bounds.climb import climbed_ends
-from replayers.counterfactual.estimates.estimate import Estimate, costs_in, estimate_of
+from replayers.counterfactual.estimates.estimate import costs_in, estimate_of
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
-from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, zero_clock
+from replayers.counterfactual.results import Estimate, Proof
+from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from replayers.runs.run import Run
+from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategies import canonical_name, needs_truth, resolved_name, strategy
 from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, Item
 from workbench.worlds.knowledge import Knowledge
 
@@ -50,8 +52,6 @@ __all__ = [
 
 WORLDS = ("best", "worst", "drawn")
 """Worlds in which a run can be recorded: the cheapest and the most expensive that were found, and a sampled one."""
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,8 +151,8 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         return _not_reproduced(ground, planner.name)
     evidence, settings = ground.evidence, ground.settings
     alone = over_log_alone(ground, planner)
-    ended = _ended(alone)
-    tree = _tree(ground, planner)
+    ended = _undetermined_if_contradicted(_ended(alone), ground)
+    tree = run_tree_of(ground, planner)
     bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
     standing = None
     if not bounds.complete and not (ground.steady and ground.exact_beliefs):
@@ -185,18 +185,13 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         stretches=tree.stretches,
         asked=tuple(tree.asked),
         worlds=MappingProxyType(dict(_events_in_worlds(worlds, ground, tree, planner, bounds, drawn))),
-        notes=(*ground.notes, *_nondeterminism_note(tree, ended)),
+        notes=(*ground.notes, *_nondeterminism_note(tree, _first_question(ground, planner) or ended)),
     )
     why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _failure_in_worlds(tree)
     return _without_bounds(made, why_broken) if why_broken else made
 
 
 def run_tree_of(ground: PreparedLog, planner: Strategy) -> RunTree:
-    """The tree of a strategy's runs over a prepared log, not expanded yet."""
-    return _tree(ground, planner)
-
-
-def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
     """The strategy's runs over the log, to be unfolded."""
     evidence, built_in = ground.evidence, canonical_name(planner.name)
     drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)
@@ -205,14 +200,16 @@ def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
         fast_strategy(planner, ground.memory),
         ground.estimator,
         relevance_of(evidence, planner.relevant_types(evidence.task), ground.settings.assumptions),
-        seed=evidence.info.seed,
-        merge=built_in is not None and not is_from_outside(planner),
-        steady=ground.steady,
-        exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
-        reads_beliefs=uses_beliefs(planner, evidence.task.goal),
-        nearest_first=looks_nearest_first(planner, evidence.task.goal),
-        empty_handed=looks_empty_handed(planner),
-        durations=ground.durations,
+        TreeOptions(
+            seed=evidence.info.seed,
+            merge=built_in is not None and not is_from_outside(planner),
+            steady=ground.steady,
+            exact_beliefs=ground.exact_beliefs or (drove and ground.reproduction.whole),
+            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
+            nearest_first=looks_nearest_first(planner, evidence.task.goal),
+            empty_handed=looks_empty_handed(planner),
+            durations=ground.durations,
+        ),
     )
 
 
@@ -246,19 +243,26 @@ def _events_in_worlds(
 
 
 def over_log_alone(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
-    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container."""
-    return _run(ground, planner, LoggedWorld(ground.evidence, durations=ground.durations, paths=ground.paths))
+    """The run over what the log holds and nothing else; it ends undetermined at the first unopened container.
+
+    Looks are taken at their word: where they may have missed, that is in the bounds.
+    """
+    told = replace(ground.evidence, misses=0)
+    return _run(ground, planner, LoggedWorld(told, durations=ground.durations, paths=ground.paths))
 
 
 def in_truth(ground: PreparedLog, planner: Strategy) -> tuple[Event, ...]:
     """The run in the recorded truth."""
     assert ground.truth is not None, "asked for the truth of a ground without one"
-    contents = ground.truth.contents
+    contents, shown = ground.truth.contents, ground.evidence.contents
+    in_all = sum(len(items) for items in contents.values())
 
     def told(container: ContainerId, knowledge: Knowledge) -> tuple[Item, ...]:
-        return contents[container]
+        seen = {item.id for item in shown.get(container, ())}
+        return tuple(item for item in contents[container] if item.id not in seen)
 
-    world = LoggedWorld(ground.evidence, filling=told, durations=ground.durations, paths=ground.paths)
+    evidence = replace(ground.evidence, misses=in_all)
+    world = LoggedWorld(evidence, filling=told, durations=ground.durations, paths=ground.paths)
     return _run(ground, planner, world)
 
 
@@ -278,8 +282,7 @@ def _run(ground: PreparedLog, planner: Strategy, world: LoggedWorld) -> tuple[Ev
             evidence.task,
             costs=evidence.costs,
             seed=evidence.info.seed,
-            max_steps=MAX_STEPS,
-            stopwatch=zero_clock,
+            options=LoopOptions(max_steps=MAX_STEPS, stopwatch=zero_clock),
         )
     )
 
@@ -288,6 +291,22 @@ def _ended(events: tuple[Event, ...]) -> RunEnded:
     ended = events[-1]
     assert isinstance(ended, RunEnded), "the loop always ends with Ended"
     return ended
+
+
+def _first_question(ground: PreparedLog, planner: Strategy) -> RunEnded | None:
+    """Where looks may have missed, how a run ends that stops at the first such look."""
+    if not ground.evidence.misses:
+        return None
+    return _ended(_run(ground, planner, LoggedWorld(ground.evidence, with_ways=False)))
+
+
+def _undetermined_if_contradicted(ended: RunEnded, ground: PreparedLog) -> RunEnded:
+    """The end of the run over the log alone: it shows nothing where what it rests on cannot be so."""
+    if not ground.contradicting or ended.status is RunStatus.PLANNER_FAILED:
+        return ended
+    named = ", ".join(ground.contradicting)
+    reason = f"the looks contradict the inventory, which lists {named}: at least one of them missed"
+    return replace(ended, status=RunStatus.UNDETERMINED, reason=reason)
 
 
 def _in_truth_only(ground: PreparedLog, strategy_name: str, origin: NameOrigin) -> Replay:
@@ -372,7 +391,7 @@ def _nondeterminism_note(tree: RunTree, alone: RunEnded) -> tuple[str, ...]:
     again = tree.advance(tree.root)
     unseen = again.question.container if again.question else None
     look = tree.evidence.costs.search if again.question else 0.0
-    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR:
+    if unseen == alone.unseen and abs(again.cost - look - alone.own_cost) <= NEAR_COST:
         return ()
     return (
         f"{tree.strategy.name} is not deterministic: for the same view it decided otherwise; its bounds do not hold",

@@ -14,17 +14,12 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
 from workbench.planning.strategies import canonical_name, needs_truth, strategy
 from workbench.plugins import NameOrigin
-
-SAME_COST = 1e-5
-"""The log rounds costs to six decimals."""
-
-NEAR_SUM = 1e-2
-"""The same, added up over a run."""
+from workbench.tolerances import NEAR_LOGGED_COST, NEAR_LOGGED_SUM
 
 SIMULATED_SOURCES = ("simulation", "replay")
 
@@ -61,9 +56,15 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
-    world = LoggedWorld(evidence, with_ways=False)
     events = run_task(
-        world, planner, estimator, evidence.task, costs=evidence.costs, seed=run.info.seed, stopwatch=_no_time
+        LoggedWorld(evidence, with_ways=False, as_recorded=True),
+        planner,
+        estimator,
+        evidence.task,
+        costs=evidence.costs,
+        seed=run.info.seed,
+        options=LoopOptions(stopwatch=_no_time),
+        perception=evidence.perception,
     )
     return _compared(run, events)
 
@@ -78,7 +79,7 @@ def _holds_every_action(run: Run) -> bool:
     if [a.index for a in actions] != list(range(1, len(actions) + 1)):
         return False
     spent = sum(a.cost for a in actions)
-    return run.outcome is None or not _simulated(run) or abs(spent - run.outcome.own_cost) <= NEAR_SUM
+    return run.outcome is None or not _simulated(run) or abs(spent - run.outcome.own_cost) <= NEAR_LOGGED_SUM
 
 
 def _compared(run: Run, events: Iterator[Event]) -> Reproduction:
@@ -146,7 +147,7 @@ def _at_end(
 def _same_end(run: Run, outcome: Outcome, ended: RunEnded) -> Reproduction:
     if ended.status.value != outcome.status:
         return _other(run, f"it ends '{ended.status.value}' where the run ended '{outcome.status}'")
-    if abs(ended.cost - outcome.cost) > SAME_COST * max(1.0, abs(outcome.cost)):
+    if abs(ended.cost - outcome.cost) > NEAR_LOGGED_COST * max(1.0, abs(outcome.cost)):
         return _other(run, f"it costs {ended.cost:.2f} where the run cost {outcome.cost:.2f}")
     return Reproduction(same=True, whole=True)
 

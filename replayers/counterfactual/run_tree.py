@@ -15,16 +15,20 @@ from typing import final
 from replayers.counterfactual.durations import SIMULATED, Durations
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.overlooked import PossibleContents, possible_contents
 from replayers.counterfactual.relevance import Answer, Relevance, imputed_items
+from replayers.counterfactual.results import Assignment
 from workbench.beliefs.belief import Estimator
+from workbench.caches import Cache
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.actions import prepares
 from workbench.planning.strategy import Decision, Strategy, View
 from workbench.planning.tasks import Task
-from workbench.worlds.house import ContainerId, ItemType, LocationId
+from workbench.worlds.house import ContainerId, Item, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 
+MAX_CACHED_DECISIONS = 50_000
 MAX_STEPS = 500
 """As the closed loop's."""
 
@@ -39,6 +43,7 @@ class UnobservedLook:
         options: the answers that it can give, the empty one first.
         others: whether it can give answers besides the options (relevance.MAX_ANSWERS).
         knowledge: what the robot knows before the look.
+        possible: where looks may have missed, what it may hold beyond the log.
     """
 
     container: ContainerId
@@ -46,8 +51,11 @@ class UnobservedLook:
     options: tuple[Answer, ...]
     others: bool
     knowledge: Knowledge
+    possible: PossibleContents | None = None
 
     def allows(self, answer: Answer) -> bool:
+        if self.possible is not None:
+            return self.possible.allows(answer)
         return self.others or answer in self.options
 
 
@@ -93,15 +101,6 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Assignment:
-    """What an open container answered, and for which types it was asked: the others no longer mattered."""
-
-    container: ContainerId
-    live: tuple[ItemType, ...]
-    answer: Answer
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Leaf:
     """The end of a run in all worlds that answer as `filled` says; cost is the charged cost."""
 
@@ -111,23 +110,16 @@ class Leaf:
     status: RunStatus
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WorldGroup:
-    """Bounds of the charged cost in all worlds that answer as `filled` says; both equal at the end of a run."""
-
-    filled: tuple[Assignment, ...]
-    least: float
-    most: float
-
-
 Choose = Callable[[UnobservedLook], Answer]
 
 
-@final
-class RunTree:
-    """A strategy's runs over one log, remembered as far as they have been followed.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TreeOptions:
+    """What is known of a strategy and its estimator, by which a tree is kept small, and how its runs are made.
 
-    Args:
+    Attributes:
+        seed: passed to the strategy with every view.
+        max_steps: actions after which a run ends.
         merge: histories with the same knowledge of what still matters share a node. Right for strategies that
             decide by that knowledge alone; the built-in ones do (tests hold them to it).
         steady: the estimator goes by names alone; otherwise all that was found tells histories apart.
@@ -137,6 +129,22 @@ class RunTree:
         nearest_first: its looks go to the nearest unsearched container.
         empty_handed: it looks only with its hand free.
         durations: how long actions take where a run is told.
+    """
+
+    seed: int = 0
+    max_steps: int = MAX_STEPS
+    merge: bool = False
+    steady: bool = True
+    exact_beliefs: bool = True
+    reads_beliefs: bool = True
+    nearest_first: bool = False
+    empty_handed: bool = False
+    durations: Durations = SIMULATED
+
+
+@final
+class RunTree:
+    """A strategy's runs over one log, remembered as far as they have been followed.
 
     Attributes:
         root: the start.
@@ -151,16 +159,7 @@ class RunTree:
         strategy: Strategy,
         estimator: Estimator,
         relevance: Relevance,
-        *,
-        seed: int = 0,
-        max_steps: int = MAX_STEPS,
-        merge: bool = False,
-        steady: bool = True,
-        exact_beliefs: bool = True,
-        reads_beliefs: bool = True,
-        nearest_first: bool = False,
-        empty_handed: bool = False,
-        durations: Durations = SIMULATED,
+        options: TreeOptions = TreeOptions(),
     ) -> None:
         self.evidence = evidence
         self.relevance = relevance
@@ -168,17 +167,17 @@ class RunTree:
         self.stretches = 0
         self.largest_picks = 0
         self.asked: dict[ContainerId, None] = {}
-        self.max_steps = max_steps
-        self.nearest_first = nearest_first
-        self.empty_handed = empty_handed
-        self._key = StateKey(relevance, steady)
-        self._planner = MemoizedStrategy(strategy, self._key) if merge else strategy
+        self.max_steps = options.max_steps
+        self.nearest_first = options.nearest_first
+        self.empty_handed = options.empty_handed
+        self._key = StateKey(relevance, options.steady, evidence.misses_left if evidence.misses else None)
+        self._planner = MemoizedStrategy(strategy, self._key) if options.merge else strategy
         self._estimator = estimator
-        self._seed = seed
-        self._merge = merge
-        self._durations = durations
-        self._exact_beliefs = exact_beliefs
-        self._reads_beliefs = reads_beliefs and not (steady and exact_beliefs)
+        self._seed = options.seed
+        self._merge = options.merge
+        self._durations = options.durations
+        self._exact_beliefs = options.exact_beliefs
+        self._reads_beliefs = options.reads_beliefs and not (options.steady and options.exact_beliefs)
         self._nodes: dict[Hashable, Node] = {}
         self._seen = evidence.seen_types()
         self._open = frozenset(evidence.open)
@@ -229,7 +228,7 @@ class RunTree:
         """
         answers = {f.container: f.answer for f in leaf.filled}
         world = LoggedWorld(
-            self.evidence, filling=lambda c, _: imputed_items(answers.get(c, ()), c), durations=self._durations
+            self.evidence, filling=lambda c, _: self._imputed(answers.get(c, ()), c), durations=self._durations
         )
         return tuple(self._events(world, planner=told_by))
 
@@ -238,13 +237,17 @@ class RunTree:
         world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
         return tuple(self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps))
 
+    def _imputed(self, answer: Answer, container: ContainerId) -> tuple[Item, ...]:
+        return imputed_items(answer, container, self.evidence.contents.get(container))
+
     def _after(self, node: Node, answer: Answer) -> Node:
         stretch = self.advance(node)
         assert stretch.question is not None, "an end has no answers"
         container = stretch.question.container
         before = stretch.question.knowledge
         put = before.items_at.get(LocationId(container), ())
-        knowledge = before.seen(container, (*imputed_items(answer, container), *put))
+        inside = (*self.evidence.contents.get(container, ()), *self._imputed(answer, container))
+        knowledge = before.seen(container, (*inside, *put))
         steps, picks = node.steps + stretch.steps, node.picks + stretch.picks
         self.largest_picks = max(self.largest_picks, picks)
         cost = node.cost + stretch.cost
@@ -297,13 +300,17 @@ class RunTree:
             self.evidence.task,
             costs=self.evidence.costs,
             seed=self._seed,
-            max_steps=max(1, steps_left),
-            stopwatch=zero_clock,
-            begin_with=begin_with,
+            options=LoopOptions(max_steps=max(1, steps_left), stopwatch=zero_clock, begin_with=begin_with),
         )
 
     def _question(self, container: ContainerId, knowledge: Knowledge) -> UnobservedLook:
         live = self.relevance.live(knowledge)
+        if self.evidence.misses:
+            possible = possible_contents(self.evidence, self.relevance, container, knowledge)
+            options, others = possible.options()
+            return UnobservedLook(
+                container=container, live=live, options=options, others=others, knowledge=knowledge, possible=possible
+            )
         settled = [c for c in knowledge.first_seen if c in self._open]
         found = frozenset(item.type for c in settled for item in knowledge.first_seen[c])
         left = len(self._open) - len(settled) - 1
@@ -325,10 +332,12 @@ class StateKey:
     Attributes:
         relevance: which types still matter.
         steady: whether beliefs depend on names alone.
+        misses_left: where looks may have missed, how many items may still be overlooked.
     """
 
     relevance: Relevance
     steady: bool
+    misses_left: Callable[[Knowledge], int] | None = None
 
     def __call__(self, knowledge: Knowledge) -> Hashable:
         live = self.relevance.live_and_shown(knowledge)
@@ -342,6 +351,7 @@ class StateKey:
             knowledge.facts,
             knowledge.closed,
             () if self.steady else tuple((c, knowledge.first_seen[c]) for c in sorted(knowledge.first_seen)),
+            self.misses_left(knowledge) if self.misses_left is not None else 0,
         )
 
 
@@ -352,7 +362,7 @@ class MemoizedStrategy:
     def __init__(self, strategy: Strategy, key: Callable[[Knowledge], Hashable]) -> None:
         self._strategy = strategy
         self._key = key
-        self._made: dict[Hashable, Decision] = {}
+        self._made: Cache[Hashable, Decision] = Cache(MAX_CACHED_DECISIONS)
 
     @property
     def name(self) -> str:
@@ -362,10 +372,7 @@ class MemoizedStrategy:
         return self._strategy.relevant_types(task)
 
     def decide(self, view: View) -> Decision:
-        key = self._key(view.knowledge)
-        if key not in self._made:
-            self._made[key] = self._strategy.decide(view)
-        return self._made[key]
+        return self._made.get(self._key(view.knowledge), lambda: self._strategy.decide(view))
 
 
 def zero_clock() -> float:

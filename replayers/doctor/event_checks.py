@@ -26,6 +26,7 @@ from workbench.log_schema.events import (
 )
 from workbench.log_schema.place import Place
 from workbench.planning.plans import PlanStatus
+from workbench.tolerances import NEAR_PROBABILITY
 from workbench.worlds.house import LocationId
 
 CLOSE = 0.01
@@ -162,7 +163,11 @@ class EventChecks:
         self._steps(event)
         self._costs_of(event)
         self._known((stop.container for stop in event.search_order), _where(event), "a search order through")
-        if any(not 0 <= p <= 1 + 1e-6 for stop in event.search_order for p in (stop.probability, stop.reached)):
+        if any(
+            not 0 <= p <= 1 + NEAR_PROBABILITY
+            for stop in event.search_order
+            for p in (stop.probability, stop.reached)
+        ):
             self._error(event, "a stop of its search order has no probability", "probability")
 
     def _costs_of(self, event: PlanComputed) -> None:

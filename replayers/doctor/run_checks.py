@@ -8,6 +8,7 @@ from typing import Any
 
 from mcap.records import Attachment, Metadata
 
+from recorders.mcap_io.channels import STAMPS, UNCERTAIN
 from recorders.run_recorder import COMPUTER_CLOCK, WORLD_CLOCK
 from recorders.sinks.files import PART_METADATA
 from replayers.doctor.event_checks import EventChecks
@@ -38,8 +39,12 @@ class RunChecks:
     dropped: Dropped | None = None
     settings: dict[str, Any] = field(default_factory=dict)
     domain_messages: int = 0
+    uncertain: dict[str, int] = field(default_factory=dict)
+    """By topic: messages whose stamps were converted while the time sync was away."""
 
     def take(self, part: Message | Attachment | Metadata) -> None:
+        if isinstance(part, Message) and part.channel.metadata.get(STAMPS) == UNCERTAIN:
+            self.uncertain[part.topic] = self.uncertain.get(part.topic, 0) + 1
         if isinstance(part, Metadata):
             self._metadata(part)
         elif isinstance(part, Attachment):
@@ -51,6 +56,10 @@ class RunChecks:
         """The checks that need the whole file."""
         findings = self.findings
         self._check_recovered()
+        if self.uncertain:
+            counts = ", ".join(f"{topic[:60]} {count}" for topic, count in sorted(self.uncertain.items())[:20])
+            what = f"publish times are by an old clock skew, since the time sync was away: {counts}"
+            findings.warning("stamps", what, "Use the log times of these messages, or /robot/clock")
         if not self.holds_run:
             if self.domain_messages and not (cut_off or RECOVERED_METADATA in self.metadata):
                 findings.error("metadata", f"events of a run, but no metadata {INFO_METADATA}", REPLAYABLE)

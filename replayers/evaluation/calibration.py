@@ -13,22 +13,20 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from workbench.arrays import Floats
+from workbench.tolerances import NEAR_SAMPLED_COST
 
 Stretch = tuple[float, float]
 """P(cost < y) and P(cost <= y) of a true cost y, by the drawn worlds."""
 
 MASS = 0.9
 BINS = 10
-NEAR = 1e-4
-"""Costs closer than this are one: logs round to six decimals."""
 
 
 def pit_interval(costs: Floats, truth: float) -> Stretch:
     """The PIT interval of a true cost; of zero length where no drawn world has that cost."""
-    return float(np.mean(costs < truth - NEAR)), float(np.mean(costs <= truth + NEAR))
+    return float(np.mean(costs < truth - NEAR_SAMPLED_COST)), float(np.mean(costs <= truth + NEAR_SAMPLED_COST))
 
 
 def pit_below(stretch: Stretch, u: float) -> float:

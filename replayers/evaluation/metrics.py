@@ -57,11 +57,13 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
 
 
 def _coverage_ci95(drawn: Sequence[Counterfactual]) -> tuple[float, float] | None:
-    """The 95 % interval of interval_coverage, over resamples of whole houses."""
+    """The 95 % interval of interval_coverage, over resamples of whole houses; within 0 and 1."""
     if not drawn:
         return None
     shares = [c.within if c.within is not None else 0.0 for c in drawn]
-    return mean_with_interval(shares, [c.house for c in drawn], rng=np.random.default_rng(0)).interval
+    ends = mean_with_interval(shares, [c.house for c in drawn], rng=np.random.default_rng(0)).interval
+    lower, upper = (float(np.clip(end, 0.0, 1.0)) for end in ends)
+    return (lower, upper)
 
 
 def _share(values: Iterable[bool | None]) -> float | None:

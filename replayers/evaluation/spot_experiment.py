@@ -18,6 +18,7 @@ from workbench.execution.events import RunEnded
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT_COSTS
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import LocationId
 from workbench.worlds.sites.configurations import Configuration, configurations_of, site_and_house
 from workbench.worlds.sites.site import Site
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 STRATEGIES = ("pes-greedy", "pes-lios", "model-lios", "conditioned-lios")
 """The paper's three and ours."""
-TOLERANCE = 1e-6
-"""Tolerance for sums of the same numbers in another order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,7 +142,7 @@ def cross_replay(rows: Sequence[SpotRow], *, worlds: int = 0) -> Iterator[CrossR
                 exact=replayed.exact,
                 estimate=None if replayed.estimate is None else replayed.estimate.mean,
                 ran=priced[other.configuration, other.strategy],
-                inside=lower - TOLERANCE <= priced[other.configuration, other.strategy] <= upper + TOLERANCE,
+                inside=lower - NEAR_COST <= priced[other.configuration, other.strategy] <= upper + NEAR_COST,
             )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,18 +20,17 @@ from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import Stretch, pit_interval, share_within
 from replayers.runs.run import read
 from workbench.errors import BadValue, LiosError, Unsupported
+from workbench.evaluation.cluster import in_order_on_cluster
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
-from workbench.planning.scenarios.paper import make_task, with_scenario_items
+from workbench.execution.start import scenario_start
 from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import House
 from workbench.worlds.procthor.load import load_house, load_houses
 from workbench.worlds.shipped import shipped_houses
-
-NEAR = 1e-6
-"""Truth and bounds are compared with this much room: sums of the same legs in another order."""
 
 MAX_HOUSES_TRIED = 20
 """Houses tried in turn for each task, at most, since not every house supports every scenario."""
@@ -92,19 +92,19 @@ class Counterfactual:
 
     @property
     def inside(self) -> bool:
-        return self.lower - NEAR <= self.true_cost <= self.upper + NEAR
+        return self.lower - NEAR_COST <= self.true_cost <= self.upper + NEAR_COST
 
     @property
     def inside_if_beliefs_stand(self) -> bool:
-        return self.lower_if_beliefs_stand - NEAR <= self.true_cost <= self.upper_if_beliefs_stand + NEAR
+        return self.lower_if_beliefs_stand - NEAR_COST <= self.true_cost <= self.upper_if_beliefs_stand + NEAR_COST
 
     @property
     def exact_if_beliefs_stand(self) -> bool:
-        return self.upper_if_beliefs_stand - self.lower_if_beliefs_stand <= 1e-6
+        return self.upper_if_beliefs_stand - self.lower_if_beliefs_stand <= NEAR_COST
 
     @property
     def exact(self) -> bool:
-        return self.upper - self.lower <= 1e-6
+        return self.upper - self.lower <= NEAR_COST
 
     @property
     def narrow(self) -> bool:
@@ -119,7 +119,7 @@ class Counterfactual:
     def covered(self) -> bool | None:
         if self.interval is None:
             return None
-        return self.interval[0] - NEAR <= self.true_cost <= self.interval[1] + NEAR
+        return self.interval[0] - NEAR_COST <= self.true_cost <= self.interval[1] + NEAR_COST
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,14 +169,24 @@ def tasks_for(
 def _supports(house: House, place: ReplayTask) -> bool:
     """Whether a house holds what a scenario needs."""
     try:
-        make_task(place.scenario, with_scenario_items(place.scenario, house, seed=place.seed), seed=place.seed)
+        scenario_start(place.scenario, house, seed=place.seed)
     except Unsupported:
         return False
     return True
 
 
-def counterfactuals(plan: MeasurementSettings, *, workers: int = 1) -> Iterator[Counterfactual | SkippedTask]:
-    """Measures task by task, in order, for any number of workers."""
+def counterfactuals(
+    plan: MeasurementSettings, *, workers: int = 1, scheduler: str = ""
+) -> Iterator[Counterfactual | SkippedTask]:
+    """Measures task by task, in order, for any number of workers.
+
+    Args:
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
+    """
+    if scheduler:
+        tasks = [(place, plan) for place in plan.places]
+        yield from chain.from_iterable(in_order_on_cluster(_measured, tasks, scheduler=scheduler, workers=workers))
+        return
     if workers <= 1:
         for place in plan.places:
             yield from measure(place, plan)

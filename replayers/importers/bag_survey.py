@@ -9,8 +9,9 @@ from typing import final
 from replayers.importers import decoding
 from replayers.importers.bags import Bag, BagMessage
 from replayers.importers.clocks import BagClock, ClockName, ClockSurvey
-from replayers.importers.frames import FrameBuffer, Matrix, plain
+from replayers.importers.frames import FrameBuffer, plain
 from replayers.importers.mapping import BagFrames, Mapping
+from workbench.arrays import Floats
 from workbench.errors import Malformed
 
 LATCHED_ROLES = frozenset({"tf_static", "map", "calibrations"})
@@ -54,7 +55,7 @@ class BagSurvey:
     mapping: Mapping
     roles: dict[str, str]
     frames: FrameBuffer = field(default_factory=FrameBuffer)
-    static: dict[str, tuple[str, Matrix]] = field(default_factory=dict)
+    static: dict[str, tuple[str, Floats]] = field(default_factory=dict)
     detected_in: set[str] = field(default_factory=set)
     detects: bool = False
     pose_frames: dict[str, str] = field(default_factory=dict)

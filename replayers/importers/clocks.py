@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Literal, final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Ints
 from workbench.errors import Malformed
 from workbench.log_schema.events import NANO
 
@@ -31,8 +31,6 @@ INTERLEAVED = 3
 another."""
 SLACK_NS = NANO
 """How long before the first record time a message may have been made."""
-
-Stamps = npt.NDArray[np.int64]
 
 
 class BrokenClocks(Malformed):
@@ -131,7 +129,7 @@ class ClockSurvey:
             raise BrokenClocks(path, faults[chosen], _way_out(chosen, faults))
         return _explained(started[chosen], differ=differ, requested=requested is not None)
 
-    def _fault(self, clock: BagClock, topics: list[Stamps], jumps: int, *, interleaved: bool) -> str:
+    def _fault(self, clock: BagClock, topics: list[Ints], jumps: int, *, interleaved: bool) -> str:
         """Why a clock cannot be used; "" if it can."""
         if interleaved:
             return f"header stamps jump back {jumps} times in the order of recording: the record clock was set back"
@@ -145,25 +143,25 @@ class ClockSurvey:
         return ""
 
 
-def _offset(times: Stamps) -> int:
+def _offset(times: Ints) -> int:
     """Median header minus record time, of messages with a header stamp; 0 without any; shape (messages, 2)."""
     stamped = times[times[:, 1] > 0]
     return int(np.median(stamped[:, 1] - stamped[:, 0])) if len(stamped) else 0
 
 
-def _common_offset(topics: list[Stamps]) -> int:
+def _common_offset(topics: list[Ints]) -> int:
     """The median difference over all messages; 0 where the clocks agree."""
     offset = _offset(np.concatenate(topics))
     return offset if abs(offset) > APART_NS else 0
 
 
-def _jumps_back(times: Stamps) -> int:
+def _jumps_back(times: Ints) -> int:
     """How often header stamps fall behind the one before by more than a late message does."""
     headers = times[times[:, 1] > 0, 1]
     return int((np.diff(headers) < -JUMP_NS).sum())
 
 
-def _times(clock: BagClock, topics: list[Stamps]) -> Stamps:
+def _times(clock: BagClock, topics: list[Ints]) -> Ints:
     """The times of all messages by a clock, unordered; as BagClock.time_of without the start."""
     both = np.concatenate(topics)
     expected = both[:, 0] + (clock.offset_ns if clock.name == "header" else 0)
@@ -173,7 +171,7 @@ def _times(clock: BagClock, topics: list[Stamps]) -> Stamps:
     return np.where(usable, both[:, 1], expected)
 
 
-def _with_start(clock: BagClock, topics: list[Stamps]) -> BagClock:
+def _with_start(clock: BagClock, topics: list[Ints]) -> BagClock:
     from dataclasses import replace
 
     first = min(int(times[:, 0].min()) for times in topics) + clock.offset_ns

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from replayers.importers.frames import Matrix, matrix_of
+from replayers.importers.frames import matrix_of
+from workbench.arrays import Floats
 from workbench.log_schema.events import NANO
 
 ACTIONLIB_SUCCEEDED, ACTION_SUCCEEDED = 3, 4
@@ -26,7 +27,7 @@ class Marker:
 
     number: int
     frame: str
-    pose: Matrix | None
+    pose: Floats | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def markers(message: Any) -> Iterator[Marker]:
             yield Marker(int(numbers[0]), own, _pose(inner))
 
 
-def goal_pose(message: Any) -> tuple[str, Matrix, str] | None:
+def goal_pose(message: Any) -> tuple[str, Floats, str] | None:
     """(frame, pose, key) of a move_base goal, a PoseStamped, or the end of a Path."""
     key = str(getattr(getattr(message, "goal_id", None), "id", ""))
     if hasattr(message, "goal"):
@@ -118,7 +119,7 @@ def held(message: Any) -> bool | None:
     return None if value is None else bool(value)
 
 
-def body_pose(message: Any) -> tuple[str, Matrix] | None:
+def body_pose(message: Any) -> tuple[str, Floats] | None:
     """(frame, pose) of PoseStamped, PoseWithCovarianceStamped or Odometry."""
     posed = getattr(message, "pose", None)
     if posed is None:
@@ -128,5 +129,5 @@ def body_pose(message: Any) -> tuple[str, Matrix] | None:
     return (getattr(header, "frame_id", "") or "map"), _pose(inner)
 
 
-def _pose(pose: Any) -> Matrix:
+def _pose(pose: Any) -> Floats:
     return matrix_of(pose.position, pose.orientation)

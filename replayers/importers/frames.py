@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any, final
 
 import numpy as np
-import numpy.typing as npt
 
-Matrix = npt.NDArray[np.float64]
+from workbench.arrays import Floats
+from workbench.tolerances import DEGENERATE
+
 MAX_CHAIN = 50
 
 
@@ -17,7 +18,7 @@ MAX_CHAIN = 50
 class FrameBuffer:
     """Child frames with their parent and the transform between them."""
 
-    _links: dict[str, tuple[str, Matrix]] = field(default_factory=dict)
+    _links: dict[str, tuple[str, Floats]] = field(default_factory=dict)
     _stamps: dict[str, int] = field(default_factory=dict)
 
     def add(self, parent: str, child: str, transform: Any, *, stamp_ns: int | None = None) -> None:
@@ -26,11 +27,11 @@ class FrameBuffer:
             self._stamps[plain(child)] = stamp_ns
         self._links[plain(child)] = (plain(parent), matrix_of(transform.translation, transform.rotation))
 
-    def set(self, parent: str, child: str, parent_tform_child: Matrix) -> None:
+    def set(self, parent: str, child: str, parent_tform_child: Floats) -> None:
         """Takes a transform as a matrix, shape (4, 4)."""
         self._links[child] = (parent, parent_tform_child)
 
-    def parent_of(self, child: str) -> tuple[str, Matrix]:
+    def parent_of(self, child: str) -> tuple[str, Floats]:
         """A frame's parent and parent_tform_child. Raises KeyError for a frame without one."""
         return self._links[child]
 
@@ -51,7 +52,7 @@ class FrameBuffer:
         longer = sorted(frame for frame in self.names if frame.endswith(f"/{own}"))
         return longer[0] if len(longer) == 1 else own
 
-    def lookup(self, target: str, source: str) -> Matrix | None:
+    def lookup(self, target: str, source: str) -> Floats | None:
         """target_tform_source, shape (4, 4), metres; None when no chain connects the two."""
         to_target, to_source = self._chain(plain(target)), self._chain(plain(source))
         for frame, from_source in to_source.items():
@@ -59,7 +60,7 @@ class FrameBuffer:
                 return np.linalg.inv(to_target[frame]) @ from_source
         return None
 
-    def links(self) -> list[tuple[str, str, Matrix]]:
+    def links(self) -> list[tuple[str, str, Floats]]:
         """(parent, child, parent_tform_child) of everything known, by child."""
         return [(parent, child, transform) for child, (parent, transform) in sorted(self._links.items())]
 
@@ -69,7 +70,7 @@ class FrameBuffer:
             [0, *(stamp_ns - self._stamps[name] for name in self._chain(plain(frame)) if name in self._stamps)]
         )
 
-    def _chain(self, frame: str) -> dict[str, Matrix]:
+    def _chain(self, frame: str) -> dict[str, Floats]:
         """Every ancestor of a frame with ancestor_tform_frame, the frame itself first."""
         chain, at, total = {frame: np.eye(4)}, frame, np.eye(4)
         while at in self._links and len(chain) < MAX_CHAIN:
@@ -86,11 +87,11 @@ def plain(frame: str) -> str:
     return frame.lstrip("/")
 
 
-def matrix_of(position: Any, rotation: Any) -> Matrix:
+def matrix_of(position: Any, rotation: Any) -> Floats:
     """A pose as a homogeneous matrix, shape (4, 4); a zero quaternion counts as none."""
     x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
     size = x * x + y * y + z * z + w * w
-    s = 2.0 / size if size > 1e-12 else 0.0
+    s = 2.0 / size if size > DEGENERATE else 0.0
     turned = np.array(
         [
             [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
@@ -103,7 +104,7 @@ def matrix_of(position: Any, rotation: Any) -> Matrix:
     return matrix
 
 
-def quaternion_of(matrix: Matrix) -> tuple[float, float, float, float]:
+def quaternion_of(matrix: Floats) -> tuple[float, float, float, float]:
     """The rotation of a matrix as (x, y, z, w)."""
     from scipy.spatial.transform import Rotation
 

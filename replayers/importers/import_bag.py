@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
-from recorders.code_revision import revision
+from recorders.run_identity import Driver, run_id, run_info
 from recorders.run_recorder import RunRecorder
 from recorders.spot.run.site_tasks import session_task
 from recorders.spot.session.inferred_actions import InconclusiveLook
@@ -18,10 +17,9 @@ from replayers.importers.clocks import BagClock, ClockName
 from replayers.importers.mapping import Mapping
 from replayers.importers.message_handlers import BagDerivation
 from replayers.importers.retrospective_plans import AFTER_THE_FACT, AfterTheFact
-from workbench import __version__
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.execution.events import RunEnded
-from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.planning.tasks import Task
@@ -37,6 +35,8 @@ class ImportPlan:
     Attributes:
         task: what the robot was to do; None when unknown.
         strategy, estimator: whose beliefs and plans are computed after the fact; "" for none.
+        furniture_open: somebody's word that all closed furniture was opened before; else a closed container in which
+            nothing was seen counts as not looked into.
         clock: whose times are used; None for header stamps unless they are of another clock or jump back.
     """
 
@@ -46,6 +46,7 @@ class ImportPlan:
     strategy: str = "model-lios"
     estimator: str = "best"
     clock: ClockName | None = None
+    furniture_open: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,22 +109,15 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
         costs=ROBOT_COSTS,
         force=force,
         motion=False,
-        settings={
-            "import": {
-                "bag": bag.path.name,
-                "mapping": plan.mapping.name,
-                "computed_after_the_fact": ["belief", "find_cost", "plan"] if strategy else [],
-                "strategy": plan.strategy,
-                "note": AFTER_THE_FACT,
-                "clock": clock.name,
-            }
-        },
+        settings={"import": _settings(bag, plan, clock)},
     ) as recorder:
         thinker = AfterTheFact(
             strategy=strategy, estimator=estimator, task=task, costs=ROBOT_COSTS, tell=recorder.record
         )
         given = "results" in roles.values()
-        importer = BagDerivation(plan.site, mapping, recorder, thinker, task, given, survey, clock)
+        importer = BagDerivation(
+            plan.site, mapping, recorder, thinker, task, given, survey, clock, plan.furniture_open
+        )
         for message in bag.messages(tuple(sorted(roles))):
             importer.take(roles[message.topic], message)
         ended = importer.end()
@@ -147,23 +141,27 @@ def import_bag(bag: Bag, plan: ImportPlan, output: Path, *, force: bool = False)
     )
 
 
+def _settings(bag: Bag, plan: ImportPlan, clock: BagClock) -> dict[str, object]:
+    """What the log says of how the bag was read."""
+    return {
+        "bag": bag.path.name,
+        "mapping": plan.mapping.name,
+        "computed_after_the_fact": ["belief", "find_cost", "plan"] if plan.strategy else [],
+        "strategy": plan.strategy,
+        "note": AFTER_THE_FACT,
+        "clock": clock.name,
+        "furniture_open": plan.furniture_open,
+    }
+
+
 def _info(bag: Bag, plan: ImportPlan, task: Task, estimator: str, start_ns: int) -> RunInfo:
-    code = revision()
-    name = f"{bag.path.name}|{bag.start_ns}|{sorted(bag.counts.items())}"
-    return RunInfo(
-        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
-        schema_version=SCHEMA_VERSION,
+    return run_info(
+        task,
+        Driver(strategy="recorded", estimator=estimator),
+        id=run_id(f"{bag.path.name}|{bag.start_ns}|{sorted(bag.counts.items())}"),
         place=plan.site.name,
-        scenario=task.scenario,
-        strategy="recorded",
-        estimator=estimator,
-        seed=0,
-        started=Stamp.of(start_ns),
-        title=f"{task.title} ({bag.path.name})",
+        started_ns=start_ns,
         source="import",
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        weights_sha256=estimator.partition("@")[2],
+        title=f"{task.title} ({bag.path.name})",
         inertial_frame=plan.mapping.frames.odom,
     )

@@ -15,9 +15,11 @@ from typing import Any, final
 
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.reader import messages
+from workbench.caches import Cache
 
 MAGIC = b"\x89MCAP0\r\n"
 MAX_PROFILE_BYTES = 256
+MAX_CACHED_KINDS = 1000
 ENCODINGS = {"cdr": ("ros2msg", "ros2idl"), "ros1": ("ros1msg",)}
 """Schema encodings of ROS by message encoding, as in the MCAP registry."""
 
@@ -48,7 +50,7 @@ class McapFiles:
     counts: dict[str, int] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
     _back_ns: dict[Path, int] = field(default_factory=dict)
-    _kinds: dict[tuple[str, bytes], tuple[str, Any] | str] = field(default_factory=dict)
+    _kinds: Cache[tuple[str, bytes], tuple[str, Any] | str] = field(default_factory=lambda: Cache(MAX_CACHED_KINDS))
     _stores: dict[str, tuple[Any, bool]] = field(default_factory=dict)
 
     def raw(self, topics: tuple[str, ...]) -> Iterator[Raw]:
@@ -96,9 +98,7 @@ class McapFiles:
         """The message's type; None where it cannot be decoded, which is noted once a topic."""
         schema = message.schema
         key = (message.channel.message_encoding, b"" if schema is None else schema.name.encode() + schema.data)
-        if key not in self._kinds:
-            self._kinds[key] = self._learn(message)
-        found = self._kinds[key]
+        found = self._kinds.get(key, lambda: self._learn(message))
         if isinstance(found, str):
             self.skipped.setdefault(message.topic, found)
             return None

@@ -24,12 +24,13 @@ from replayers.importers import decoding
 from replayers.importers.bag_survey import LATCHED_ROLES, BagSurvey
 from replayers.importers.bags import BagMessage
 from replayers.importers.clocks import BagClock
-from replayers.importers.frames import FrameBuffer, Matrix, plain, quaternion_of
+from replayers.importers.frames import FrameBuffer, plain, quaternion_of
 from replayers.importers.look_support import LookSupport
 from replayers.importers.mapping import Mapping
 from replayers.importers.pictures import calibration, compressed, occupancy, packed, turn_of
 from replayers.importers.retrospective_plans import AfterTheFact
 from replayers.importers.tag_scene import tag_scene
+from workbench.arrays import Floats
 from workbench.execution.events import Event, RunEnded
 from workbench.log_schema.events import NANO
 from workbench.planning.tasks import Task
@@ -60,6 +61,7 @@ class BagDerivation:
     given_moves: bool
     survey: BagSurvey
     clock: BagClock
+    furniture_open: bool = False
     frames: FrameBuffer = field(default_factory=FrameBuffer)
     support: LookSupport = field(init=False)
     misframed: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -97,6 +99,8 @@ class BagDerivation:
             tell=tell,
             given_moves=self.given_moves,
             judge=self.support,
+            closed_needs_word=True,
+            furniture_open=self.furniture_open,
         )
         self._takes = {
             "markers": self._markers,
@@ -150,7 +154,7 @@ class BagDerivation:
             else:
                 self._tag(marker.number, placed, at, marker.frame)
 
-    def _tag(self, number: int, placed: Matrix, at: int, frame: str) -> None:
+    def _tag(self, number: int, placed: Floats, at: int, frame: str) -> None:
         self.support.place(number, frame, at)
         if number not in self.site.tags:
             self.unknown_tags.add(number)
@@ -251,7 +255,7 @@ class BagDerivation:
         self._posed = True
         self._at(placed, at)
 
-    def _at(self, placed: Matrix, at: int) -> None:
+    def _at(self, placed: Floats, at: int) -> None:
         self._put("/robot/pose", _in_frame(placed, "map", at), at)
         self.derived.pose(at, (float(placed[0, 3]), float(placed[1, 3])))
 
@@ -278,7 +282,7 @@ class BagDerivation:
             self._calibrated.add(topic)
             self._put(topic, calibration(message.message, at), at, latched=True)
 
-    def _on_map(self, frame: str, pose: Matrix) -> Matrix | None:
+    def _on_map(self, frame: str, pose: Floats) -> Floats | None:
         name = self.mapping.frames.map
         if plain(frame) in (plain(name), ""):
             return pose
@@ -328,7 +332,7 @@ def _camera(topic: str) -> str:
     return "".join(f"/{part}" for part in topic.split("/") if part and part not in dropped) or "/image"
 
 
-def _in_frame(pose: Matrix, frame: str, at: int) -> PoseInFrame:
+def _in_frame(pose: Floats, frame: str, at: int) -> PoseInFrame:
     x, y, z, w = quaternion_of(pose)
     position = Vector3(x=float(pose[0, 3]), y=float(pose[1, 3]), z=float(pose[2, 3]))
     return PoseInFrame(

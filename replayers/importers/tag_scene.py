@@ -12,13 +12,14 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
 
 from recorders.foxglove.scene import timestamp
-from replayers.importers.frames import Matrix, quaternion_of
+from replayers.importers.frames import quaternion_of
+from workbench.arrays import Floats
 
 SIDE_M = 0.15
 LIFETIME_S = 3
 
 
-def tag_scene(number: int, map_tform_tag: Matrix, stamp_ns: int) -> SceneUpdate:
+def tag_scene(number: int, map_tform_tag: Floats, stamp_ns: int) -> SceneUpdate:
     """The scene of one tag on the map, its pose as a matrix of shape (4, 4)."""
     x, y, z, w = quaternion_of(map_tform_tag)
     place = (float(each) for each in map_tform_tag[:3, 3])

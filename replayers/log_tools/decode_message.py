@@ -12,8 +12,10 @@ from google.protobuf.json_format import MessageToDict
 from mcap.records import Schema
 
 from replayers.mcap_io.messages import Message
+from workbench.caches import Cache
 
 SHORT_BYTES = 120
+MAX_CACHED_DECODERS = 1000
 """Longer byte fields are shown as their length, unless all bytes are requested."""
 
 
@@ -27,7 +29,9 @@ class MessageDecoder:
     """
 
     whole: bool = False
-    _decoders: dict[tuple[str, int, int], Callable[[bytes], Any] | None] = field(default_factory=dict)
+    _decoders: Cache[tuple[str, int, int], Callable[[bytes], Any] | None] = field(
+        default_factory=lambda: Cache(MAX_CACHED_DECODERS)
+    )
 
     def value(self, message: Message) -> Any:
         """The decoded message; its bytes, in base64 or counted, where it cannot be decoded."""
@@ -56,12 +60,7 @@ class MessageDecoder:
         if schema is None:
             return None
         key = (message.channel.message_encoding, schema.id, hash(schema.data))
-        if key not in self._decoders:
-            try:
-                self._decoders[key] = _decoder_for(message.channel.message_encoding, schema)
-            except Exception as error:  # noqa: BLE001  as above
-                self._decoders[key] = _broken_schema(error)
-        return self._decoders[key]
+        return self._decoders.get(key, lambda: _decoder_or_reason(message.channel.message_encoding, schema))
 
     def _plain(self, value: Any) -> Any:
         if isinstance(value, dict):
@@ -88,6 +87,13 @@ def _broken_schema(error: Exception) -> Callable[[bytes], Any]:
         raise ValueError(why)
 
     return refuse
+
+
+def _decoder_or_reason(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None:
+    try:
+        return _decoder_for(encoding, schema)
+    except Exception as error:  # noqa: BLE001  a stranger's schema may fail in any way
+        return _broken_schema(error)
 
 
 def _decoder_for(encoding: str, schema: Schema) -> Callable[[bytes], Any] | None:

@@ -10,6 +10,7 @@ from typing import Any
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, ChunkIndex, DataEnd, Header, Metadata, MetadataIndex
 
+from recorders.mcap_io.channels import STAMPS
 from recorders.mcap_io.index import LogIndex
 from replayers.log_tools.copy_log import ReadLoss
 from replayers.log_tools.multi_run import run_and_name
@@ -67,7 +68,7 @@ class Description:
         return sum(chunk.uncompressed_size for chunk in self.index.chunks) / packed if packed else None
 
     def channels(self) -> list[dict[str, Any]]:
-        """One row for each channel, sorted by topic."""
+        """One row for each channel, sorted by topic; stamps is "uncertain" for those of a topic's that are."""
         rows: list[dict[str, Any]] = []
         for channel in sorted(self.index.channels.values(), key=lambda c: (c.topic, c.id)):
             schema = self.index.schemas.get(channel.schema_id)
@@ -78,6 +79,7 @@ class Description:
                     "schema": schema.name if schema else "",
                     "encoding": channel.message_encoding,
                     "messages": count,
+                    "stamps": channel.metadata.get(STAMPS, ""),
                     "hz": round(count / self.duration_s, 3) if self.duration_s > 0 and count > 1 else None,
                 }
             )

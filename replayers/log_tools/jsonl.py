@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import msgspec
 
-from recorders.mcap_io.file import CannotCreate, remove_abandoned_drafts
+from recorders.mcap_io.file import CannotCreate
 from replayers.log_tools.copy_log import NoRoom, ReadLoss, contents
 from replayers.log_tools.decode_message import MessageDecoder
 from replayers.log_tools.rewrite import Rewritten, Told, require_distinct_output
 from replayers.mcap_io.messages import Message
 from workbench.errors import OutputExists, WrongKind
+from workbench.files import draft_path, remove_abandoned_drafts, replace
 
 
 def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewritten:
@@ -29,7 +29,7 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
         raise OutputExists(output)
     shown, loss, count = MessageDecoder(whole=True), ReadLoss(), 0
     found = (part for part in contents(log, loss) if isinstance(part, Message))
-    draft = output.with_name(f".{output.name}.{os.getpid()}.part")
+    draft = draft_path(output)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
         stream = open(draft, "wb")  # noqa: SIM115
@@ -43,7 +43,7 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
                 count += 1
         if output.exists() and not force:
             raise OutputExists(output)
-        draft.replace(output)
+        replace(draft, output)
     except OSError as error:
         raise NoRoom(output, error.strerror or str(error)) from error
     finally:

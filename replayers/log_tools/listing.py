@@ -21,6 +21,7 @@ from replayers.log_tools.log_paths import shown
 from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from workbench.cache import cache_folder
 from workbench.errors import LiosError
+from workbench.files import write_atomically
 
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
@@ -182,13 +183,11 @@ def _recall(memory: Path | None) -> dict[str, _Known]:
 def _remember(memory: Path | None, rows: dict[str, _Known]) -> None:
     if memory is None:
         return
-    draft = memory.with_suffix(f".{os.getpid()}")
     try:
         memory.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_bytes(msgspec.json.encode(_Memory(LIST_VERSION, rows)))
-        draft.replace(memory)
+        write_atomically(memory, msgspec.json.encode(_Memory(LIST_VERSION, rows)))
     except (OSError, UnicodeEncodeError):
-        draft.unlink(missing_ok=True)  # a listing that cannot be cached is still a listing
+        return  # a listing that cannot be cached is still a listing
 
 
 def _number(text: str | None) -> float | None:

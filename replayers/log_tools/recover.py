@@ -1,7 +1,7 @@
 """Recovers every intact message of a damaged log into a clean file with a new index.
 
-Two passes: the first collects the declarations of the whole file, because a lost chunk may have held the only
-declaration before its messages; the second copies. Memory holds one record at a time, whatever the file claims.
+Intact chunks are copied as they stand. Declarations of the whole file are collected only when one is missing, because
+a lost chunk held it. Memory holds one record at a time, whatever the file claims.
 
 Why not mcap's own reader: it ends at the first record that is damaged.
 """
@@ -12,23 +12,23 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
+from mcap.records import Attachment, Header, Metadata
 
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, declarations, profile_of
+from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, pieces_at, profile_of
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from replayers.log_tools.multi_run import run_and_name
-from replayers.mcap_io.messages import ChunkMessages
-from replayers.mcap_io.records import Record
-from replayers.mcap_io.scan import Damage, open_log, scan
+from replayers.log_tools.read_ahead import read_ahead
+from replayers.mcap_io.scan import Damage, open_log
 from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import BadValue
 from workbench.log_schema.run_info import INFO_METADATA, is_intact
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
 
-Told = Callable[[Iterator[tuple[int, Record]]], Iterable[tuple[int, Record]]]
+Told = Callable[[Iterator[Any]], Iterable[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +67,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     """Saves the intact part of a log to another file.
 
     Args:
-        told: wraps the records as they are copied, for a progress bar.
+        told: wraps the pieces of the log as they are copied, for a progress bar.
 
     Raises:
         FileMissing, NoMcap: there is nothing to read.
@@ -81,10 +81,9 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     if output.exists() and output.samefile(source):
         raise BadValue("output", str(output), "another file than the log itself")
     expected = summary.statistics.message_count if summary and summary.statistics else None
-    channels, schemas = declarations(source)
     loss = ReadLoss()
     with Copier(output, LogLayout(force=force), profile=profile_of(source)) as copier:
-        done = _copy(source, copier, loss, channels, schemas, told)
+        done = _copy(source, copier, loss, told)
         facts = {"from": shown(source.name), "damages": str(loss.count), "messages": str(done["messages"])}
         if expected is not None:
             facts["expected"] = str(expected)
@@ -95,7 +94,7 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
         source=source,
         output=output,
         **done,
-        damages=tuple(loss.damages),
+        damages=tuple(sorted(loss.damages)),
         damage_count=loss.count,
         messages_lost=loss.messages,
         expected_messages=expected,
@@ -105,39 +104,30 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
     )
 
 
-def _copy(
-    source: Path, copier: Copier, loss: ReadLoss, channels: dict[int, Channel], schemas: dict[int, Schema], told: Told
-) -> dict[str, int]:
+def _copy(source: Path, copier: Copier, loss: ReadLoss, told: Told) -> dict[str, int]:
     """Copies and counts what is intact."""
     done = {"messages": 0, "attachments": 0, "metadata": 0}
     identity: dict[str, str] = {}
     named: set[str] = set()
-    content = ChunkMessages(on_damage=loss.add, channels=channels, schemas=schemas)
-    with open_log(source) as stream:
-        for offset, record in told(scan(stream, path=source, on_damage=loss.add)):
-            if isinstance(record, DataEnd):
-                break
-            if isinstance(record, Attachment):
-                copier.attach(record)
-                done["attachments"] += 1
-                if record.name == SETTINGS_ATTACHMENT:
-                    identity = _identity_in(record.data)
-            elif isinstance(record, Metadata):
-                if is_intact(run_and_name(record.name)[1], record.metadata):
-                    copier.describe(record)
-                    named.add(record.name)
-                    done["metadata"] += 1
-                else:
-                    what = f"metadata {record.name[:60]!r}: its checksum is wrong"
-                    loss.add(Damage(offset, what, opcode=Opcode.METADATA))
-            elif not isinstance(record, Header):
-                for message in content.messages_of(offset, record):
-                    copier.copy(message)
-                    done["messages"] += 1
+    for offset, piece in told(read_ahead(pieces_at(source, loss))):
+        if isinstance(piece, Attachment):
+            copier.attach(piece)
+            done["attachments"] += 1
+            if piece.name == SETTINGS_ATTACHMENT:
+                identity = _identity_in(piece.data)
+        elif isinstance(piece, Metadata):
+            if is_intact(run_and_name(piece.name)[1], piece.metadata):
+                copier.describe(piece)
+                named.add(piece.name)
+                done["metadata"] += 1
+            else:
+                what = f"metadata {piece.name[:60]!r}: its checksum is wrong"
+                loss.add(Damage(offset, what, opcode=Opcode.METADATA))
+        elif not isinstance(piece, Header):
+            done["messages"] += copier.copy_piece(piece)
     if identity and INFO_METADATA not in named:
         copier.writer.add_metadata(INFO_METADATA, identity)
         done["metadata"] += 1
-    loss.messages += content.messages_lost
     return done
 
 

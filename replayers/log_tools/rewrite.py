@@ -5,22 +5,28 @@ Messages, attachments and metadata of unknown topics pass through untouched.
 
 from __future__ import annotations
 
-import heapq
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from mcap.records import Attachment, Header, Metadata
 
 from recorders.sinks.files import PART_METADATA, REPEATED
-from replayers.log_tools.copy_log import Copier, LogLayout, ReadLoss, contents, profile_of
+from replayers.log_tools.copy_log import Copier, LogLayout, Part, ReadLoss, pieces, profile_of
+from replayers.log_tools.merge_order import by_time
 from replayers.log_tools.multi_run import RunMarker, member_name, runs_of, split_by_run
+from replayers.log_tools.whole_chunk import WholeChunk
 from replayers.mcap_io.messages import Message
+from replayers.mcap_io.reader import wanted_chunks
+from replayers.mcap_io.scan import open_log
+from replayers.mcap_io.summary import indexed_messages, read_index
 from workbench.errors import BadValue, Malformed
 
-Told = Callable[[Iterator[Message]], Iterable[Message]]
-"""Wraps the messages as they are copied, for a progress bar."""
+Piece = Message | WholeChunk
+Told = Callable[[Iterator[Any]], Iterable[Any]]
+"""Wraps the messages, or whole chunks of them, as they are copied, for a progress bar."""
 
 
 class MixedRuns(Malformed):
@@ -67,10 +73,11 @@ class MessageFilter:
         included = not self.include or any(p.fullmatch(name) for p in self.include)
         return included and not any(p.fullmatch(name) for p in self.exclude)
 
+    def time(self, log_time: int) -> bool:
+        return self.start_ns <= log_time and (self.end_ns is None or log_time < self.end_ns)
+
     def message(self, message: Message) -> bool:
-        if message.log_time < self.start_ns or (self.end_ns is not None and message.log_time >= self.end_ns):
-            return False
-        return self.topic(message.topic)
+        return self.time(message.log_time) and self.topic(message.topic)
 
 
 def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
@@ -89,28 +96,64 @@ def patterns(texts: Iterable[str], option: str) -> tuple[re.Pattern[str], ...]:
 
 
 def filtered(source: Path, output: Path, wanted: MessageFilter, style: LogLayout, told: Told = iter) -> Rewritten:
-    """Copies the wanted messages of a log. Also compacts: the new file's chunks are full."""
-    loss, kept, dropped = ReadLoss(), 0, 0
+    """Copies the wanted messages of a log: whole chunks as they stand where the layout allows it and all is wanted.
+
+    Chunks that, by the index, hold nothing that is wanted are not read.
+    """
+    loss, kept = ReadLoss(), 0
     require_distinct_output([source], output)
+    jumps, dropped = _unwanted_chunks(source, wanted)
     with Copier(output, style, profile=profile_of(source)) as copier:
-        for message in told(_stream_messages(source, loss, copier, wanted)):
-            if wanted.message(message):
-                copier.copy(message)
-                kept += 1
-            else:
-                dropped += 1
+        for piece in told(_stream_pieces(pieces(source, loss, jumps=jumps), copier, wanted)):
+            size = len(piece.places) if isinstance(piece, WholeChunk) else 1
+            taken = _copy_wanted(piece, copier, wanted)
+            kept, dropped = kept + taken, dropped + size - taken
     return Rewritten(outputs=(output,), messages=kept, dropped=dropped, loss=loss)
 
 
-def _stream_messages(source: Path, loss: ReadLoss, copier: Copier, wanted: MessageFilter) -> Iterator[Message]:
-    """The messages of a log; its wanted attachments and metadata are copied as they are read."""
-    for part in contents(source, loss):
-        if isinstance(part, Message):
+def _stream_pieces(found: Iterator[Part | WholeChunk], copier: Copier, wanted: MessageFilter) -> Iterator[Piece]:
+    """The messages and chunks of a log; its wanted attachments and metadata are copied as they are read."""
+    for part in found:
+        if isinstance(part, Message | WholeChunk):
             yield part
         elif isinstance(part, Attachment) and wanted.attachments:
             copier.attach(part)
         elif isinstance(part, Metadata) and wanted.metadata:
             copier.describe(part)
+
+
+def _copy_wanted(piece: Piece, copier: Copier, wanted: MessageFilter) -> int:
+    """Copies what is wanted; returns how many messages it is."""
+    if isinstance(piece, Message):
+        return copier.copy_piece(piece) if wanted.message(piece) else 0
+    topics = {channel.topic: wanted.topic(channel.topic) for channel, _ in piece.channels.values()}
+    if all(topics.values()) and wanted.time(piece.start_ns) and wanted.time(piece.end_ns):
+        return copier.copy_piece(piece)
+    count = 0
+    for message in piece.messages(lambda topic, log_time: topics[topic] and wanted.time(log_time)):
+        copier.copy(message)
+        count += 1
+    return count
+
+
+def _unwanted_chunks(source: Path, wanted: MessageFilter) -> tuple[dict[int, int], int]:
+    """Start and end of the chunks that hold nothing that is wanted, by the index, and how many messages they hold.
+
+    Chunks whose messages the index does not count are not among them.
+    """
+    with open_log(source) as stream:
+        index = read_index(stream)
+    if index is None:
+        return {}, 0
+    needed = set(wanted_chunks(index, wanted.topic, start_ns=wanted.start_ns, end_ns=wanted.end_ns))
+    jumps, count = dict[int, int](), 0
+    for chunk in index.chunks:
+        held = indexed_messages(chunk)
+        if chunk.chunk_start_offset not in needed and held is not None:
+            end = chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length
+            jumps[chunk.chunk_start_offset] = end
+            count += held
+    return jumps, count
 
 
 def merge_logs(
@@ -139,11 +182,10 @@ def merge_logs(
     runs = runs_of(sources) if several_runs else [None] * len(sources)
     with Copier(output, style, profile=_common_profile(sources)) as copier:
         arounds = {run: _AttachmentCopier(copier, allow_duplicates, run) for run in runs}
-        flows = [_flow_of(number, source, loss, arounds[runs[number]]) for number, source in enumerate(sources)]
-        ordered = heapq.merge(*flows, key=lambda entry: (entry[0], entry[1]))
-        for message in told(message for _, _, message in ordered):
-            copier.copy(message)
-            count += 1
+        copier.reserve(sources)
+        flows = [_flow_of(source, loss, arounds[run]) for source, run in zip(sources, runs, strict=True)]
+        for piece in told(by_time(flows)):
+            count += copier.copy_piece(piece)
     return Rewritten(
         outputs=(output,), messages=count, dropped=sum(around.repeated for around in arounds.values()), loss=loss
     )
@@ -213,19 +255,27 @@ class _AttachmentCopier:
             self.copier.describe(part)
 
 
-def _flow_of(
-    number: int, source: Path, loss: ReadLoss, around: _AttachmentCopier
-) -> Iterator[tuple[int, int, Message]]:
+def _flow_of(source: Path, loss: ReadLoss, around: _AttachmentCopier) -> Iterator[Piece]:
+    """What of a log's messages goes into a merged one; attachments and metadata are copied as they are read."""
     key, value = REPEATED
     marks = None if around.run is None else RunMarker(around.run)
-    for part in contents(source, loss):
-        if isinstance(part, Message):
-            if part.channel.metadata.get(key) == value:
+    for part in pieces(source, loss):
+        if isinstance(part, WholeChunk):
+            if marks is None and not any(c.metadata.get(key) == value for c, _ in part.channels.values()):
+                yield part
+                continue
+            messages = part.messages()
+        elif isinstance(part, Message):
+            messages = iter((part,))
+        else:
+            if not isinstance(part, Header):
+                around.take(part, source)
+            continue
+        for message in messages:
+            if message.channel.metadata.get(key) == value:
                 around.repeated += 1
             else:
-                yield part.log_time, number, marks.message(part) if marks else part
-        elif not isinstance(part, Header):
-            around.take(part, source)
+                yield marks.message(message) if marks else message
 
 
 def require_distinct_output(sources: Sequence[Path], output: Path) -> None:

@@ -35,6 +35,7 @@ class ChunkMessages:
 
     Attributes:
         messages_lost: messages whose channel is not declared anywhere before them.
+        look_up: all that the log declares anywhere, asked for once, when a declaration is missing.
     """
 
     on_damage: OnDamage | None = None
@@ -44,6 +45,7 @@ class ChunkMessages:
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
     messages_lost: int = 0
+    look_up: Callable[[], tuple[dict[int, Channel], dict[int, Schema]]] | None = None
     _wanted: dict[int, tuple[Channel, Schema | None]] = field(default_factory=dict)
     _unwanted: set[int] = field(default_factory=set)
 
@@ -61,7 +63,7 @@ class ChunkMessages:
                         if message is not None:
                             yield message
                     else:
-                        self._learn(inner)
+                        self.learn(inner)
             except UnreadableRecord as error:
                 self.report(Damage(offset, f"chunk: {error}", opcode=Opcode.CHUNK))
         elif isinstance(record, RawMessage):
@@ -69,9 +71,10 @@ class ChunkMessages:
             if message is not None:
                 yield message
         else:
-            self._learn(record)
+            self.learn(record)
 
-    def _learn(self, record: Record | None) -> None:
+    def learn(self, record: Record | None) -> None:
+        """Keeps a schema or channel for the messages after it; other records are ignored."""
         if isinstance(record, Channel) and self.channels.get(record.id) is not record:
             self.channels[record.id] = record
         elif isinstance(record, Schema) and self.schemas.get(record.id) is not record:
@@ -92,6 +95,11 @@ class ChunkMessages:
     def _register_channel(self, offset: int, channel_id: int) -> tuple[Channel, Schema | None] | None:
         """A channel with its schema, cached; None, cached too, where it is not wanted."""
         channel = self.channels.get(channel_id)
+        if self.look_up is not None and (channel is None or channel.schema_id not in (0, *self.schemas)):
+            channels, schemas = self.look_up()
+            self.look_up = None
+            self.channels, self.schemas = channels | self.channels, schemas | self.schemas
+            channel = self.channels.get(channel_id)
         if channel is None:
             if not self.messages_lost:
                 what = f"messages of channel {channel_id}, which is declared nowhere before"

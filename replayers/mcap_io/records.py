@@ -70,7 +70,7 @@ class ChunkRecord:
     uncompressed_size: int
     uncompressed_crc: int
     compression: str
-    packed: bytes
+    packed: bytes | memoryview
 
     def unpack(self, *, limit: int = MAX_RECORD_BYTES) -> bytes:
         """Decompresses the records inside, checked against size and checksum.
@@ -157,6 +157,40 @@ def records_in(data: bytes, *, unwanted: Collection[int] = ()) -> Iterator[tuple
         offset = end
 
 
+def walk_chunk(data: bytes) -> tuple[list[Schema | Channel], list[tuple[int, int, int, int]]]:
+    """What a decompressed chunk declares, and its messages uncopied: channel id, log time, offsets of start and end.
+
+    Raises:
+        UnreadableRecord: a record that reaches beyond the chunk or makes no sense.
+    """
+    declared: list[Schema | Channel] = []
+    places: list[tuple[int, int, int, int]] = []
+    offset, size, message = 0, len(data), int(Opcode.MESSAGE)
+    unpack_head = _HEAD_AND_MESSAGE.unpack_from
+    while offset < size:
+        opcode, length = HEAD.unpack_from(data, offset) if offset + HEAD.size <= size else (0, size)
+        end = offset + HEAD.size + length
+        if end > size:
+            raise UnreadableRecord("it holds a record that reaches beyond it")
+        if opcode == message:
+            if length < _MESSAGE.size:
+                raise UnreadableRecord("it holds a message that is too short")
+            _, _, channel_id, _, log_time, _ = unpack_head(data, offset)
+            places.append((channel_id, log_time, offset, end))
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            record, _ = _PARSERS[opcode](data[offset + HEAD.size : end])
+            if isinstance(record, Schema | Channel):
+                declared.append(record)
+        offset = end
+    return declared, places
+
+
+def message_head(data: bytes, start: int) -> tuple[int, int, int]:
+    """Sequence number and publish time of a message whose record begins at `start`, and where its data begin."""
+    _, _, _, sequence, _, publish_time = _HEAD_AND_MESSAGE.unpack_from(data, start)
+    return sequence, publish_time, start + _HEAD_AND_MESSAGE.size
+
+
 def opcode_name(opcode: int) -> str:
     """The name of an opcode, such as "chunk index" for 8."""
     try:
@@ -169,10 +203,10 @@ def is_known(opcode: int) -> bool:
     return opcode in _PARSERS
 
 
-def _unpacked(packed: bytes, compression: str, size: int) -> bytes:
+def _unpacked(packed: bytes | memoryview, compression: str, size: int) -> bytes:
     """Decompressed data; never more than size + 1 bytes are decompressed, whatever a frame claims."""
     if compression == "":
-        return packed
+        return bytes(packed)
     try:
         if compression == "zstd":
             with _zstd().stream_reader(packed, read_across_frames=True) as stream:
@@ -222,7 +256,7 @@ def _chunk(body: bytes) -> tuple[Record, int]:
         compression = body[32 : data - 8].decode("utf-8")
     except UnicodeDecodeError:
         raise UnreadableRecord("its compression's name is no text") from None
-    return ChunkRecord(start, end, size, crc, compression, body[data : data + length]), data + length
+    return ChunkRecord(start, end, size, crc, compression, memoryview(body)[data : data + length]), data + length
 
 
 def _attachment(body: bytes) -> tuple[Record, int]:
@@ -298,6 +332,16 @@ def _chunk_index(body: bytes) -> tuple[Record, int]:
     return record, used
 
 
+def _message_index(body: bytes) -> tuple[Record, int]:
+    if len(body) < 6:
+        raise UnreadableRecord("it is too short")
+    channel_id, length = struct.unpack_from("<HL", body)
+    if length % 16 or 6 + length > len(body):
+        raise UnreadableRecord("it claims more than it holds")
+    entries = list(struct.iter_unpack("<QQ", body[6 : 6 + length]))
+    return MessageIndex(channel_id=channel_id, records=entries), 6 + length
+
+
 class _StrictStream(ReadDataStream):
     """mcap's stream, but a short read raises instead of passing silently."""
 
@@ -310,6 +354,7 @@ class _StrictStream(ReadDataStream):
 
 _OF_THREAD = threading.local()
 _MESSAGE = struct.Struct("<HIQQ")
+_HEAD_AND_MESSAGE = struct.Struct("<BQHIQQ")
 _CHUNK = struct.Struct("<QQQLL")
 _INDEX_HEAD = struct.Struct("<QQQQL")
 _PARSERS: Mapping[int, Parser] = MappingProxyType(
@@ -320,7 +365,7 @@ _PARSERS: Mapping[int, Parser] = MappingProxyType(
         Opcode.CHANNEL: _cached_parser(Channel),
         Opcode.MESSAGE: _message,
         Opcode.CHUNK: _chunk,
-        Opcode.MESSAGE_INDEX: _checked_parser(MessageIndex),
+        Opcode.MESSAGE_INDEX: _message_index,
         Opcode.CHUNK_INDEX: _chunk_index,
         Opcode.ATTACHMENT: _attachment,
         Opcode.ATTACHMENT_INDEX: _checked_parser(AttachmentIndex),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 from typing import BinaryIO, NamedTuple
@@ -106,6 +106,7 @@ def scan(
     on_damage: OnDamage | None = None,
     limit: int = MAX_RECORD_BYTES,
     skip: frozenset[int] = frozenset(),
+    jumps: Mapping[int, int] | None = None,
 ) -> Iterator[tuple[int, Record]]:
     """Every record up to the footer, with its offset; chunks still compressed.
 
@@ -114,6 +115,7 @@ def scan(
         on_damage: called for every damage, after which the walk goes on; without it, damage raises.
         limit: a longer record is damage.
         skip: unwanted opcodes; their bytes are not read.
+        jumps: offsets of unwanted records, each with the offset at which to go on.
 
     Raises:
         DamagedLog: damage, when on_damage is not given.
@@ -122,6 +124,9 @@ def scan(
     offset = resume = start
     chunked: bool | None = None
     while True:
+        if jumps is not None and offset in jumps:
+            offset = resume = jumps[offset]
+            continue
         found = _look(stream, offset, size, limit, skip)
         if chunked and isinstance(found.record, RawMessage):
             found = _is_real_message(found, found.record)

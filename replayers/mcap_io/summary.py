@@ -8,6 +8,7 @@ from declarations and message indexes, which are looked up by their heads. Any o
 from __future__ import annotations
 
 import io
+import itertools
 import zlib
 from collections.abc import Iterator
 from typing import BinaryIO
@@ -55,6 +56,19 @@ def has_counts(index: LogIndex) -> bool:
     """Whether an index holds the number of messages of each channel and the log's first and last time."""
     statistics = index.statistics
     return statistics is not None and index.messages == statistics.message_count
+
+
+def indexed_messages(chunk: ChunkIndex) -> int | None:
+    """How many messages a chunk has by the sizes of its message indexes; None where these do not tell.
+
+    The indexes stand one after another, each with 15 bytes and 16 for each message.
+    """
+    end = chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length
+    starts = [*sorted(chunk.message_index_offsets.values()), end]
+    sizes = [after - before - 15 for before, after in itertools.pairwise(starts)]
+    if not sizes or starts[0] != chunk.chunk_start_offset + chunk.chunk_length:
+        return None
+    return None if any(size < 0 or size % 16 for size in sizes) else sum(sizes) // 16
 
 
 def read_summary(stream: BinaryIO) -> LogIndex | None:

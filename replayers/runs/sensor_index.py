@@ -6,7 +6,6 @@ that was cut off is read through once. Nothing is decoded before it is requested
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,13 +14,14 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO, final
 
 import numpy as np
-import numpy.typing as npt
 from mcap.records import Channel, DataEnd, MessageIndex, Schema
 
 from recorders.mcap_io.index import LogIndex
 from replayers.mcap_io.records import ChunkRecord, RawMessage, UnreadableRecord, parse, records_in
 from replayers.mcap_io.scan import open_log, record_at, scan
 from replayers.mcap_io.summary import read_index
+from workbench.arrays import Ints
+from workbench.caches import Cache
 
 if TYPE_CHECKING:
     from mcap_protobuf.decoder import DecoderFactory
@@ -31,7 +31,7 @@ TRANSFORMS, LENS, SPOT_IMAGE = "foxglove.FrameTransforms", "foxglove.CameraCalib
 KINDS = frozenset({PICTURE, CLOUD, GRID, TRANSFORMS, LENS, SPOT_IMAGE})
 MESSAGE_OPCODE, MESSAGE_HEAD = 5, 9
 NOT_IN_A_CHUNK = -1
-KEPT_CHUNKS = 3
+KEPT_CHUNKS = 4
 """Decompressed chunks in the cache: neighbours in time are mostly in the same chunk."""
 
 
@@ -46,8 +46,8 @@ class TopicIndex:
 
     topic: str
     schema: Schema
-    stamps_ns: npt.NDArray[np.int64]
-    where: npt.NDArray[np.int64]
+    stamps_ns: Ints
+    where: Ints
 
     def last_at(self, stamp_ns: int) -> int:
         """The index of the newest message at a moment, or -1 before the first."""
@@ -61,7 +61,7 @@ class SensorTracks:
 
     path: Path
     tracks: Mapping[str, TopicIndex]
-    _chunks: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
+    _chunks: Cache[int, bytes] = field(default_factory=lambda: Cache(KEPT_CHUNKS))
     _lock: Lock = field(default_factory=Lock)
 
     def of_kind(self, schema: str) -> tuple[TopicIndex, ...]:
@@ -103,18 +103,18 @@ class SensorTracks:
         return record.data if isinstance(record, RawMessage) else None
 
     def _chunk(self, stream: BinaryIO, at: int) -> bytes | None:
-        if at not in self._chunks:
-            record = record_at(stream, at)
-            if not isinstance(record, ChunkRecord):
-                return None
-            try:
-                self._chunks[at] = record.unpack_anyhow()
-            except UnreadableRecord:
-                return None
-        self._chunks.move_to_end(at)
-        while len(self._chunks) > KEPT_CHUNKS:
-            self._chunks.popitem(last=False)
-        return self._chunks[at]
+        kept = self._chunks.find(at)
+        if kept is not None:
+            return kept
+        record = record_at(stream, at)
+        if not isinstance(record, ChunkRecord):
+            return None
+        try:
+            data = record.unpack_anyhow()
+        except UnreadableRecord:
+            return None
+        self._chunks.put(at, data)
+        return data
 
 
 def sensor_tracks(path: Path | str) -> SensorTracks:

@@ -79,7 +79,7 @@ def trial_costs(replays: Iterable[StoredReplay], strategies: Sequence[str], *, l
         made = found.get(name)
         if made is None or made.bounds is None:
             continue
-        lower[i], upper[i] = made.bounds.lower, made.bounds.at_most
+        lower[i], upper[i] = made.bounds.lower, made.bounds.upper
         estimate[i] = made.estimate.mean if made.estimate else nan
         for j in range(i):
             other = found.get(strategies[j])

@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.sites.survey_draft import MARGIN_M, NothingToDraft, SiteDraft, Stop
+from workbench.arrays import Bools, Floats
 from workbench.errors import MissingExtra
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.maps.occupancy import MAX_CELLS, OccupancyGrid
 
 if TYPE_CHECKING:
     from recorders.spot.client.graph_nav_map import Graph, Waypoint, WaypointSnapshot
 
-Floats = npt.NDArray[np.float64]
 Poses = dict[str, Floats]
 """seed_tform_waypoint by waypoint id, shape (4, 4), metres."""
 
@@ -159,7 +159,7 @@ def _lengths(graph: Graph, places: list[str]) -> Floats:
     number = {waypoint.id: i for i, waypoint in enumerate(graph.waypoints)}
     known = [e for e in graph.edges if e.id.from_waypoint in number and e.id.to_waypoint in number]
     ends = [(number[e.id.from_waypoint], number[e.id.to_waypoint]) for e in known]
-    lengths = [max(1e-9, float(np.linalg.norm(_matrix(e.from_tform_to)[:2, 3]))) for e in known]
+    lengths = [max(TINY, float(np.linalg.norm(_matrix(e.from_tform_to)[:2, 3]))) for e in known]
     both = np.array(ends, dtype=np.int64).reshape(-1, 2)
     matrix = csr_array((np.array(lengths), (both[:, 0], both[:, 1])), shape=(len(number), len(number)))
     rows = [number[place] for place in places]
@@ -241,7 +241,7 @@ def _grid(graph: Graph, poses: Poses, clouds: list[Floats]) -> OccupancyGrid | N
     inside = ((points[:, :2] >= low) & (points[:, :2] < low + np.array([columns, rows]) * RESOLUTION_M)).all(axis=1)
     points = points[inside]
 
-    def marked(where: Floats) -> npt.NDArray[np.bool_]:
+    def marked(where: Floats) -> Bools:
         cells = ((where[:, :2] - low) / RESOLUTION_M).astype(np.int64)
         grid = np.zeros((rows, columns), dtype=np.bool_)
         grid[cells[:, 1], cells[:, 0]] = True

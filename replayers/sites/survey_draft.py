@@ -12,7 +12,6 @@ from math import atan2, cos, degrees, hypot, sin
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import yaml
 from foxglove_schemas_protobuf.Grid_pb2 import Grid
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -22,8 +21,10 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from recorders.spot.client.localized import waypoint_of
 from replayers.mcap_io.reader import messages
 from replayers.runs.run import read
+from workbench.arrays import Floats
 from workbench.errors import Unsupported
 from workbench.log_schema.events import NANO
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
@@ -36,6 +37,8 @@ SAME_PLACE_M = 0.5
 """Stops closer than this are one place."""
 JOIN_M = 0.35
 """Positions closer than this are joined when paths are measured: where the robot crossed its own path."""
+ITEM_REACH_M = 1.8
+"""A tag farther than this from every stop hangs on a wall or a dock: no item's."""
 AHEAD_M = 0.7
 """A container is drafted this far ahead of where the robot stood."""
 MARGIN_M = 1.5
@@ -70,15 +73,17 @@ class SiteDraft:
         start_waypoint: GraphNav's waypoint at the start.
         lengths_from: whose lengths metres are, where they are better than those of the map; "" to take the map's.
         drafted_from: what the file says of its origin.
-        tags: number and mean position, in metres on the map, of each tag seen.
+        tags: number and mean position, in metres on the map, of each tag seen that may be an item's.
+        other_tags: the same of tags that are none: the map's own fiducials, and what hangs where nothing stands.
     """
 
     start: Pose
     stops: tuple[Stop, ...]
-    metres: npt.NDArray[np.float64]
+    metres: Floats
     tags: dict[int, tuple[float, float, float]]
     corners: tuple[Point, Point]
     grid: OccupancyGrid | None
+    other_tags: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     start_waypoint: str = ""
     lengths_from: str = ""
     drafted_from: str = "a recording by lios site from-log"
@@ -93,8 +98,11 @@ class _Heard:
     grid: OccupancyGrid | None = None
 
 
-def draft_site(path: Path) -> SiteDraft:
+def draft_site(path: Path, *, map_tags: frozenset[int] = frozenset()) -> SiteDraft:
     """Drafts the survey from a log.
+
+    Args:
+        map_tags: numbers of the map's own fiducials.
 
     Raises:
         FileMissing, MalformedFile: no log. NothingToDraft: no robot drove, it holds no poses, or the robot stood
@@ -114,14 +122,27 @@ def draft_site(path: Path) -> SiteDraft:
     xs, ys = [p.x_m for p in heard.poses], [p.y_m for p in heard.poses]
     low, high = (min(xs) - MARGIN_M, min(ys) - MARGIN_M), (max(xs) + MARGIN_M, max(ys) + MARGIN_M)
     points = [pose.point for pose in heard.poses]
+    tags = {number: _mean(seen) for number, seen in sorted(heard.tags.items())}
+    items = {number: at for number, at in tags.items() if number not in map_tags and _at_a_stop(at, stops)}
     return SiteDraft(
         start=heard.poses[0],
         stops=stops,
         metres=_walked_lengths(points, [points[0], *(stop.pose.point for stop in stops)]),
-        tags={number: _mean(seen) for number, seen in sorted(heard.tags.items())},
+        tags=items,
+        other_tags={number: at for number, at in tags.items() if number not in items},
         corners=(low, high),
         grid=heard.grid,
     )
+
+
+def _at_a_stop(tag: tuple[float, float, float], stops: Iterable[Stop]) -> bool:
+    """Whether a tag is where an item can be: within an arm's reach of a place at which the robot stood, and ahead."""
+    for stop in stops:
+        dx, dy = tag[0] - stop.pose.x_m, tag[1] - stop.pose.y_m
+        ahead = cos(stop.pose.yaw_rad) * dx + sin(stop.pose.yaw_rad) * dy
+        if hypot(dx, dy) <= ITEM_REACH_M and ahead > 0:
+            return True
+    return False
 
 
 def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
@@ -135,12 +156,14 @@ def write_draft(draft: SiteDraft, folder: Path, *, name: str) -> Path:
     text = yaml.safe_dump(
         _as_file(draft, name), sort_keys=False, allow_unicode=True, width=110, default_flow_style=None
     )
+    others = ", ".join(f"{number} at ({x:.1f}, {y:.1f})" for number, (x, y, _) in sorted(draft.other_tags.items()))
+    left_out = f"# Tags left out, of the map, a wall or a dock: {others}.\n" if others else ""
     head = (
         f"# Drafted from {draft.drafted_from}. Name the containers, correct type, pose and size,\n"
         "# draw the rooms, and name the items that carry the tags. Then: lios site check site.yaml\n"
     )
     file = folder / "site.yaml"
-    file.write_text(head + text, encoding="utf-8")
+    file.write_text(head + left_out + text, encoding="utf-8")
     return file
 
 
@@ -261,7 +284,7 @@ def _known_as(pose: Pose, plan: FloorPlan, number: int) -> tuple[str, str]:
     return f"container_{number}", "Unknown"
 
 
-def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.float64]:
+def _walked_lengths(points: list[Point], places: list[Point]) -> Floats:
     """Shortest lengths between places along the walked path, crossings joined; metres, shape (places, places)."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -276,7 +299,7 @@ def _walked_lengths(points: list[Point], places: list[Point]) -> npt.NDArray[np.
     near = KDTree(nodes).query_pairs(JOIN_M)
     edges = np.array(sorted({*chain, *near}), dtype=np.int64).reshape(-1, 2)
     lengths = np.linalg.norm(nodes[edges[:, 0]] - nodes[edges[:, 1]], axis=1)
-    graph = csr_array((np.maximum(lengths, 1e-9), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
+    graph = csr_array((np.maximum(lengths, TINY), (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
     last = np.arange(len(kept), len(nodes))
     return np.asarray(dijkstra(graph, directed=False, indices=last), dtype=np.float64)[:, last]
 

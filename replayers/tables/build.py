@@ -12,11 +12,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.tables.column_types import CategoryColumn, NumberColumn, column_of
 from replayers.tables.schemas import NUMBER, SCHEMAS, TIME, WHOLE
 from replayers.tables.to_pandas import Columns
+from workbench.arrays import Ints32
 from workbench.log_schema.events import (
     ActionFinished,
     BeliefUpdate,
@@ -250,7 +250,7 @@ def _broadcast(
 def _labels(axes: Sequence[tuple[Sequence[str], ...]], axis: int) -> CategoryColumn:
     """The labels of one axis for every entry, in C order."""
     words: dict[str, int] = {}
-    parts: list[npt.NDArray[np.int32]] = []
+    parts: list[Ints32] = []
     for each in axes:
         codes = np.array([words.setdefault(label, len(words)) for label in each[axis]], dtype=np.int32)
         inner, outer = _size(*each[axis + 1 :]), _size(*each[:axis])

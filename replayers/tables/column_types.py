@@ -12,12 +12,12 @@ from functools import lru_cache
 from typing import Any, Protocol, Self, final
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
 from pandas.api.extensions import ExtensionArray
 
 from replayers.tables.schemas import NUMBER, TEXT, TIME, WHOLE, WORD, YES
+from workbench.arrays import AnyArray, Bools, Ints32
 
 KEPT_WORDS = 256
 """Longer vocabularies are checked each time; 1,024 shorter ones are cached."""
@@ -48,7 +48,7 @@ class Column(Protocol):
 class CategoryColumn:
     """Text that repeats: the number of its word, row by row; -1 where it is missing."""
 
-    codes: npt.NDArray[np.int32]
+    codes: Ints32
     words: tuple[str, ...]
 
     @classmethod
@@ -66,7 +66,7 @@ class CategoryColumn:
     @classmethod
     def joined(cls, parts: Sequence[CategoryColumn]) -> CategoryColumn:
         known: dict[str, int] = {}
-        codes: list[npt.NDArray[np.int32]] = []
+        codes: list[Ints32] = []
         for part in parts:
             numbers = [known.setdefault(word, len(known)) for word in part.words]
             codes.append(np.array([*numbers, -1], dtype=np.int32)[part.codes])
@@ -89,9 +89,9 @@ class CategoryColumn:
 class NumberColumn:
     """Numbers, booleans or stamps of one Arrow type; `missing` is None where no row is missing."""
 
-    values: npt.NDArray[Any]
+    values: AnyArray
     kind: pa.DataType
-    missing: npt.NDArray[np.bool_] | None = None
+    missing: Bools | None = None
 
     @classmethod
     def of(cls, values: Sequence[Any], kind: pa.DataType) -> NumberColumn:

@@ -23,6 +23,7 @@ from replayers.log_tools.copy_log import NoRoom
 from replayers.tables.frames import LogSource, Problem, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
+from workbench.files import draft_path
 
 Format = Literal["parquet", "csv"]
 Told = Callable[[Iterator[str]], Iterable[str]]
@@ -136,7 +137,7 @@ def export_table(
     """
     if file.exists() and not force:
         raise OutputExists(file)
-    draft = file.with_name(f".{file.name}.{os.getpid()}.part")
+    draft = draft_path(file)
     try:
         done = export(paths, draft, tables=(table,), file_format=file_format)
         _replace(draft / f"{table}.{file_format}", file)

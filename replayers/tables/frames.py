@@ -55,7 +55,7 @@ class Problem:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Tables:
     """The tables of one or many runs, each a pandas data frame; replayers.tables.schemas lists the columns.
 

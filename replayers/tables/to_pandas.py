@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -67,7 +67,7 @@ def joined(name: str, parts: Sequence[Columns]) -> Columns:
     }
 
 
-@cache
+@lru_cache(maxsize=64)
 def _labels(name: str) -> pd.Index:
     """The column labels of a frame; each frame gets its own view, because users may set the labels' name."""
     return pd.Index(SCHEMAS[name].names)

@@ -12,9 +12,10 @@ import pytest
 import toy
 from procthor_strange import strange_house
 
+from workbench.arrays import Floats32
 from workbench.beliefs import encoder as encoder_module
 from workbench.beliefs.belief import Belief
-from workbench.beliefs.encoder import NameNotShipped, ShippedVectors, Vectors, shipped_vectors
+from workbench.beliefs.encoder import NameNotShipped, ShippedVectors, shipped_vectors
 from workbench.beliefs.estimators import ESTIMATORS, estimator, shipped_weights
 from workbench.beliefs.weights import read_weights
 from workbench.cli import run
@@ -52,7 +53,7 @@ class Hashed:
 
     name = "all-MiniLM-L6-v2"
 
-    def encode(self, names: list[str]) -> Vectors:
+    def encode(self, names: list[str]) -> Floats32:
         drawn = [np.random.default_rng(sum(map(ord, n))).normal(size=384) for n in names]
         return np.array([v / np.linalg.norm(v) for v in drawn], dtype=np.float32)
 

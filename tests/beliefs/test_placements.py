@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from learnable import learnable_house
 
-from workbench.beliefs.encoder import Vectors
+from workbench.arrays import Floats32
 from workbench.beliefs.placement_mixture import (
     MIN_RATE,
     FitSettings,
@@ -112,7 +112,7 @@ class Sides:
 
     name = "sides"
 
-    def encode(self, names: list[str]) -> Vectors:
+    def encode(self, names: list[str]) -> Floats32:
         return np.array([[1.0, 0.0] if len(n) % 2 else [0.0, 1.0] for n in names], dtype=np.float32)
 
 

@@ -14,11 +14,13 @@ from dashboards.geometry.house import house_shape
 from dashboards.geometry.marks import dashes, path_segments, segments
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Solid, batches, unit_mesh
-from dashboards.geometry.walls import CAP_M, gaps_of, wall_solids
-from dashboards.palette import WALL, belief_colours
+from dashboards.geometry.walls import CAP_M, wall_solids
+from dashboards.palette import WALL
+from workbench.belief_colours import belief_colours
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Furniture, RoomId
 from workbench.worlds.maps.occupancy import OccupancyGrid
+from workbench.worlds.walls import gaps_of
 
 PLAN = toy_plan()
 

@@ -6,6 +6,7 @@ import re
 from html.parser import HTMLParser
 
 import pytest
+from markupsafe import Markup
 from toy import COUNTER, FRIDGE
 from toy_run import empty_run, named_run, ns, other_run, toy_run
 
@@ -198,7 +199,7 @@ def test_long_names_are_shortened_with_the_whole_at_hand() -> None:
 
 
 def test_table_cells_are_markup_and_heads_are_text() -> None:
-    made = table(("<b>",), [["<i>1</i>"]], key="k")
+    made = table(("<b>",), [[Markup("<i>1</i>")]], key="k")
     assert "&lt;b&gt;" in made
     assert "<i>1</i>" in made
 

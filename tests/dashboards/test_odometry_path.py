@@ -13,7 +13,7 @@ from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from google.protobuf.timestamp_pb2 import Timestamp
 from toy_run import ns, toy_run
 
-from dashboards.model.odometry_path import path_of_poses
+from dashboards.model.paths.odometry_path import path_of_poses
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from replayers.runs.run import Run, read

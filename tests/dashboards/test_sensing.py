@@ -30,7 +30,7 @@ from dashboards.panels.cameras import cameras
 from dashboards.sensing.clouds import NOTHING, cloud_points
 from dashboards.sensing.frames import Frames, matrix
 from dashboards.sensing.grids import grid_cells
-from dashboards.sensing.pictures import mime_of, pixels
+from dashboards.sensing.pictures import Picture, mime_of, pixels
 from dashboards.sensing.senses import RobotSensors, sensors_of
 from replayers.runs.sensor_index import sensor_tracks
 from workbench.errors import NotFound
@@ -151,6 +151,17 @@ def test_pictures_are_the_newest_at_a_moment_with_lens_and_place(senses: RobotSe
     shown = pixels(third)
     assert shown is not None
     assert shown.shape == (48, 64, 3)
+
+
+def test_a_grey_picture_of_16_bits_is_not_cut_off_at_255() -> None:
+    stream = io.BytesIO()
+    Image.fromarray(np.array([[0, 256, 0x8000, 0xFFFF]], dtype=np.uint16)).save(stream, "PNG")
+    picture = Picture(
+        topic="/camera", stamp_ns=0, mime="image/png", data=stream.getvalue(), on_map=None, field_rad=1.0, aspect=4.0
+    )
+    shown = pixels(picture)
+    assert shown is not None
+    assert shown[0].tolist() == [[0] * 3, [1] * 3, [128] * 3, [255] * 3]
 
 
 def test_the_panel_shows_pictures_and_their_age(senses: RobotSensors) -> None:

@@ -8,6 +8,7 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -176,7 +177,16 @@ def test_commands_of_the_page(words: str, asked: object) -> None:
 
 @given(st.text(max_size=40))
 def test_any_command_is_survived(words: str) -> None:
-    execute_command(_Session(), words)  # type: ignore[arg-type]
+    with suppress(BadValue):
+        execute_command(_Session(), words)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("words", ["mug", "decision 99", "decision", "fly 3", "open", "open x"])
+def test_words_that_mean_nothing_are_answered(words: str) -> None:
+    session = _Session()
+    with pytest.raises(BadValue, match="Go to"):
+        execute_command(session, words)  # type: ignore[arg-type]
+    assert session.asked == []
 
 
 def test_a_log_that_grows_is_read_again(log: Path, tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,6 +20,7 @@ from dashboards.viser_app.bridge import execute_command, parse_query
 from dashboards.viser_app.cameras import CameraPose
 from dashboards.viser_app.options import Options
 from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
+from workbench.errors import BadValue
 
 CLOCK = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
 SAMPLES = Path(__file__).parents[2] / "logs"
@@ -112,7 +115,8 @@ def test_commands_with_numbers_beyond_reason_do_nothing() -> None:
     made = session()
     before = made.state
     for words in (f"open {'9' * 5000}", "open ²", "decision 1e11", "look 1e11", f"decision {'9' * 400}"):
-        execute_command(made, words)
+        with suppress(BadValue):
+            execute_command(made, words)
     assert made.state == before
 
 
@@ -133,18 +137,21 @@ def test_places_are_forgotten_like_runs() -> None:
     plan = CLOCK.timelines[0].plan
     for i in range(MAX_CACHED_RUNS + 5):
         library.shape(replace(plan, name=f"place {i}"))
-    assert len(library._shapes) == MAX_CACHED_RUNS
+    assert MAX_CACHED_RUNS // 2 <= len(library._shapes) <= MAX_CACHED_RUNS
     assert library.shape(replace(plan, name="place 28")) is library.shape(replace(plan, name="place 28"))
 
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_first_looks_go_with_their_run(number: int) -> None:
-    from dashboards.model.first_stop_costs import first_looks
+    from dashboards.model.first_stop_costs import _FIRST_LOOKS, first_looks
 
     timeline = timeline_of(toy_run())
     frame = timeline.decisions[number - 1]
     assert first_looks(timeline, frame) is first_looks(timeline, frame)
-    assert list(timeline.first_looks) == [number]
+    kept = len(_FIRST_LOOKS)
+    del timeline
+    gc.collect()
+    assert len(_FIRST_LOOKS) == kept - 1
 
 
 def test_a_house_fits_its_window_although_the_browser_tells_of_an_older_camera(

@@ -15,7 +15,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from msgspec import structs
-from sample_logs import T0, toy_events, toy_info, toy_options
+from sample_logs import T0, record_run, toy_events, toy_info, toy_options
 
 from dashboards.capsule.write import capsule_page
 from dashboards.figures.cost_over_time import draw_cost_over_time
@@ -23,7 +23,6 @@ from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.now import now
 from dashboards.panels.plan import plan
-from recorders.run_recorder import record_run
 from recorders.spot.run.event_text import event_line
 from replayers.runs.run import read
 from workbench.cli import run as lios

@@ -16,6 +16,8 @@ IMPORTED_AS = {
     "foxglove-schemas-protobuf": "foxglove_schemas_protobuf",
     "mcap-protobuf-support": "mcap_protobuf",
     "mcap-ros2-support": "mcap_ros2",
+    "foxglove-sdk": "foxglove",
+    "rerun-sdk": "rerun",
     "bosdyn-client": "bosdyn",
     "bosdyn-api": "bosdyn",
     "unified-planning": "unified_planning",

@@ -9,7 +9,7 @@ import pytest
 
 from workbench.evaluation.figures.style import new_figure
 from workbench.evaluation.figures.task_bars import STRATEGY_COLOURS, draw_task_bars, strategy_styles
-from workbench.evaluation.tasks.names import file_name_of, scenario_title, shortened, strategy_title
+from workbench.evaluation.tasks.names import scenario_file_name, scenario_title, shortened, strategy_title
 from workbench.evaluation.tasks.table import markdown
 
 PLANNER = "command:/opt/$HOME/planner {domain} {problem} {plan} | tee $x"
@@ -43,7 +43,7 @@ def test_file_names_differ_and_fit() -> None:
         f"lios@{PLANNER}",
         "x" * 999,
     ]
-    files = [file_name_of(name) for name in names]
+    files = [scenario_file_name(name) for name in names]
     assert len(set(files)) == len(files)
     assert all(len(file) < 120 and "/" not in file for file in files)
     assert files[0] == "deliver-3"

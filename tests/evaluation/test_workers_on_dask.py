@@ -12,8 +12,9 @@ from collections.abc import Iterator
 import pytest
 from test_experiment import plain, request
 
+from workbench.evaluation.cluster import ClusterLost
 from workbench.evaluation.tasks.experiment import plan_trials, remaining_units, wanted_rows
-from workbench.evaluation.tasks.workers import ClusterLost, run_unit, run_units
+from workbench.evaluation.tasks.workers import run_unit, run_units
 
 pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]

@@ -18,7 +18,7 @@ from workbench.execution.events import (
     RunEnded,
     RunStatus,
 )
-from workbench.execution.loop import MAX_REFUSALS, outcome_of, run_task
+from workbench.execution.loop import MAX_REFUSALS, LoopOptions, outcome_of, run_task
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategy import Decision, View
 from workbench.planning.tasks import AllOf, Delivered, Task, find_task
@@ -224,7 +224,7 @@ def test_a_plan_that_goes_round_in_circles_meets_the_step_limit() -> None:
             EvenEstimator(),
             find_task(MUG, START),
             costs=SIMULATION_COSTS,
-            max_steps=7,
+            options=LoopOptions(max_steps=7),
         )
     )
     assert outcome_of(events).status is RunStatus.STEP_LIMIT
@@ -250,7 +250,14 @@ def test_a_plan_may_be_walked_in_part() -> None:
     )
     says = Says(replace(_decision(*steps), steps_now=1))
     events = list(
-        run_task(FakeWorld(), says, EvenEstimator(), find_task(MUG, START), costs=SIMULATION_COSTS, max_steps=7)
+        run_task(
+            FakeWorld(),
+            says,
+            EvenEstimator(),
+            find_task(MUG, START),
+            costs=SIMULATION_COSTS,
+            options=LoopOptions(max_steps=7),
+        )
     )
     acted = [e.step for e in events if isinstance(e, ActionEnded)]
     assert acted == [steps[0]], "the second decision begins where the first stopped, and its first step does not fit"
@@ -292,6 +299,10 @@ def test_what_is_loaded_once_is_not_charged_to_the_planning_budget() -> None:
 
     slow = SlowToLoad()
     world, strategy, task = FakeWorld(), InOrder((FRIDGE, COUNTER)), find_task(MUG, START)
-    events = list(run_task(world, strategy, slow, task, costs=SIMULATION_COSTS, stopwatch=lambda: slow.clock_s))
+    events = list(
+        run_task(
+            world, strategy, slow, task, costs=SIMULATION_COSTS, options=LoopOptions(stopwatch=lambda: slow.clock_s)
+        )
+    )
     assert outcome_of(events).status is RunStatus.DONE
     assert slow.calls == 1 + outcome_of(events).decision

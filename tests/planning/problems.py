@@ -105,6 +105,16 @@ def _find_costs(
     )
 
 
+def find_back() -> Problem:
+    """One place, where a missing mug is wanted: found and brought for 8, put down for 5."""
+    plan, travel = grid_place(np.array([(0, 0), (1, 0)]))
+    here, mug = travel.locations[:1], ItemType("Mug")
+    found = FindCosts(item_types=(mug,), origins=here, targets=here, metres=np.full((1, 1, 1), 8.0), kind="model")
+    knowledge = knowledge_at_start(plan, travel, {})
+    goal = Delivered(item_type=mug, at=here[0])
+    return problem_of(goal, knowledge, COSTS, locations=here, find_costs=found)
+
+
 def place_for(rng: np.random.Generator, locations: tuple[LocationId, ...]) -> LocationId:
     return locations[int(rng.integers(len(locations)))]
 

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import deliver_goal, random_problem
 
-from workbench.planning.builtin import solver as built_in
+from workbench.planning.builtin.attempts import attempts_of, sequential_plan
 from workbench.planning.builtin.greedy_order import errand_order
-from workbench.planning.builtin.solver import solve
+from workbench.planning.builtin.solver import _SearchState, solve
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import Problem, apply, holds, initial_state
 from workbench.planning.scenarios.paper import make_task
@@ -74,7 +74,7 @@ def test_errand_after_errand_is_a_plan_near_the_best(seed: int) -> None:
     types = ("Mug", "Egg", "Book", "Bowl")
     case = random_problem(deliver_goal(*types), types, seed=seed, places=6)
     best = solve(case).plan
-    tried = [built_in._sequential_plan(case, attempt) for attempt in built_in._attempts(case)[0]]
+    tried = [sequential_plan(case, attempt) for attempt in attempts_of(case)[0]]
     costs = [made[0] for made in tried if made is not None]
     assert best.cost - 1e-6 <= min(costs) <= 1.5 * best.cost + 1e-6
 
@@ -105,9 +105,9 @@ def test_a_plan_is_not_made_better_with_all_of_the_time_that_is_left() -> None:
         now[0] += 1.0
         return now[0]
 
-    run = built_in._SearchState(problem=case, deadline=100.0, enough=10.0, clock=clock, given=float("inf"))
+    run = _SearchState(problem=case, deadline=100.0, enough=10.0, clock=clock, given=float("inf"))
     now[0] = 50.0
     assert not run.is_late(), "without a plan all of it"
-    run.sequential_plan(built_in._attempts(case)[0][0])
+    run.sequential_plan(attempts_of(case)[0][0])
     assert run.best is not None
     assert run.is_late()

@@ -14,7 +14,9 @@ from toy import BED, toy_house, toy_plan, toy_travel
 from replayers.runs.run import read
 from workbench import cli
 from workbench.beliefs.belief import Belief
+from workbench.errors import BadValue
 from workbench.planning.builtin.solver import solve
+from workbench.planning.composed import Composed
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import Problem
 from workbench.planning.solvers.location_refinement import solve_widening
@@ -22,7 +24,7 @@ from workbench.planning.strategies import strategy
 from workbench.planning.strategy import View
 from workbench.planning.tasks import AllOf, Delivered, Task, goal_locations
 from workbench.search.costs import SIMULATION_COSTS
-from workbench.worlds.house import ItemType, LocationId
+from workbench.worlds.house import Item, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import knowledge_at_start
 
 CASES = {
@@ -103,3 +105,31 @@ def test_a_run_recorded_everywhere_says_what_is_proven(
         again = json.loads(capsys.readouterr().out)
         assert (again["note"], again["places"]) == (run.plans[0].note, places)
         assert again["cost"] == pytest.approx(run.plans[0].expected_cost, abs=1e-4)
+
+
+def test_a_solver_without_pruning_has_every_place_and_every_known_item() -> None:
+    """The cup that no goal asks for is an object too, and so are all containers; the plan is as cheap."""
+    knowledge = knowledge_at_start(toy_plan(), toy_travel(), {})
+    shelf = knowledge.unsearched[0]
+    knowledge = knowledge.seen(shelf, (Item(id=ItemId("cup"), type=ItemType("Cup")),))
+    types = (ItemType("Mug"),)
+    goal = Delivered(item_type=types[0], at=LocationId(BED))
+    task = Task(scenario="own", goal=goal, failure_cost=400.0, budget_s=60.0)
+    belief = Belief(
+        item_types=types,
+        containers=knowledge.unsearched,
+        probability=[[0.3] * len(knowledge.unsearched)],  # type: ignore[arg-type]
+        estimator="even",
+    )
+    view = View(knowledge=knowledge, belief=belief, task=task, costs=SIMULATION_COSTS, budget_s=60.0)
+    pruned, whole = (strategy(f"model-lios@{at}sas-lmcut") for at in ("", "everywhere-"))
+    assert isinstance(pruned, Composed)
+    assert isinstance(whole, Composed)
+    assert len(pruned.problem(view).locations) < len(knowledge.travel.locations)
+    assert set(whole.problem(view).locations) == set(knowledge.travel.locations)
+    assert [thing.type for thing in pruned.problem(view).things] == ["Mug"]
+    assert [thing.type for thing in whole.problem(view).things] == ["Mug", "Cup"]
+    assert whole.decide(view).plan.cost == pytest.approx(pruned.decide(view).plan.cost)
+    assert whole.name == "model-lios@everywhere-sas-lmcut"
+    with pytest.raises(BadValue, match="without pruning"):
+        strategy("oracle@everywhere-sas-lmcut", house=toy_house())

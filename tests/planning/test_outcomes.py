@@ -25,9 +25,11 @@ from workbench.plugins import NameOrigin
         (10, PlanStatus.NO_PLAN, "proven"),
         (11, PlanStatus.NO_PLAN, "proven"),
         (12, PlanStatus.SOLVER_FAILED, "did not prove"),
+        (20, PlanStatus.SOLVER_FAILED, "out of memory"),
         (22, PlanStatus.SOLVER_FAILED, "out of memory"),
         (21, PlanStatus.TIMED_OUT, "time limit"),
         (23, PlanStatus.TIMED_OUT, "time limit"),
+        (24, PlanStatus.TIMED_OUT, "time limit"),
         (0, PlanStatus.SOLVER_FAILED, "wrote no plan"),
     ],
 )

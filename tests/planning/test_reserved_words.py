@@ -1,4 +1,4 @@
-"""Tasks whose every name is a word of a planner's grammar are planned, by every planner that is installed."""
+"""Tasks whose every name is a word of a planner's grammar, or that need a find back, are planned by every planner."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from problems import COSTS, grid_place
+from problems import COSTS, find_back, grid_place
 
 from workbench.planning.plans import PlanStatus
 from workbench.planning.problem import Problem, problem_of
@@ -42,9 +42,8 @@ def task_of(words: tuple[str, ...]) -> Problem:
     )
     names = (travel.locations[0], *(LocationId(shelf.id) for shelf in shelves))
     knowledge = knowledge_at_start(plan, TravelCosts(locations=names, metres=travel.metres), {})
-    half = len(words) // 2
-    for shelf, held in ((shelves[0], words[:half]), (shelves[1], words[half:])):
-        items = tuple(Item(id=ItemId(w), type=ItemType("Mug" if i else "Book")) for i, w in enumerate(held))
+    for shelf, held, kind in ((shelves[0], words[::2], "Mug"), (shelves[1], words[1::2], "Book")):
+        items = tuple(Item(id=ItemId(word), type=ItemType(kind)) for word in held)
         knowledge = knowledge.seen(shelf.id, items)
     goal = AllOf(
         parts=(
@@ -61,6 +60,7 @@ def test_no_printed_object_is_a_word_of_a_grammar() -> None:
     assert not set(printed.names) & RESERVED
     assert all(re.fullmatch(r"[a-z][a-z0-9_]*", name) for name in printed.names)
     assert set(WORDS) <= set(printed.names.values())
+    assert len(printed.names) == len(WORDS) + len(PLACES) + 1, "items named as places are objects of their own"
 
 
 @pytest.mark.parametrize("name", ["pddl-blind", "pddl-ff-astar2"])
@@ -79,3 +79,19 @@ def test_every_engine_plans_a_task_of_reserved_words(engine: str, grammar: str) 
     problem = task_of(tuple(sorted(RESERVED_WORDS[grammar])))
     made = solver(f"up-{engine}").solve(problem, budget_s=60).plan
     assert made.status is PlanStatus.SOLVED, made.note
+
+
+@pytest.mark.parametrize("engine", [pytest.param(name, marks=pytest.mark.slow) for name in engines_here() or ()])
+def test_every_engine_plans_where_only_a_find_back_helps(engine: str) -> None:
+    """One place is known, and what is missing is to be brought there."""
+    made = solver(f"up-{engine}").solve(find_back(), budget_s=60).plan
+    assert made.status is PlanStatus.SOLVED, made.note
+    assert made.cost == pytest.approx(8 + COSTS.manipulation)
+
+
+def test_no_ground_action_deletes_what_it_adds() -> None:
+    """A find that ends where it began is an action of its own: what an action deletes and adds is not true to all."""
+    printed = pddl_of(find_back())
+    finds = [name.split() for name, step in printed.steps.items() if step is not None and step.action == "find"]
+    assert [words[0] for words in finds] == ["find-here"]
+    assert all(len(set(words)) == len(words) for words in map(str.split, printed.steps))

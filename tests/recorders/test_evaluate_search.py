@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,7 @@ def test_people_get_a_table_and_the_gain_over_the_paper(two_houses: Path, capsys
     assert run(["evaluate", "search", *args]) == 0
     shown = capsys.readouterr()
     assert "oracle gap closed" in shown.out
+    assert re.search(r"[+-]\d+\.\d %", shown.out), "shares read as signed percentages"
     assert "against lios" in shown.err
 
 

@@ -20,7 +20,7 @@ from mcap.reader import make_reader
 
 from workbench.beliefs.estimators import estimator
 from workbench.execution.events import ActionEnded, RunEnded
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place, place_from_json, task_from_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.strategies import strategy
@@ -180,8 +180,7 @@ def run_in(facts: LogFacts, world: Imagined, strategy_name: str, *, name_ids: in
             facts.task,
             costs=facts.costs,
             seed=facts.seed,
-            max_steps=MAX_STEPS,
-            stopwatch=lambda: 0.0,
+            options=LoopOptions(max_steps=MAX_STEPS, stopwatch=lambda: 0.0),
         )
     )
     ended = events[-1]

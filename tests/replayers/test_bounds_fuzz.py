@@ -27,8 +27,8 @@ from consistent_worlds import (
     run_in,
     world_around,
 )
+from sample_logs import record_run
 
-from recorders.run_recorder import record_run
 from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
@@ -36,7 +36,7 @@ from replayers.counterfactual.replay import replay_on
 from replayers.runs.run import read
 from workbench.beliefs.estimators import estimator
 from workbench.errors import Unsupported
-from workbench.execution.loop import run_task
+from workbench.execution.loop import LoopOptions, run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import goal_types
 from workbench.plugins import NameOrigin
@@ -130,7 +130,7 @@ def record_with_refusals(trial: Trial, log: Path) -> bool:
         trial.task,
         costs=trial.costs,
         seed=trial.seed,
-        stopwatch=lambda: 0.0,
+        options=LoopOptions(stopwatch=lambda: 0.0),
     )
     record_run(
         log,

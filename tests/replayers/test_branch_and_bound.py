@@ -12,17 +12,18 @@ import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item
 from toy_logs import BOOK, MUG, OPEN, PENCIL, Even, InOrder, delivered, fillings, task_of, toy_evidence
 
-from replayers.counterfactual.bounds.bounds import Bounds, Budget, Proof
+from replayers.counterfactual.bounds.bounds import Bounds, Budget
 from replayers.counterfactual.bounds.branch_and_bound import bounds_of
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.fast_strategy import fast_strategy
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.relevance import Assumptions, demand, imputed_items, relevance_of
-from replayers.counterfactual.run_tree import Assignment, RunTree, zero_clock
+from replayers.counterfactual.results import Assignment, Proof
+from replayers.counterfactual.run_tree import RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import RunStatus
-from workbench.execution.loop import outcome_of, run_task
+from workbench.execution.loop import LoopOptions, outcome_of, run_task
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.strategies import STRATEGIES, strategy, strategy_names
 from workbench.planning.strategy import Decision, Strategy, View
@@ -50,7 +51,9 @@ def tree_of(
     relevance = relevance_of(evidence, planner.relevant_types(evidence.task), assumptions or Assumptions())
     nearest = looks_nearest_first(planner, evidence.task.goal)
     free = looks_empty_handed(planner)
-    return RunTree(evidence, planner, Even(), relevance, merge=merge, nearest_first=nearest, empty_handed=free)
+    return RunTree(
+        evidence, planner, Even(), relevance, TreeOptions(merge=merge, nearest_first=nearest, empty_handed=free)
+    )
 
 
 def bounded(evidence: Evidence, planner: Strategy, budget: Budget = PLENTY, **options: object) -> Bounds:
@@ -60,7 +63,9 @@ def bounded(evidence: Evidence, planner: Strategy, budget: Budget = PLENTY, **op
 def cost_in(evidence: Evidence, planner: Strategy, world: dict[ContainerId, tuple[ItemType, ...]]) -> float:
     """The cost in one filling, by the closed loop from start to end."""
     filled = LoggedWorld(evidence, filling=lambda c, _: imputed_items(world[c], c))
-    events = run_task(filled, planner, Even(), evidence.task, costs=evidence.costs, stopwatch=zero_clock)
+    events = run_task(
+        filled, planner, Even(), evidence.task, costs=evidence.costs, options=LoopOptions(stopwatch=zero_clock)
+    )
     return outcome_of(list(events)).cost
 
 
@@ -248,8 +253,9 @@ def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
     for twist in (0,):
         believer = Whimsical(twist)
         tree = RunTree(
-            evidence, planner, believer, relevance, merge=True, steady=False,
-            reads_beliefs=uses_beliefs(planner, evidence.task.goal),
+            evidence, planner, believer, relevance, TreeOptions(
+                merge=True, steady=False, reads_beliefs=uses_beliefs(planner, evidence.task.goal)
+            ),
         )  # fmt: skip
         bounds = bounds_of(tree, budget=PLENTY)
         if_standing = bounds_of(tree, budget=PLENTY, whatever_is_believed=False)
@@ -261,7 +267,12 @@ def test_bounds_hold_whatever_else_open_containers_held_and_did_to_the_beliefs(
                     else imputed_items(w[c], c),
                 )  # fmt: skip
                 events = run_task(
-                    filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=zero_clock
+                    filled,
+                    planner,
+                    believer,
+                    evidence.task,
+                    costs=evidence.costs,
+                    options=LoopOptions(stopwatch=zero_clock),
                 )
                 cost = outcome_of(list(events)).cost
                 assert bounds.lower - 1e-9 <= cost <= bounds.upper + 1e-9
@@ -280,7 +291,14 @@ def test_a_strategy_that_is_said_to_ignore_beliefs_does(tmp_path: Path, name: st
         costs = set()
         for believer in (Even(), Whimsical(0), Whimsical(1), Whimsical(2)):
             filled = LoggedWorld(evidence, filling=lambda c, _, w=world: imputed_items(w[c], c))
-            events = run_task(filled, planner, believer, evidence.task, costs=evidence.costs, stopwatch=zero_clock)
+            events = run_task(
+                filled,
+                planner,
+                believer,
+                evidence.task,
+                costs=evidence.costs,
+                options=LoopOptions(stopwatch=zero_clock),
+            )
             costs.add(outcome_of(list(events)).cost)
         assert len(costs) == 1
 

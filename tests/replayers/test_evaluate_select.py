@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -58,8 +59,7 @@ def test_eliminations_are_checked_against_the_truth() -> None:
 
 def test_an_elimination_that_is_wrong_is_found() -> None:
     pool = drawn_pool(10)
-    turned = [(t, (t.true[2], t.true[0], t.true[1])) for t in pool]
-    liars = tuple(PoolTrial(house=t.house, scenario=t.scenario, seed=t.seed, true=x, seen=t.seen) for t, x in turned)
+    liars = tuple(replace(trial, true=(trial.true[2], trial.true[0], trial.true[1])) for trial in pool)
     assert check_eliminations(liars, trials=10, count=20, seed=0, sequences=1).wrong_by_proof > 0
 
 

@@ -12,13 +12,12 @@ from typing import Any
 import msgspec
 import pytest
 from fake_world import FakeWorld
-from sample_logs import T0, killed_toy_log, toy_info, toy_place
+from sample_logs import T0, killed_toy_log, record_run, toy_info, toy_place
 from toy import DESK, FRIDGE, TABLE, item
 from toy_logs import MUG, simulated_log
 
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
-from recorders.run_recorder import record_run
 from replayers.batch.replay_all import log_path
 from replayers.batch.store import replay_path
 from replayers.runs.run import read

@@ -12,15 +12,17 @@ from toy import BED, COUNTER, DESK, TABLE
 from toy_logs import InOrder, simulated_log, toy_run
 
 from recorders.simulated_run import TaskRequest, record_trial, trial_for
-from replayers.counterfactual.bounds.bounds import NEAR, Budget, Proof
+from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.logged_belief import LoggedBelief
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on, replay_strategy
+from replayers.counterfactual.results import Proof
 from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief
 from workbench.execution.events import BeliefUpdated, RunStatus
 from workbench.log_schema.codec import decode, encode, to_wire
 from workbench.log_schema.events import BeliefUpdate, Outcome
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.shipped import shipped_houses
@@ -84,7 +86,7 @@ def test_rounded_beliefs_make_nothing_exact_that_goes_by_them(tmp_path: Path) ->
     assert run.outcome is not None
     assert drove.exact
     assert drove.cost is not None
-    assert abs(drove.cost - run.outcome.cost) <= NEAR
+    assert abs(drove.cost - run.outcome.cost) <= NEAR_COST
 
 
 def test_a_recorded_cost_that_does_not_come_again_leaves_no_claim(tmp_path: Path) -> None:

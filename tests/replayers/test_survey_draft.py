@@ -35,8 +35,9 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from recorders.spot.client.control import Control
     from recorders.spot.record_session import session_info
     from recorders.spot.run.run import place_of
+    from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import session_task
-    from recorders.spot.run.world import RunSettings, SpotWorld
+    from recorders.spot.run.world import SpotWorld
     from recorders.spot.session.session import Rates, Session
     from workbench.search.costs import ROBOT_COSTS
     from workbench.worlds.sites.site import unsurveyed_site
@@ -119,3 +120,15 @@ def test_a_robot_that_stood_nowhere_leaves_nothing_to_draft(driven: Path, monkey
     monkeypatch.setattr(site_drafts, "DWELL_S", 3600.0)
     with pytest.raises(NothingToDraft, match="stood nowhere for 3600 s"):
         draft_site(driven)
+
+
+def test_tags_of_the_map_on_walls_and_docks_are_not_taken_for_items(driven: Path, tmp_path: Path) -> None:
+    draft = draft_site(driven)
+    assert set(draft.other_tags) == {540}, "it hangs at the start, where nothing stands"
+    assert not set(draft.tags) & set(draft.other_tags)
+    item = min(draft.tags)
+    told = draft_site(driven, map_tags=frozenset({item}))
+    assert set(told.other_tags) == {540, item}
+    text = write_draft(told, tmp_path / "home", name="home").read_text(encoding="utf-8")
+    assert "Tags left out" in text
+    assert f"Item|{item}" not in text

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 from fake_world import FakeWorld
-from sample_logs import T0, toy_info, toy_place, write_toy_log
+from sample_logs import T0, record_run, toy_info, toy_place, write_toy_log
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_house
 
-from recorders.run_recorder import record_run
 from replayers.counterfactual.evidence import Evidence, evidence_of
 from replayers.runs.run import Run, read
 from workbench.beliefs.belief import Belief

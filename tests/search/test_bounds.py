@@ -73,8 +73,8 @@ def test_the_correction_counts_the_containers_that_are_no_candidates(model: Beli
     belief, travel = line_world([0.4, 0.3, 0.2, 0.1])
     ends = {"origins": (START,), "targets": (START,), "costs": SIMULATION_COSTS, "belief_model": model}
     whole = expected_find_costs(belief, travel, limit=4, **ends)  # type: ignore[arg-type]
-    short = expected_find_costs(belief, travel, limit=2, ranking="worth", **ends)  # type: ignore[arg-type]
-    longer = corrected_find_costs(belief, travel, limit=2, ranking="worth", scale=1.0, **ends)  # type: ignore[arg-type]
+    short = expected_find_costs(belief, travel, limit=2, **ends)  # type: ignore[arg-type]
+    longer = corrected_find_costs(belief, travel, limit=2, scale=1.0, **ends)  # type: ignore[arg-type]
     assert price(short) < price(whole)
     assert price(longer) == pytest.approx(price(whole))
 
@@ -91,8 +91,8 @@ def test_the_correction_never_lowers_a_cost_and_changes_nothing_with_all_candida
         "costs": SIMULATION_COSTS,
         "belief_model": model,
     }
-    plain = expected_find_costs(belief, travel, limit=limit, ranking="worth", **ends)  # type: ignore[arg-type]
-    more = corrected_find_costs(belief, travel, limit=limit, ranking="worth", scale=1.0, **ends)  # type: ignore[arg-type]
+    plain = expected_find_costs(belief, travel, limit=limit, **ends)  # type: ignore[arg-type]
+    more = corrected_find_costs(belief, travel, limit=limit, scale=1.0, **ends)  # type: ignore[arg-type]
     assert (more.metres >= plain.metres - 1e-9).all()
     if len(p) <= limit:
         assert more.metres == pytest.approx(plain.metres)

@@ -15,7 +15,8 @@ from workbench.search.costs import SIMULATION_COSTS
 from workbench.search.policies.registry import POLICIES, policy
 from workbench.search.policy import SearchQuery, first_stop
 from workbench.search.remaining import BELIEF_MODELS, still_missing_by_subset
-from workbench.search.ties import RELATIVE, by_cost, first_least, first_of_least, ranked, tolerance
+from workbench.search.ties import by_cost, first_least, first_of_least, ranked, tolerance
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import START, ContainerId, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 

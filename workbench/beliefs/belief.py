@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
+from workbench.caches import PerObject
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class Belief:
     """Probabilities with their axes.
 
@@ -23,6 +24,7 @@ class Belief:
         probability: float64, shape (item types, containers), within [0, 1], read-only. Entry (o, c) is the
             probability that at least one instance of o is in c; rows need not add up to 1.
         estimator: the estimator with a short hash of its weights: "fcnn@1a2b3c4d".
+        p_detect: per item type, the chance that one look detects it where it is, in (0, 1]; empty for certain.
 
     Raises:
         BadValue: the shape does not match the axes, or an entry is not a probability.
@@ -30,23 +32,23 @@ class Belief:
 
     item_types: tuple[ItemType, ...]
     containers: tuple[ContainerId, ...]
-    probability: npt.NDArray[np.float64]
+    probability: Floats
     estimator: str
-    _only: dict[tuple[ItemType, ...], Belief] = field(
-        default_factory=dict[tuple[ItemType, ...], "Belief"], init=False, repr=False, compare=False
-    )
+    p_detect: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         p = np.array(self.probability, dtype=np.float64)
         shape = (len(self.item_types), len(self.containers))
         if p.shape != shape:
             raise BadValue("belief", p.shape, f"of shape {shape} (item types, containers)")
+        if self.p_detect and len(self.p_detect) != len(self.item_types):
+            raise BadValue("detection probabilities", len(self.p_detect), f"{len(self.item_types)}, one an item type")
         if p.size and not (p.min() >= 0 and p.max() <= 1):  # also true for nan
             raise BadValue("belief", "an entry that is no probability", "within [0, 1]")
         p.flags.writeable = False
         object.__setattr__(self, "probability", p)
 
-    def of(self, item_type: ItemType) -> npt.NDArray[np.float64]:
+    def of(self, item_type: ItemType) -> Floats:
         """The row of an item type, shape (containers,).
 
         Raises:
@@ -58,12 +60,26 @@ class Belief:
         """The belief restricted to some types, in the given order; types that it lacks get probability 0."""
         if item_types == self.item_types:
             return self
-        made = self._only.get(item_types)
-        if made is None:
-            rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
-            probability = np.array(rows).reshape(len(item_types), len(self.containers))
-            made = self._only[item_types] = replace(self, item_types=item_types, probability=probability)
-        return made
+        return _ONLY.of(self).get(item_types, lambda: self._restricted(item_types))
+
+    def _restricted(self, item_types: tuple[ItemType, ...]) -> Belief:
+        rows = [self.of(t) if t in self.item_types else np.zeros(len(self.containers)) for t in item_types]
+        probability = np.array(rows).reshape(len(item_types), len(self.containers))
+        return replace(
+            self,
+            item_types=item_types,
+            probability=probability,
+            p_detect=tuple(self.detects(t) for t in item_types) if self.p_detect else (),
+        )
+
+    def detects(self, item_type: ItemType) -> float:
+        """The chance that one look detects an item of that type where it is."""
+        certain = not self.p_detect or item_type not in self.item_types
+        return 1.0 if certain else self.p_detect[self.item_types.index(item_type)]
+
+
+_ONLY: PerObject[tuple[ItemType, ...], Belief] = PerObject(64)
+"""Restrictions of beliefs, each made once."""
 
 
 class Estimator(Protocol):

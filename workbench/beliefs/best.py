@@ -10,12 +10,12 @@ Training is in `best.py`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Floats32
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.context import FEATURES, NameOpinions, features, seen_types
 from workbench.beliefs.encoder import NameNotShipped, vectors_of
@@ -29,38 +29,32 @@ from workbench.beliefs.placements import (
 )
 from workbench.beliefs.trees import Trees, trees_from
 from workbench.beliefs.weights import Weights
+from workbench.caches import PerObject
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.names import usual_size_m
 
-Floats = npt.NDArray[np.float64]
-
 OPINION_CACHE_SIZE = 256
 """Number of (house, items) pairs whose name-based opinions are cached."""
+
+VECTOR_CACHE_SIZE = 10_000
 
 _CacheKey = tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], tuple[tuple[str, ...], ...], tuple[str, ...]]
 """Cache key: room kind, container type and room of each container; furniture of each room; and item types."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class NameModel:
     """Name-based opinions about a scene: looked-up placements, and similarities between names."""
 
     placements: Placements
-    _vectors: dict[str, npt.NDArray[np.float32] | None] = field(
-        default_factory=dict[str, "npt.NDArray[np.float32] | None"], repr=False
-    )
-    _formed: dict[_CacheKey, NameOpinions] = field(default_factory=dict["_CacheKey", NameOpinions], repr=False)
 
     def opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
         """Name-based opinions about items in all containers of a scene; only the similarities change between
         looks."""
         asked = (scene.kinds, scene.types, tuple(scene.room.tolist()), scene.stands, items)
-        if asked not in self._formed:
-            if len(self._formed) >= OPINION_CACHE_SIZE:
-                self._formed.clear()
-            self._formed[asked] = self._compute_opinions(scene, items)
-        return replace(self._formed[asked], likeness=self._similarity(items, seen_types(scene)))
+        formed = _OPINIONS.of(self).get(asked, lambda: self._compute_opinions(scene, items))
+        return replace(formed, likeness=self._similarity(items, seen_types(scene)))
 
     def _compute_opinions(self, scene: Scene, items: tuple[str, ...]) -> NameOpinions:
         known = self.placements
@@ -89,13 +83,18 @@ class NameModel:
         asked = np.array([zero if v is None else v for v in map(self._vector, items)], dtype=np.float64)
         return np.round(asked @ seen.T, DIGITS)
 
-    def _vector(self, name: str) -> npt.NDArray[np.float32] | None:
-        if name not in self._vectors:
-            try:
-                self._vectors[name] = vectors_of(self.placements.encoder, [name])[0]
-            except NameNotShipped:
-                self._vectors[name] = None
-        return self._vectors[name]
+    def _vector(self, name: str) -> Floats32 | None:
+        return _VECTORS.of(self).get(name, lambda: self._encoded(name))
+
+    def _encoded(self, name: str) -> Floats32 | None:
+        try:
+            return vectors_of(self.placements.encoder, [name])[0]
+        except NameNotShipped:
+            return None
+
+
+_OPINIONS: PerObject[_CacheKey, NameOpinions] = PerObject(OPINION_CACHE_SIZE)
+_VECTORS: PerObject[str, Floats32 | None] = PerObject(VECTOR_CACHE_SIZE)
 
 
 @final

@@ -9,15 +9,14 @@ cache where that cannot be written.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-Floats = npt.NDArray[np.float64]
+from workbench.arrays import Floats, Ints
 
 
 @njit(cache=True, nogil=True)
 def share_among_rivals(
-    rates: Floats, room: npt.NDArray[np.int64], nodes: Floats, weights: Floats
+    rates: Floats, room: Ints, nodes: Floats, weights: Floats
 ) -> Floats:  # pragma: no cover (compiled)
     """The probability of each container to hold an item that its room holds once, shape (items, containers).
 

@@ -8,12 +8,9 @@ cache where that cannot be written. Sums keep their order, so the same rows give
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
-Bins = npt.NDArray[np.uint8]
+from workbench.arrays import Floats, Ints32, Uints8
 
 BLOCK = 256
 """Rows evaluated together: their features fit into the second-level cache."""
@@ -23,7 +20,7 @@ MIN_GAIN = 1e-9
 
 
 @njit(cache=True, nogil=True)
-def walk(columns: Floats, feature: Ints, threshold: Floats, value: Floats) -> Floats:
+def walk(columns: Floats, feature: Ints32, threshold: Floats, value: Floats) -> Floats:
     """The sum of leaf values over all trees for each row, shape (rows,)."""
     count = columns.shape[1]
     trees, depth = feature.shape
@@ -44,8 +41,8 @@ def walk(columns: Floats, feature: Ints, threshold: Floats, value: Floats) -> Fl
 
 @njit(cache=True, nogil=True)
 def grow(
-    binned: Bins, slope: Floats, curve: Floats, columns: Ints, depth: int, ridge: float, bins: int
-) -> tuple[Ints, Ints, Floats]:
+    binned: Uints8, slope: Floats, curve: Floats, columns: Ints32, depth: int, ridge: float, bins: int
+) -> tuple[Ints32, Ints32, Floats]:
     """Grow one tree level by level; returns the feature and bin of each level and the value of each leaf.
 
     Args:
@@ -70,7 +67,9 @@ def grow(
 
 
 @njit(cache=True, nogil=True)
-def _sums(binned: Bins, slope: Floats, curve: Floats, columns: Ints, leaf: Ints, leaves: int, bins: int) -> Floats:
+def _sums(
+    binned: Uints8, slope: Floats, curve: Floats, columns: Ints32, leaf: Ints32, leaves: int, bins: int
+) -> Floats:
     """Sums of gradient and curvature by column, leaf and bin, shape (columns, leaves, bins, 2)."""
     sums = np.zeros((len(columns), leaves, bins, 2))
     for i in range(len(slope)):

@@ -14,14 +14,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.beliefs.observed_scene import ROOM_KINDS, Scene
 from workbench.beliefs.placement_mixture import MAX_RATE as MOST_RATE
 from workbench.beliefs.placement_mixture import MIN_RATE as LEAST_RATE
 from workbench.beliefs.placements import condition_on_existence
-
-Floats = npt.NDArray[np.float64]
 
 MIN_PROBABILITY = 1e-4
 """Probabilities are clipped to [LEAST, 1 - LEAST]."""

@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import AnyArray, Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.examples import Examples
-from workbench.beliefs.weights import Tensor, Weights
+from workbench.beliefs.weights import Weights
 from workbench.errors import BadValue, MalformedFile
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
-
-Floats = npt.NDArray[np.float64]
 
 PSEUDO_ITEM = 10.0
 PSEUDO_CONTAINER = 8.0
@@ -101,7 +99,7 @@ class CountsEstimator:
         return Belief(item_types=item_types, containers=unsearched, probability=probability, estimator=self.name)
 
 
-def counts_tensors(examples: Examples) -> dict[str, Tensor]:
+def counts_tensors(examples: Examples) -> dict[str, AnyArray]:
     """The tensors of a weights file of counts: the examples as name indices and two counts."""
     return {
         "triples": examples.triples.astype(np.int32),
@@ -136,6 +134,6 @@ def _share(held: Floats, seen: Floats, prior: Floats | float, pseudo: float) -> 
     return np.asarray((held + pseudo * prior) / (seen + pseudo))
 
 
-def _places(names: tuple[str, ...], wanted: tuple[str, ...]) -> npt.NDArray[np.intp]:
+def _places(names: tuple[str, ...], wanted: tuple[str, ...]) -> Indices:
     index = {name: i for i, name in enumerate(names)}
     return np.array([index.get(name, len(names)) for name in wanted], dtype=np.intp)

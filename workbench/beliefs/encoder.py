@@ -11,19 +11,18 @@ import importlib
 import importlib.util
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol, final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats32
 from workbench.beliefs.weights import VERSION, Header, Weights, read_weights, write_weights
+from workbench.caches import PerObject
 from workbench.errors import BadValue, InputError, MissingExtra
 from workbench.worlds.names import readable_name, vocabulary
-
-Vectors = npt.NDArray[np.float32]
 
 MINILM = "all-MiniLM-L6-v2"
 """The encoder whose vectors are shipped."""
@@ -40,7 +39,7 @@ class TextEncoder(Protocol):
         """The name of the encoder; weights trained with one encoder cannot be used with another."""
         ...
 
-    def encode(self, names: Sequence[str]) -> Vectors:
+    def encode(self, names: Sequence[str]) -> Floats32:
         """Vectors of readable names, float32, shape (names, dimensions), each of length 1."""
         ...
 
@@ -81,7 +80,7 @@ class SentenceTransformer:
     name: str
     model: Any
 
-    def encode(self, names: Sequence[str]) -> Vectors:
+    def encode(self, names: Sequence[str]) -> Floats32:
         vectors = self.model.encode(
             list(names), normalize_embeddings=True, show_progress_bar=False, convert_to_numpy=True
         )
@@ -89,7 +88,7 @@ class SentenceTransformer:
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class ShippedVectors:
     """A table of vectors, with a live encoder for names that are not in the table.
 
@@ -99,25 +98,30 @@ class ShippedVectors:
     """
 
     name: str
-    table: Mapping[str, Vectors]
-    _live: dict[str, Vectors] = field(default_factory=dict[str, Vectors], repr=False, compare=False)
+    table: Mapping[str, Floats32]
 
-    def encode(self, names: Sequence[str]) -> Vectors:
+    def encode(self, names: Sequence[str]) -> Floats32:
         """Vectors of readable names, float32, shape (names, dimensions).
 
         Raises:
             NameNotShipped: a name is not in the table and no live encoder is installed.
         """
-        strange = sorted({n for n in names if n not in self.table and n not in self._live})
-        if strange:
-            try:
-                encoder = live_encoder(self.name)
-            except MissingExtra:
-                raise NameNotShipped(strange[0]) from None
-            # One at a time: padding in a batch changes the last bits.
-            self._live.update({n: encoder.encode([n])[0].astype(np.float16).astype(np.float32) for n in strange})
-        rows = [self.table[n] if n in self.table else self._live[n] for n in names]
+        live = _LIVE.of(self)
+        strange = {n: live.get(n, lambda n=n: self._encoded(n)) for n in sorted(set(names)) if n not in self.table}
+        rows = [self.table[n] if n in self.table else strange[n] for n in names]
         return np.array(rows, dtype=np.float32).reshape(len(names), -1)
+
+    def _encoded(self, name: str) -> Floats32:
+        try:
+            encoder = live_encoder(self.name)
+        except MissingExtra:
+            raise NameNotShipped(name) from None
+        # One at a time: padding in a batch changes the last bits.
+        return encoder.encode([name])[0].astype(np.float16).astype(np.float32)
+
+
+_LIVE: PerObject[str, Floats32] = PerObject(10_000)
+"""Vectors of names that are not in a table."""
 
 
 @lru_cache(maxsize=4)
@@ -157,7 +161,7 @@ def text_encoder(name: str = MINILM) -> TextEncoder:
     return shipped_vectors() if name == MINILM else live_encoder(name)
 
 
-def vectors_of(encoder: TextEncoder, types: Sequence[str]) -> Vectors:
+def vectors_of(encoder: TextEncoder, types: Sequence[str]) -> Floats32:
     """Vectors of types and room kinds as houses spell them, shape (types, dimensions)."""
     return encoder.encode([generic_name(t) for t in types])
 

@@ -8,23 +8,25 @@ cached. Only the forward pass, in numpy: torch is needed for training alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.weights import Weights
+from workbench.caches import PerObject
 from workbench.worlds.house import ItemType
 from workbench.worlds.knowledge import Knowledge
-
-Floats = npt.NDArray[np.float64]
 
 ROLES = ("room", "container", "item")
 """The order of the three in the input, and their one-hot kinds."""
 
+Triple = tuple[str, str, str]
+"""Room kind, container type, item type."""
+FIRST_LAYER_CACHE_SIZE = 20_000
 CACHE_SIZE = 200_000
 """Number of cached triples; beyond it, the cache is emptied."""
 
@@ -36,7 +38,7 @@ Layer = tuple[Floats, Floats]
 
 
 @final
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class FcnnEstimator:
     """The network with its encoder.
 
@@ -49,8 +51,6 @@ class FcnnEstimator:
     name: str
     encoder: TextEncoder
     layers: tuple[Layer, ...]
-    _first: dict[tuple[str, str], Floats] = field(default_factory=dict[tuple[str, str], Floats], repr=False)
-    _known: dict[tuple[str, str, str], float] = field(default_factory=dict[tuple[str, str, str], float], repr=False)
 
     def believe(self, knowledge: Knowledge, item_types: tuple[ItemType, ...]) -> Belief:
         """The belief over unsearched containers.
@@ -68,35 +68,51 @@ class FcnnEstimator:
     def probabilities(self, places: Sequence[tuple[str, str]], items: Sequence[str]) -> Floats:
         """P(held), shape (items, places), of (room kind, container type) places."""
         distinct = sorted(set(places))
-        wanted = [(r, c, i) for r, c in distinct for i in sorted(set(items)) if (r, c, i) not in self._known]
-        if wanted:
-            self._cache_probabilities(wanted)
+        known = self._probabilities_of([(r, c, i) for r, c in distinct for i in sorted(set(items))])
         at = {place: k for k, place in enumerate(distinct)}
-        table = np.array([[self._known[r, c, i] for r, c in distinct] for i in items], dtype=np.float64)
+        table = np.array([[known[r, c, i] for r, c in distinct] for i in items], dtype=np.float64)
         return table.reshape(len(items), len(distinct))[:, [at[place] for place in places]]
 
-    def _cache_probabilities(self, triples: Sequence[tuple[str, str, str]]) -> None:
-        """Run the network on triples and cache the results."""
-        if len(self._known) + len(triples) > CACHE_SIZE:
-            self._known.clear()
+    def _probabilities_of(self, triples: Sequence[Triple]) -> dict[Triple, float]:
+        """The network's answers; those to triples that are remembered are not computed again."""
+        cache = _ANSWERS.of(self)
+        found = {triple: answer for triple in triples if (answer := cache.find(triple)) is not None}
+        wanted = [triple for triple in triples if triple not in found]
+        if wanted:
+            answers = self._run(wanted)
+            found.update(answers)
+            for triple, answer in answers.items():
+                cache.put(triple, answer)
+        return found
+
+    def _run(self, triples: Sequence[Triple]) -> dict[Triple, float]:
         columns = [self._first_layer(role, [t[k] for t in triples]) for k, role in enumerate(ROLES)]
         hidden = columns[0] + columns[1] + columns[2] + self.layers[0][1]
         for weight, bias in self.layers[1:]:
             hidden = np.maximum(hidden, 0.0) @ weight.T + bias
         probability = np.round(1.0 / (1.0 + np.exp(-np.clip(hidden[:, 0], -30.0, 30.0))), DIGITS)
-        self._known.update(zip(triples, probability.tolist(), strict=True))
+        return dict(zip(triples, probability.tolist(), strict=True))
 
     def _first_layer(self, role: str, names: Sequence[str]) -> Floats:
         """The contribution of each name in a role to the first layer, shape (names, hidden)."""
-        strange = sorted({n for n in names if (role, n) not in self._first})
+        cache = _FIRST_LAYERS.of(self)
+        rows = {n: row for n in names if (row := cache.find((role, n))) is not None}
+        strange = sorted({n for n in names if n not in rows})
         if strange:
             width = self.layers[0][0].shape[1] // len(ROLES)
             k = ROLES.index(role)
             block = self.layers[0][0][:, k * width : (k + 1) * width]
             one_hot = np.tile(np.eye(len(ROLES))[k], (len(strange), 1))
             inputs = np.concatenate([vectors_of(self.encoder, strange).astype(np.float64), one_hot], axis=1)
-            self._first.update({(role, n): row for n, row in zip(strange, inputs @ block.T, strict=True)})
-        return np.array([self._first[role, n] for n in names])
+            for n, row in zip(strange, inputs @ block.T, strict=True):
+                rows[n] = row
+                cache.put((role, n), row)
+        return np.array([rows[n] for n in names])
+
+
+_ANSWERS: PerObject[Triple, float] = PerObject(CACHE_SIZE)
+_FIRST_LAYERS: PerObject[tuple[str, str], Floats] = PerObject(FIRST_LAYER_CACHE_SIZE)
+"""By role and name."""
 
 
 def fcnn_from(weights: Weights) -> FcnnEstimator:

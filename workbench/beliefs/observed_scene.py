@@ -9,13 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats, Ints
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.knowledge import Knowledge
-
-Floats = npt.NDArray[np.float64]
 
 ROOM_KINDS = ("Bathroom", "Bedroom", "Kitchen", "LivingRoom")
 """ProcTHOR's room kinds; other kinds have no feature of their own."""
@@ -38,12 +36,12 @@ class Scene:
 
     kinds: tuple[str, ...]
     types: tuple[str, ...]
-    room: npt.NDArray[np.int64]
+    room: Ints
     size_m: Floats
     rooms: tuple[str, ...]
     room_m2: Floats
     stands: tuple[tuple[str, ...], ...]
-    open: npt.NDArray[np.bool_]
+    open: Bools
     seen: tuple[tuple[str, ...] | None, ...]
 
 

@@ -17,13 +17,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.beliefs.examples import room_kinds
 from workbench.beliefs.observed_scene import furniture_types
 from workbench.worlds.house import House, RoomId
-
-Floats = npt.NDArray[np.float64]
 
 MIN_RATE, MAX_RATE = 1e-6, 0.9
 """Rates are clipped to [LEAST, MOST]."""
@@ -298,7 +296,7 @@ def _membership(
 
 
 def _prior_strengths(
-    kinds: Kinds, stood: Floats, at: npt.NDArray[np.intp], place: npt.NDArray[np.intp], how: FitSettings
+    kinds: Kinds, stood: Floats, at: Indices, place: Indices, how: FitSettings
 ) -> list[tuple[int, int, Floats]]:
     """The prior pseudo-finds of each kind and closeness at each find, shape (kinds, closenesses, finds)."""
     scale = stood @ kinds.rate.T

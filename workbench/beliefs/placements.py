@@ -9,13 +9,13 @@ rivals.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial.legendre import leggauss
 
+from workbench.arrays import AnyArray, Floats, Ints
 from workbench.beliefs.encoder import TextEncoder, text_encoder, vectors_of
 from workbench.beliefs.placement_mixture import (
     MAX_RATE,
@@ -28,11 +28,11 @@ from workbench.beliefs.placement_mixture import (
     rates_of,
     tally,
 )
-from workbench.beliefs.weights import Tensor, Weights
+from workbench.beliefs.weights import Weights
+from workbench.caches import PerObject
 from workbench.errors import MalformedFile
+from workbench.tolerances import NEAR_PROBABILITY
 from workbench.worlds.house import House
-
-Floats = npt.NDArray[np.float64]
 
 _RULE = leggauss(6)
 NODES, NODE_WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
@@ -44,7 +44,7 @@ UNKNOWN_DUPLICATE_PROBABILITY = 0.15
 SEVERAL, HELD, STOOD, USUAL, RATES = "several", "often", "stood", "usual", "rates"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class Placements:
     """Placement statistics of item types by name.
 
@@ -70,11 +70,10 @@ class Placements:
     kinds: tuple[Kinds, ...]
     encoder: TextEncoder
     how: FitSettings = field(default_factory=FitSettings)
-    _item_at: dict[str, int] = field(default_factory=dict[str, int], repr=False)
-    _strange: dict[str, Floats] = field(default_factory=dict[str, "Floats"], repr=False)
+    _item_at: Mapping[str, int] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        self._item_at.update({name: k for k, name in enumerate(self.items)})
+        object.__setattr__(self, "_item_at", {name: k for k, name in enumerate(self.items)})
 
     def places(self, kinds: Sequence[str], types: Sequence[str]) -> tuple[list[int], list[int]]:
         """Place indices of containers, given by room kind and container type."""
@@ -104,12 +103,18 @@ class Placements:
         """Rates of one type in every kind of place, shape (rooms + 1, containers + 1)."""
         if name in self._item_at:
             return self.rates[self._item_at[name]]
-        if name not in self._strange:
-            vector = vectors_of(self.encoder, [name]).astype(np.float64)
-            stood = self.stood.reshape(1, -1)
-            runs = [rates_of(np.zeros_like(stood), stood, vector, kinds, self.how) for kinds in self.kinds]
-            self._strange[name] = np.mean(runs, axis=0).reshape(self.stood.shape)
-        return self._strange[name]
+        return _STRANGE.of(self).get(name, lambda: self._of_strange(name))
+
+    def _of_strange(self, name: str) -> Floats:
+        """Rates of a type that was in no training house, by its name alone."""
+        vector = vectors_of(self.encoder, [name]).astype(np.float64)
+        stood = self.stood.reshape(1, -1)
+        runs = [rates_of(np.zeros_like(stood), stood, vector, kinds, self.how) for kinds in self.kinds]
+        return np.mean(runs, axis=0).reshape(self.stood.shape)
+
+
+_STRANGE: PerObject[str, Floats] = PerObject(2_000)
+"""Rates of types that were in no training house."""
 
 
 def placements_from(
@@ -143,7 +148,7 @@ def placements_from(
     )
 
 
-def condition_on_existence(rates: Floats, several: Floats, room: npt.NDArray[np.int64]) -> Floats:
+def condition_on_existence(rates: Floats, several: Floats, room: Ints) -> Floats:
     """The probability of each container to hold an item type, given that one of them does.
 
     Args:
@@ -162,7 +167,7 @@ def condition_on_existence(rates: Floats, several: Floats, room: npt.NDArray[np.
 
 
 def exclude_furniture_rooms(
-    rates: Floats, several: Floats, items: Sequence[str], room: npt.NDArray[np.int64], stands: Sequence[Sequence[str]]
+    rates: Floats, several: Floats, items: Sequence[str], room: Ints, stands: Sequence[Sequence[str]]
 ) -> Floats:
     """Rates adjusted for rooms that have an item type as furniture: an item that a room has once is then not in its
     containers.
@@ -178,7 +183,7 @@ def exclude_furniture_rooms(
     return np.where(there, np.maximum(rates * several[:, None], MIN_RATE), rates)
 
 
-def share_among_rivals_numpy(rates: Floats, room: npt.NDArray[np.int64]) -> Floats:
+def share_among_rivals_numpy(rates: Floats, room: Ints) -> Floats:
     """The probability of each container to hold an item that its room has once, shape (items, containers).
 
     One of the willing containers is drawn: rate times E[1 / (1 + willing rivals)], which is the integral over x in
@@ -207,7 +212,7 @@ def usual_types(houses: Sequence[House], found: Tally) -> Floats:
     return (total + 5 * by_type) / (count + 5)
 
 
-def placements_tensors(placements: Placements) -> dict[str, Tensor]:
+def placements_tensors(placements: Placements) -> dict[str, AnyArray]:
     """The tensors of a weights file."""
     kinds = placements.kinds
     return {
@@ -244,7 +249,12 @@ def placements_of(weights: Weights) -> Placements:
     rates = weights.tensor(RATES, len(items), *shape).astype(np.float64)
     several, often = (weights.tensor(name, len(items)).astype(np.float64) for name in (SEVERAL, HELD))
     stood, usual = (weights.tensor(name, *shape).astype(np.float64) for name in (STOOD, USUAL))
-    chances = (rates <= 0).any() or (rates > MAX_RATE + 1e-6).any() or (several < 0).any() or (several > 1).any()
+    chances = (
+        (rates <= 0).any()
+        or (rates > MAX_RATE + NEAR_PROBABILITY).any()
+        or (several < 0).any()
+        or (several > 1).any()
+    )
     if chances or (rate <= 0).any() or (weight <= 0).any() or min(often.min(), stood.min(), usual.min()) < 0:
         raise MalformedFile(weights.path, "counts or rates that cannot be", "Train it again with lios train")
     return Placements(

@@ -12,13 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from workbench.beliefs.weights import Tensor, Weights
+from workbench.arrays import AnyArray, Floats, Ints32
+from workbench.beliefs.weights import Weights
 from workbench.errors import MalformedFile
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
 
 MAX_DEPTH = 12
 
@@ -33,7 +30,7 @@ class Trees:
         value: float64, shape (trees, 2**depth), the value of each leaf.
     """
 
-    feature: Ints
+    feature: Ints32
     threshold: Floats
     value: Floats
 
@@ -54,7 +51,7 @@ def joined(trees: Sequence[Trees]) -> Trees:
     )
 
 
-def trees_tensors(trees: Trees) -> dict[str, Tensor]:
+def trees_tensors(trees: Trees) -> dict[str, AnyArray]:
     """The tensors of a weights file."""
     return {
         "trees.feature": trees.feature,

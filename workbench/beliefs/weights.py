@@ -15,17 +15,16 @@ from typing import Any
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import AnyArray
 from workbench.errors import FileMissing, MalformedFile
+from workbench.files import write_atomically
 
 VERSION = 1
 """Version of the tensors' meaning."""
 
 MAX_BYTES = 64 * 2**20
 """A weights file beyond this is refused before it is read."""
-
-Tensor = npt.NDArray[Any]
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True):
@@ -57,7 +56,7 @@ class Weights:
     """A weights file in memory: its header, its tensors (read-only), and the hash of its bytes."""
 
     header: Header
-    tensors: Mapping[str, Tensor]
+    tensors: Mapping[str, AnyArray]
     sha256: str
     path: Path
 
@@ -66,7 +65,7 @@ class Weights:
         """The estimator with a short hash: "fcnn@1a2b3c4d"."""
         return f"{self.header.estimator}@{self.sha256[:8]}"
 
-    def tensor(self, name: str, *shape: int | None) -> Tensor:
+    def tensor(self, name: str, *shape: int | None) -> AnyArray:
         """A tensor, checked to be numeric, finite and of this shape (None matches any length).
 
         Raises:
@@ -98,7 +97,7 @@ class Weights:
             raise MalformedFile(self.path, f"its vocabulary of {setting} is empty or repeats a name", _TRAIN)
         return names
 
-    def layers(self, prefix: str, width: int) -> tuple[tuple[Tensor, Tensor], ...]:
+    def layers(self, prefix: str, width: int) -> tuple[tuple[AnyArray, AnyArray], ...]:
         """Layers of a network with one output, "<prefix>0.weight", "<prefix>0.bias", ..., as float64.
 
         Raises:
@@ -107,7 +106,7 @@ class Weights:
         count = sum(name.startswith(prefix) and name.endswith(".weight") for name in self.tensors)
         if not 1 <= count <= 16:
             raise MalformedFile(self.path, f"holds {count} layers {prefix!r}", _TRAIN)
-        found: list[tuple[Tensor, Tensor]] = []
+        found: list[tuple[AnyArray, AnyArray]] = []
         for k in range(count):
             weight = self.tensor(f"{prefix}{k}.weight", None, width).astype(np.float64)
             found.append((weight, self.tensor(f"{prefix}{k}.bias", len(weight)).astype(np.float64)))
@@ -117,14 +116,14 @@ class Weights:
         return tuple(found)
 
 
-def write_weights(path: Path, header: Header, tensors: Mapping[str, Tensor]) -> Weights:
+def write_weights(path: Path, header: Header, tensors: Mapping[str, AnyArray]) -> Weights:
     """Write a weights file; the same header and tensors give the same bytes."""
     from safetensors.numpy import save
 
     entry = msgspec.json.encode(header, order="sorted").decode()
     data = save({k: np.ascontiguousarray(tensors[k]) for k in sorted(tensors)}, metadata={_ENTRY: entry})
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
+    write_atomically(path, data)
     return read_weights(path)
 
 
@@ -173,7 +172,7 @@ def _header(path: Path, data: bytes) -> Header:
         raise MalformedFile(path, f"its header cannot be read ({error})", _TRAIN) from None
 
 
-def _tensors(path: Path, data: bytes) -> Mapping[str, Tensor]:
+def _tensors(path: Path, data: bytes) -> Mapping[str, AnyArray]:
     from safetensors import SafetensorError
     from safetensors.numpy import load
 

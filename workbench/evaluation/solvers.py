@@ -11,10 +11,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, final
 
-from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.evaluation.tasks.trials import PreparedTrial
 from workbench.execution.events import PlanMade
-from workbench.execution.loop import run_task
 from workbench.planning.builtin.solver import SolverResult
 from workbench.planning.composed import Composed
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
@@ -25,7 +23,6 @@ from workbench.planning.solvers.protocol import Solver
 from workbench.planning.solvers.registry import solver as solver_named
 from workbench.planning.strategies import strategy as strategy_named
 from workbench.plugins import NameOrigin, installed_module
-from workbench.worlds.simulated import SimulatedWorld
 
 STRATEGY = "model-lios"
 """Whose find costs price the problems."""
@@ -77,12 +74,7 @@ def first_problem(trial: PreparedTrial, *, estimator: str = "fcnn") -> Problem |
     kept = _Kept()
     made = strategy_named(STRATEGY, origin=NameOrigin.LOG)
     assert isinstance(made, Composed)
-    world = SimulatedWorld(trial.house, trial.navigation, known=trial.known)
-    believer = estimator_named(estimator, origin=NameOrigin.USER)
-    events = run_task(
-        world, replace(made, solver=kept), believer, trial.task, costs=trial.costs, seed=trial.key.seed % 2**31
-    )
-    for event in events:
+    for event in trial.events(replace(made, solver=kept), estimator):
         if isinstance(event, PlanMade):
             break
     return kept.problem

@@ -14,7 +14,7 @@ from workbench.planning.plans import PlanStep
 from workbench.planning.strategy import Decision
 from workbench.search.find_costs import FindCosts
 from workbench.worlds.geometry import Point, Pose
-from workbench.worlds.house import ContainerId, Item, ItemId, LocationId
+from workbench.worlds.house import ContainerId, Item, ItemId, ItemType, LocationId
 
 
 class RunStatus(StrEnum):
@@ -37,8 +37,35 @@ class RunStatus(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LookMade:
+    """How one look was made.
+
+    Attributes:
+        number: which look into this container it is, from 1.
+        viewpoint: where the robot stood; None where that is not known.
+        in_view: the containers that were in view.
+        duration_s: how long it looked.
+        detector: what detected; empty where it has no name.
+        p_detect: per item type that matters to the task, the chance that the look detects it where it is.
+        source: where these come from: assumed, calibrated, site.
+    """
+
+    number: int
+    viewpoint: Pose | None
+    in_view: tuple[ContainerId, ...]
+    duration_s: float
+    detector: str
+    p_detect: tuple[tuple[ItemType, float], ...]
+    source: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ContainerObserved:
-    """The contents of a container became known; `known_at_start` if before the run began."""
+    """The contents of a container became known; `known_at_start` if before the run began.
+
+    `opened_by` says who opened closed furniture for the look; "" where nothing had to be opened or it is not known.
+    `look` says how it was looked, where looks can miss; None where they show everything.
+    """
 
     stamp_ns: int
     decision: int
@@ -47,6 +74,8 @@ class ContainerObserved:
     robot_at: LocationId
     known_at_start: bool = False
     support: str = ""
+    opened_by: str = ""
+    look: LookMade | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +107,10 @@ class PlanMade:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionEnded:
-    """An action ended; `cost` is 0 if it was refused before it began, which `success` tells."""
+    """An action ended; `cost` is 0 if it was refused before it began, which `success` tells.
+
+    `item_remains` says of a failed pick that the item is still where it was.
+    """
 
     stamp_ns: int
     decision: int
@@ -93,6 +125,7 @@ class ActionEnded:
     items: tuple[ItemId, ...] = ()
     reason: str = ""
     support: str = ""
+    item_remains: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
+from workbench.beliefs.after_looks import after_looks
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import (
     ActionEnded,
@@ -18,12 +19,14 @@ from workbench.execution.events import (
     ContainerObserved,
     Event,
     FindCostsUpdated,
+    LookMade,
     PlanMade,
     RunEnded,
     RunStatus,
 )
 from workbench.execution.goal_check import is_met
 from workbench.execution.legality import illegality_reason
+from workbench.execution.looking_again import worth_another_look
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
 from workbench.planning.scenarios.added_items import believe_scenario_items
@@ -33,12 +36,31 @@ from workbench.planning.warm import warm_up
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import START, ContainerId, Item, ItemId, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
+from workbench.worlds.perception import PERFECT, Perception
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog, World
 
 MAX_REFUSALS = 3
 """Number of refusals of the same step that end the run."""
 
+NS_PER_S = 1_000_000_000
+
 Stopwatch = Callable[[], float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopOptions:
+    """How far a run goes, where it begins, and what its planning times are measured by.
+
+    Attributes:
+        max_steps: actions after which the run ends with STEP_LIMIT.
+        stopwatch: time source in seconds for planning times; all other stamps come from the world's clock.
+        begin_with: knowledge to continue from, in a world in the same state, instead of the start; earlier
+            observations are not reported again.
+    """
+
+    max_steps: int = 500
+    stopwatch: Stopwatch = time.perf_counter
+    begin_with: Knowledge | None = None
 
 
 def run_task(
@@ -49,11 +71,10 @@ def run_task(
     *,
     costs: ActionCosts,
     seed: int = 0,
-    max_steps: int = 500,
-    stopwatch: Stopwatch = time.perf_counter,
-    begin_with: Knowledge | None = None,
+    options: LoopOptions = LoopOptions(),
+    perception: Perception = PERFECT,
 ) -> Iterator[Event]:
-    """Run one task in one world with one strategy; yields events, the last of which is Ended.
+    """Run one task in one world with one strategy; yields events, the last of which is RunEnded.
 
     Args:
         world: the environment: simulation, robot, or log.
@@ -62,19 +83,18 @@ def run_task(
         task: the goal, its failure cost and its planning budget.
         costs: action costs; moves cost their distance in metres.
         seed: passed to the strategy with every view.
-        max_steps: actions after which the run ends with STEP_LIMIT.
-        stopwatch: time source in seconds for planning times; all other stamps come from the world's clock.
-        begin_with: knowledge to continue from, in a world in the same state, instead of the start; earlier
-            observations are not reported again.
+        options: limits and clocks of the run.
+        perception: how surely a look shows what is there, as the robot believes it. Where looks can miss, containers
+            may be looked into again (looking_again.py).
     """
-    return _Run(world, strategy, estimator, task, costs, seed, max_steps, stopwatch, begin_with).events()
+    return _Run(world, strategy, estimator, task, costs, seed, options, perception).events()
 
 
 def outcome_of(events: list[Event]) -> RunEnded:
     """The final event of a run.
 
     Raises:
-        ValueError: the events contain no Ended.
+        ValueError: the events contain no RunEnded.
     """
     for event in reversed(events):
         if isinstance(event, RunEnded):
@@ -92,9 +112,8 @@ class _Run:
     task: Task
     costs: ActionCosts
     seed: int
-    max_steps: int
-    stopwatch: Stopwatch
-    begin_with: Knowledge | None = None
+    options: LoopOptions
+    perception: Perception = PERFECT
     knowledge: Knowledge = field(init=False)
     decision: int = 0
     steps: int = 0
@@ -118,8 +137,8 @@ class _Run:
         yield self.ended
 
     def _start(self) -> Iterator[Event]:
-        if self.begin_with is not None:
-            self.knowledge = self.begin_with
+        if self.options.begin_with is not None:
+            self.knowledge = self.options.begin_with
             self._warm_up()
             return
         known = self.world.known_at_start()
@@ -142,12 +161,15 @@ class _Run:
 
     def _decide_and_act(self) -> Iterator[Event]:
         self.decision += 1
-        began = self.stopwatch()
+        again = worth_another_look(self.knowledge, self.perception, self.task, self.strategy)
+        self.knowledge = self.knowledge.with_another_look_at(again)
+        began = self.options.stopwatch()
         believed_types = self.strategy.relevant_types(self.task)
         belief = believe_scenario_items(
             self.estimator.believe(self.knowledge, believed_types), self.task, self.knowledge.plan
         )
-        believed = self.stopwatch()
+        belief = after_looks(belief, self.knowledge, self.perception)
+        believed = self.options.stopwatch()
         made = self.strategy.decide(
             View(
                 knowledge=self.knowledge,
@@ -156,9 +178,10 @@ class _Run:
                 costs=self.costs,
                 budget_s=self.task.budget_s - self.planning_s,
                 seed=self.seed,
+                perception=self.perception,
             )
         )
-        planned = self.stopwatch()
+        planned = self.options.stopwatch()
         self.planning_s += planned - began
         stamp = self.world.now_ns()
         yield BeliefUpdated(stamp_ns=stamp, decision=self.decision, belief=belief)
@@ -230,9 +253,11 @@ class _Run:
             self.knowledge = self.knowledge.shut(container)
             self.reason = f"could not search {container}: {answer.reason}"
             return
-        self.knowledge = self.knowledge.seen(container, answer.items)
+        again = container in self.knowledge.first_seen
+        before, self.knowledge = self.knowledge, self.knowledge.seen(container, answer.items)
         found = sorted({item.type for item in answer.items if item.type in sought})
-        seen = f"found {', '.join(found)} in {container}" if found else f"searched {container}"
+        searched = f"searched {container}{' again' if again else ''}"
+        seen = f"found {', '.join(found)} in {container}" if found else searched
         self.reason = f"{seen} ({why})" if why else seen
         yield ContainerObserved(
             stamp_ns=answer.end_ns,
@@ -241,6 +266,22 @@ class _Run:
             items=answer.items,
             robot_at=place,
             support=answer.support,
+            opened_by=answer.opened_by,
+            look=self._how_looked(answer, before.looks(container) + 1),
+        )
+
+    def _how_looked(self, answer: LookResult, number: int) -> LookMade | None:
+        """How it looked, where looks can miss."""
+        if self.perception.perfect:
+            return None
+        return LookMade(
+            number=number,
+            viewpoint=self.world.paths.standing_pose(LocationId(answer.container)),
+            in_view=(answer.container,),
+            duration_s=(answer.end_ns - answer.start_ns) / NS_PER_S,
+            detector=self.perception.detector,
+            p_detect=tuple((t, self.perception.of(t)) for t in relevant_types(self.task.goal)),
+            source=self.perception.source,
         )
 
     def _act(self, step: PlanStep) -> Generator[Event, None, bool]:
@@ -274,10 +315,10 @@ class _Run:
             self.knowledge = knowledge.with_facts(facts_after(step, knowledge.facts))
 
     def _refused(self, step: PlanStep, answer: ActionRefused) -> None:
-        """Update the knowledge after a refusal: an item is not there, or a container is unreachable."""
+        """Update the knowledge after a refusal: an item is gone, or a container is unreachable."""
         if answer.at is not None:
             self.knowledge = self.knowledge.moved(answer.at)
-        if step.action == "pick":
+        if step.action == "pick" and not answer.item_remains:
             self.knowledge = self.knowledge.without_item(step.items[0])
         elif step.action == "move" and step.target in self.knowledge.unsearched:
             self.knowledge = self.knowledge.shut(ContainerId(step.target))
@@ -294,8 +335,8 @@ class _Run:
         self.cost += charged
         self.travel_m += travel
         self.steps += 1
-        if self.steps >= self.max_steps and self.ended is None:
-            self._end(RunStatus.STEP_LIMIT, f"{self.max_steps} actions without meeting the goal")
+        if self.steps >= self.options.max_steps and self.ended is None:
+            self._end(RunStatus.STEP_LIMIT, f"{self.options.max_steps} actions without meeting the goal")
         return ActionEnded(
             stamp_ns=answer.end_ns,
             decision=self.decision,
@@ -310,6 +351,7 @@ class _Run:
             items=step.items,
             reason=answer.reason if isinstance(answer, ActionRefused) else "",
             support="" if isinstance(answer, ActionRefused) else answer.support,
+            item_remains=isinstance(answer, ActionRefused) and answer.item_remains,
         )
 
     def _end(self, status: RunStatus, reason: str, *, unseen: ContainerId | None = None) -> None:

@@ -1,14 +1,53 @@
-"""A seeded choice of the containers whose contents the robot knows at the start: at most 20 % of all."""
+"""The start of a task in a house: its items, and the containers that the robot knows, at most 20 % of all."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.errors import BadValue
-from workbench.worlds.house import ContainerId, FloorPlan
+from workbench.planning.scenarios.paper import make_task, with_scenario_items
+from workbench.planning.tasks import Task
+from workbench.worlds.house import ContainerId, FloorPlan, House
+from workbench.worlds.travel import TravelCosts
 
 MAX_KNOWN_SHARE = 0.2
 """At most this share of the containers is known at the start (docs/architecture.md)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskStart:
+    """A task in a house, before its first step.
+
+    Attributes:
+        house: the truth, with what the scenario adds.
+        known: containers whose contents the robot knows.
+    """
+
+    house: House
+    task: Task
+    known: tuple[ContainerId, ...]
+
+
+def scenario_start(
+    scenario: str, house: House, *, seed: int, travel: TravelCosts | None = None, most_known: float = MAX_KNOWN_SHARE
+) -> TaskStart:
+    """The start of a scenario in a house; the same seed gives the same.
+
+    Args:
+        scenario: a name of the paper's, or a scenario file.
+        travel: if given, the task names only what can be reached.
+        most_known: largest share of containers known at the start.
+
+    Raises:
+        UnknownName: no such scenario.
+        ScenarioUnsupported: the house lacks something.
+    """
+    house = with_scenario_items(scenario, house, seed=seed)
+    task = make_task(scenario, house, seed=seed, travel=travel)
+    known = known_at_start(house.plan, rng=np.random.default_rng(seed), most=most_known)
+    return TaskStart(house=house, task=task, known=known)
 
 
 def known_at_start(

@@ -15,8 +15,8 @@ from typing import cast
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import Malformed
 from workbench.execution.events import (
     ActionEnded,
@@ -24,6 +24,7 @@ from workbench.execution.events import (
     ContainerObserved,
     Event,
     FindCostsUpdated,
+    LookMade,
     PlanMade,
     RunEnded,
 )
@@ -34,6 +35,7 @@ from workbench.log_schema.events import (
     DomainEvent,
     FindCosts,
     GroundTruth,
+    HowLooked,
     Observation,
     Outcome,
     PlanComputed,
@@ -66,7 +68,7 @@ class UnknownTopic(Malformed):
 
 
 OPTIONAL: Mapping[type[msgspec.Struct], tuple[str, ...]] = MappingProxyType(
-    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",)}
+    {PlanComputed: ("expected_cost", "lower_bound"), Outcome: ("unseen",), Observation: ("look",)}
 )
 """Fields that may be None."""
 
@@ -122,6 +124,8 @@ def _(event: ContainerObserved) -> tuple[DomainEvent, ...]:
         robot_at=event.robot_at,
         known_at_start=event.known_at_start,
         support=event.support,
+        opened_by=event.opened_by,
+        look=None if event.look is None else _how_looked(event.look),
     )
     return (seen,)
 
@@ -208,6 +212,7 @@ def _(event: ActionEnded) -> tuple[DomainEvent, ...]:
         path=tuple((_rounded(x), _rounded(y)) for x, y in event.path),
         reason=event.reason,
         support=event.support,
+        item_remains=event.item_remains,
     )
     return (finished,)
 
@@ -239,6 +244,20 @@ def seen_items(items: Iterable[Item]) -> tuple[SeenItem, ...]:
     return tuple(SeenItem(id=item.id, type=item.type) for item in items)
 
 
+def _how_looked(look: LookMade) -> HowLooked:
+    at = look.viewpoint
+    return HowLooked(
+        number=look.number,
+        viewpoint=() if at is None else (_rounded(at.x_m), _rounded(at.y_m), _rounded(at.yaw_rad)),
+        in_view=look.in_view,
+        duration_s=_rounded(look.duration_s),
+        detector=look.detector,
+        item_types=tuple(t for t, _ in look.p_detect),
+        p_detect=tuple(p for _, p in look.p_detect),
+        source=look.source,
+    )
+
+
 def _step(step: PlanStep) -> Step:
     return Step(
         action=step.action,
@@ -254,5 +273,5 @@ def _rounded(value: float) -> float:
     return round(float(value), DECIMALS)
 
 
-def _cube(array: npt.NDArray[np.float64]) -> tuple[tuple[tuple[float, ...], ...], ...]:
+def _cube(array: Floats) -> tuple[tuple[tuple[float, ...], ...], ...]:
     return tuple(tuple(tuple(row) for row in layer) for layer in np.round(array, DECIMALS).tolist())

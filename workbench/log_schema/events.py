@@ -41,8 +41,34 @@ class SeenItem(msgspec.Struct, frozen=True):
     type: str
 
 
+class HowLooked(msgspec.Struct, frozen=True, kw_only=True):
+    """How a look was made that can miss.
+
+    p_detect[i]: the chance that it detects item_types[i] where it is; source says where that comes from: assumed,
+    calibrated, site. viewpoint is x and y in metres and the heading in radians, empty where it is not known.
+    """
+
+    number: int
+    viewpoint: tuple[float, ...] = ()
+    in_view: tuple[str, ...] = ()
+    duration_s: float = 0.0
+    detector: str = ""
+    item_types: tuple[str, ...] = ()
+    p_detect: tuple[float, ...] = ()
+    source: str = "assumed"
+
+    def __post_init__(self) -> None:
+        if len(self.p_detect) != len(self.item_types):
+            raise ValueError(f"p_detect is not of {len(self.item_types)} item types")
+        if not all(0 < p <= 1 for p in self.p_detect):
+            raise ValueError("p_detect is not above 0 and at most 1")
+
+
 class Observation(msgspec.Struct, frozen=True, kw_only=True):
-    """A container's content became known."""
+    """A container's content became known.
+
+    opened_by says who opened closed furniture for the look; look is None (left out) where looks show everything.
+    """
 
     stamp: Stamp
     decision: int
@@ -51,6 +77,8 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True):
     robot_at: str
     known_at_start: bool = False
     support: str = ""
+    opened_by: str = ""
+    look: HowLooked | None = None
 
 
 class BeliefUpdate(msgspec.Struct, frozen=True, kw_only=True):
@@ -144,7 +172,10 @@ class Timing(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
-    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres."""
+    """stamp is the end. path holds the corner points (x, y) walked, in the map frame, metres.
+
+    item_remains: a pick that failed although the item is still there.
+    """
 
     stamp: Stamp
     decision: int
@@ -161,6 +192,7 @@ class ActionFinished(msgspec.Struct, frozen=True, kw_only=True):
     path: tuple[tuple[float, float], ...] = ()
     reason: str = ""
     support: str = ""
+    item_remains: bool = False
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):

@@ -11,9 +11,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import final
 
-import numpy as np
-import numpy.typing as npt
-
+from workbench.arrays import Bools
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import LocationId
 from workbench.worlds.maps.navigation import Navigation, free_cells
@@ -59,6 +57,6 @@ class LoggedPaths:
         return Navigation(travel=self._travel, grid=grid, free=free, standing=on_free)
 
 
-def _is_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], pose: Pose) -> bool:
+def _is_free(grid: OccupancyGrid, free: Bools, pose: Pose) -> bool:
     row, column = grid.cell_at(pose.point)
     return 0 <= row < free.shape[0] and 0 <= column < free.shape[1] and bool(free[row, column])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 from workbench.planning.actions import relevant_types
-from workbench.planning.builtin.solver import without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
 from workbench.planning.find_pricing import FindCostRequest, FindPricing
 from workbench.planning.hubs import hubs_for
 from workbench.planning.plans import Plan, PlanStatus
@@ -34,7 +34,8 @@ class Composed:
         find_known: whether a find may be planned even if an instance is known.
         solver: the solver; a single find is solved in closed form.
         everywhere: plan over all reachable locations, bounded by the plan over the relevant ones, and state the
-            optimality gap (location_refinement.py); takes at most EVERYWHERE_S seconds per decision.
+            optimality gap (location_refinement.py); takes at most EVERYWHERE_S seconds per decision. With another
+            solver than the built-in one: hand it the whole problem, with every known item, of any type.
     """
 
     name: str
@@ -51,7 +52,7 @@ class Composed:
         if view.budget_s <= 0:
             return Decision(plan=Plan(status=PlanStatus.TIMED_OUT, note="no planning time is left"))
         goal = view.task.goal
-        if self.everywhere and not isinstance(goal, Holding):
+        if self.widens and not isinstance(goal, Holding):
             return self._everywhere(view)
         problem = self.problem(view)
         if isinstance(goal, Holding):
@@ -63,7 +64,18 @@ class Composed:
 
     def problem(self, view: View) -> Problem:
         """The planning problem that this strategy poses for a view."""
-        return problem_at(view, self.pricing, find_known=self.find_known)
+        places = view.knowledge.travel.locations if self.unpruned else None
+        return problem_at(view, self.pricing, find_known=self.find_known, places=places, every_item=self.unpruned)
+
+    @property
+    def widens(self) -> bool:
+        """Whether it plans over the relevant locations, then over all."""
+        return self.everywhere and isinstance(self.solver, BuiltIn)
+
+    @property
+    def unpruned(self) -> bool:
+        """Whether its solver is given all reachable locations and known items."""
+        return self.everywhere and not self.widens
 
     def _everywhere(self, view: View) -> Decision:
         core = self.problem(view).locations
@@ -94,11 +106,13 @@ def problem_at(
     *,
     find_known: bool = False,
     places: tuple[LocationId, ...] | None = None,
+    every_item: bool = False,
 ) -> Problem:
     """The planning problem of a view, with find costs.
 
     Args:
         places: further locations to plan over; by default hubs and the pricing's meeting places.
+        every_item: with known items of types that do not matter to the goal, too.
     """
     goal, knowledge = view.task.goal, view.knowledge
     types = missing_types(goal, knowledge, view.task.available, find_known=find_known)
@@ -120,7 +134,7 @@ def problem_at(
             costs=view.costs,
         )
         find_costs = pricing.price(question)
-    return problem_of(goal, knowledge, view.costs, locations=locations, find_costs=find_costs)
+    return problem_of(goal, knowledge, view.costs, locations=locations, find_costs=find_costs, every_item=every_item)
 
 
 def with_search_order(

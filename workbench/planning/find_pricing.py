@@ -8,8 +8,8 @@ from functools import partial
 from typing import Protocol, final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.beliefs.belief import Belief
 from workbench.search.bounds import optimistic_find_costs, pessimistic_find_costs
 from workbench.search.candidates import PAPER_LIMIT
@@ -144,7 +144,7 @@ class TrueFindCosts:
         rows = [travel.index(location) for location in question.origins]
         columns = [travel.index(location) for location in question.targets]
         open_to_search = frozenset(question.belief.containers)
-        ways: dict[ItemType, npt.NDArray[np.float64]] = {}
+        ways: dict[ItemType, Floats] = {}
         for item_type in question.belief.item_types:
             holders = [c for c in self.house.holders(item_type) if c in open_to_search]
             via = [travel.index(LocationId(container)) for container in holders]

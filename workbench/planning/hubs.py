@@ -6,7 +6,8 @@ import numpy as np
 
 from workbench.planning.actions import prepares, relevant_types
 from workbench.planning.strategy import View
-from workbench.search.ties import RELATIVE, ranked
+from workbench.search.ties import ranked
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import LocationId
 
 HUBS = 4

@@ -234,11 +234,19 @@ def problem_of(
     *,
     locations: tuple[LocationId, ...],
     find_costs: FindCosts | None,
+    every_item: bool = False,
 ) -> Problem:
-    """The planning problem by the robot's knowledge; finds are offered for the types in find_costs."""
+    """The planning problem by the robot's knowledge; finds are offered for the types in find_costs.
+
+    Args:
+        every_item: with the known items of types that do not matter to the goal, too.
+    """
     things: list[Thing] = []
     found = find_costs.item_types if find_costs is not None else ()
-    for item_type, most in max_wants_by_type(goal).items():
+    most_by_type = dict(max_wants_by_type(goal))
+    if every_item:
+        most_by_type |= {t: 0 for t in sorted(knowledge.known_types) if t not in most_by_type}
+    for item_type, most in most_by_type.items():
         for location, item in knowledge.where(item_type):
             if knowledge.travel.reaches(location):
                 things.append(Thing(id=item.id, type=item_type, at=location))

@@ -96,7 +96,8 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
 """Ablations of our strategies, and a baseline of the search experiment; selectable by name, not part of "all"."""
 
 EVERYWHERE = "everywhere"
-"""STRATEGY@everywhere plans over all locations and states the proven gap with each plan."""
+"""STRATEGY@everywhere plans over all locations and states the proven gap with each plan; STRATEGY@everywhere-SOLVER
+gives that solver all locations and known items, as a planner without pruning has them."""
 
 NEEDS_TRUTH = ("oracle",)
 
@@ -191,7 +192,17 @@ def _with_planner(part: Plans, solver_name: str, origin: NameOrigin) -> Plans:
 
     if solver_name == EVERYWHERE:
         return replace(part, everywhere=True)
-    return replace(part, solver=installed_solver(solver_name, origin=origin))
+    if not solver_name.startswith(f"{EVERYWHERE}-"):
+        return replace(part, solver=installed_solver(solver_name, origin=origin))
+    if not isinstance(part, Composed):
+        raise BadValue("strategy without pruning", f"{part.name}@{solver_name}", "one that finds items by searching")
+    return replace(part, everywhere=True, solver=installed_solver(solver_in(f"@{solver_name}"), origin=origin))
+
+
+def solver_in(name: str) -> str:
+    """The solver's name in STRATEGY@SOLVER or STRATEGY@everywhere-SOLVER; empty where it is the built-in one."""
+    solver_name = name.partition("@")[2]
+    return "" if solver_name == EVERYWHERE else solver_name.removeprefix(f"{EVERYWHERE}-")
 
 
 def canonical_name(name: str) -> str | None:

@@ -19,6 +19,7 @@ from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.worlds.house import House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.perception import PERFECT, Perception
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +33,7 @@ class View:
         costs: action costs.
         budget_s: planning time that is left, in seconds.
         seed: for strategies that sample; the same view gives the same decision.
+        perception: how surely a look shows what is there.
     """
 
     knowledge: Knowledge
@@ -40,6 +42,7 @@ class View:
     costs: ActionCosts
     budget_s: float
     seed: int = 0
+    perception: Perception = PERFECT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue, Unsupported
 from workbench.search.find_costs import BeliefModel
 from workbench.search.ties import ranked
@@ -65,13 +65,13 @@ def ranking_of(model: BeliefModel) -> Ranking:
 
 
 def choose(
-    probability: npt.NDArray[np.float64],
-    from_m: npt.NDArray[np.float64],
-    to_m: npt.NDArray[np.float64],
+    probability: Floats,
+    from_m: Floats,
+    to_m: Floats,
     *,
     limit: int,
     ranking: Ranking,
-) -> npt.NDArray[np.intp]:
+) -> Indices:
     """The candidates of each item type, in the plan's order; of equally ranked containers (ties.py) the earlier.
 
     Args:
@@ -91,13 +91,13 @@ def choose(
 
 
 def choose_per_find(
-    probability: npt.NDArray[np.float64],
-    from_m: npt.NDArray[np.float64],
-    to_m: npt.NDArray[np.float64],
+    probability: Floats,
+    from_m: Floats,
+    to_m: Floats,
     *,
     limit: int,
     ranking: Ranking,
-) -> npt.NDArray[np.intp]:
+) -> Indices:
     """The same for every origin and target by themselves, as a find between the two is carried out.
 
     Args:
@@ -122,7 +122,7 @@ def choose_per_find(
     return chosen[:, of_pair.reshape(-1)].reshape(shape)
 
 
-def nearest(from_m: npt.NDArray[np.float64], to_m: npt.NDArray[np.float64], *, count: int) -> npt.NDArray[np.intp]:
+def nearest(from_m: Floats, to_m: Floats, *, count: int) -> Indices:
     """The containers that the paper's ranking keeps in any case; of equally near ones (ties.py) the earlier.
 
     Every container on a shortest way from the origin to the target has the same sum, but for rounding.

@@ -13,13 +13,10 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
+from workbench.arrays import Floats, Ints
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 TILE = 64
 """Targets that are processed together."""
@@ -36,8 +33,8 @@ MATH = {"nnan", "ninf", "nsz"}
 
 
 def cost_table(
-    missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
-) -> Array:
+    missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float, tail: Floats | None = None
+) -> Floats:
     """W(nothing, origin) for every item type; arguments and result as in reference.cost_table."""
     answer = np.empty((from_m.shape[0], from_m.shape[1], found.shape[2]))
     ends = np.zeros_like(found) if tail is None else tail
@@ -51,7 +48,7 @@ def cost_table(
             found[these],
             ends[these],
             float(search),
-            *layers,
+            layers,
             answer[these],
         )
 
@@ -66,28 +63,28 @@ def cost_table(
     return answer
 
 
-def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
+def best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> list[int]:
     """The minimiser's order for one origin and target; arguments and answer as reference.best_order."""
     return [int(a) for a in _best_order(missing, between_m, from_m, found, float(search))]
 
 
 def pair_costs(
-    missing: Array,
-    sets: Indices,
-    between_m: Array,
-    from_m: Array,
-    found: Array,
+    missing: Floats,
+    sets: Ints,
+    between_m: Floats,
+    from_m: Floats,
+    found: Floats,
     search: float,
-    start: Indices,
-    pairs: Indices,
-) -> Array:
+    start: Ints,
+    pairs: Ints,
+) -> Floats:
     """W(nothing, origin) of pairs of an origin and a target; arguments and answer as reference.pair_costs."""
     layers = _layers(sets.shape[1])
-    return _pair_costs(missing, sets, between_m, from_m, found, float(search), start, pairs, *layers)
+    return _pair_costs(missing, sets, between_m, from_m, found, float(search), (start, pairs), layers)
 
 
 @njit(cache=True, nogil=True)
-def _layers(k: int) -> tuple[Indices, Indices, Indices]:
+def _layers(k: int) -> tuple[Ints, Ints, Ints]:
     """Subsets by size: all subsets in that order, each one's place within its size, where each size starts."""
     n = 1 << k
     size = np.zeros(n, np.int64)
@@ -108,17 +105,16 @@ def _layers(k: int) -> tuple[Indices, Indices, Indices]:
 
 @njit(cache=True, nogil=True, fastmath=MATH)
 def _cost_table(
-    missing: Array,
-    between_m: Array,
-    from_m: Array,
-    found: Array,
-    ends: Array,
+    missing: Floats,
+    between_m: Floats,
+    from_m: Floats,
+    found: Floats,
+    ends: Floats,
     search: float,
-    order: Indices,
-    position: Indices,
-    start: Indices,
-    answer: Array,
+    layers: tuple[Ints, Ints, Ints],
+    answer: Floats,
 ) -> None:
+    order, position, start = layers
     items, origins, k = from_m.shape
     targets = found.shape[2]
     largest = 0
@@ -165,18 +161,16 @@ def _cost_table(
 
 @njit(cache=True, nogil=True, fastmath=MATH)
 def _pair_costs(
-    missing: Array,
-    sets: Indices,
-    between_m: Array,
-    from_m: Array,
-    found: Array,
+    missing: Floats,
+    sets: Ints,
+    between_m: Floats,
+    from_m: Floats,
+    found: Floats,
     search: float,
-    start: Indices,
-    pairs: Indices,
-    order: Indices,
-    position: Indices,
-    layer_start: Indices,
-) -> Array:
+    groups: tuple[Ints, Ints],
+    layers: tuple[Ints, Ints, Ints],
+) -> Floats:
+    start, pairs = groups
     answer = np.empty(len(pairs))
     origins, k, targets = len(from_m), sets.shape[1], found.shape[1]
     column = np.empty(targets, np.int64)
@@ -199,14 +193,14 @@ def _pair_costs(
                     ends[0, i, column[g]] = found[sets[u, i], g]
         table = np.empty((1, origins, width))
         here = missing[u : u + 1]
-        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, order, position, layer_start, table)
+        _cost_table(here, legs, ways, ends, np.zeros_like(ends), search, layers, table)
         for pair in range(start[u], start[u + 1]):
             answer[pair] = table[0, pairs[pair, 0], column[pairs[pair, 1]]]
     return answer
 
 
 @njit(cache=True, nogil=True, fastmath=MATH, inline="always")
-def _least(best: Array, r: float, metres: Array, left: Indices, count: int, onward: Array) -> None:
+def _least(best: Floats, r: float, metres: Floats, left: Ints, count: int, onward: Floats) -> None:
     """best[g] = min over the candidates left of r d + onward; two at a time, so that best is written less often."""
     width = len(best)
     j = 2 - (count & 1)
@@ -221,7 +215,7 @@ def _least(best: Array, r: float, metres: Array, left: Indices, count: int, onwa
 
 
 @njit(cache=True, nogil=True, fastmath=MATH)
-def _best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> Indices:
+def _best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> Ints:
     k = len(from_m)
     n = 1 << k
     table = np.zeros((n, k))

@@ -11,23 +11,19 @@ from __future__ import annotations
 from math import exp, expm1, log1p
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from workbench.search.ties import RELATIVE
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
+from workbench.arrays import Floats, Indices
+from workbench.tolerances import NEWTON_STEP, RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 """The formula of R, as in remaining.still_missing; marginal uses that of exists."""
 
-MAX_NEWTON_STEPS, NEWTON_TOLERANCE = 60, 1e-14
-"""Most Newton steps, and the step size at which iteration stops."""
+MAX_NEWTON_STEPS = 60
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def chance_of_any(p: Array) -> Array:
+def chance_of_any(p: Floats) -> Floats:
     """z of remaining._chance_of_any, by rows: shape (rows, containers) -> (rows, 1)."""
     answer = np.empty((len(p), 1))
     for row in range(len(p)):
@@ -42,14 +38,14 @@ def chance_of_any(p: Array) -> Array:
             if not np.isfinite(step):
                 break
             z = max(z - step, 0.0)
-            if abs(step) < NEWTON_TOLERANCE:
+            if abs(step) < NEWTON_STEP:
                 break
         answer[row, 0] = z
     return answer
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
+def missing_by_subset(weights: Floats, candidates: Indices, kind: int) -> Floats:
     """R(S) of remaining.still_missing_by_subset from remaining.weights: shape (item types, 2**k)."""
     items, k = candidates.shape
     n = 1 << k
@@ -77,7 +73,7 @@ def missing_by_subset(weights: Array, candidates: Indices, kind: int) -> Array:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def non_candidate_order(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+def non_candidate_order(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
     """corrected.non_candidate_order given the mean distance from the candidates, shape (item types, containers)."""
     items, n = p.shape
     left = n - searched.shape[1]

@@ -14,22 +14,19 @@ from math import isfinite
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.errors import BadValue
-from workbench.search.candidates import PAPER_LIMIT, Ranking
+from workbench.search.candidates import PAPER_LIMIT
 from workbench.search.costs import ActionCosts
 from workbench.search.engine import cost_table
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import compiled_loops, still_missing_along, unconditioned
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 
 SCALES: Mapping[str, float] = MappingProxyType({"best": 0.97})
 """Realised over predicted cost by estimator, of `marginal-lios` over the training houses, each searched with weights
@@ -45,14 +42,15 @@ def corrected_find_costs(
     costs: ActionCosts,
     belief_model: BeliefModel = "marginal",
     limit: int = PAPER_LIMIT,
-    ranking: Ranking | None = None,
     scale: float | None = None,
 ) -> FindCosts:
     """Find costs that are calibrated on average.
 
     Args:
         scale: realised over predicted cost; None takes the scale of the belief's estimator.
-        The others: as in expected_find_costs. Raises:
+        The others: as in expected_find_costs.
+
+    Raises:
         BadValue: a scale that is not positive and finite.
         The others as expected_find_costs.
     """
@@ -65,7 +63,6 @@ def corrected_find_costs(
         costs=costs,
         belief_model=belief_model,
         limit=limit,
-        ranking=ranking,
         tail=lambda p, candidates: tail_costs(here, p, candidates, costs=costs, model=belief_model),
     )
     return FindCosts(
@@ -84,8 +81,8 @@ def scale_of(estimator: str) -> float:
 
 
 def tail_costs(
-    here: SearchSpace, probability: Array, candidates: Indices, *, costs: ActionCosts, model: BeliefModel
-) -> Array:
+    here: SearchSpace, probability: Floats, candidates: Indices, *, costs: ActionCosts, model: BeliefModel
+) -> Floats:
     """The cost of searching on after every candidate, weighted by the probability that the object is in none of
     them.
 
@@ -112,7 +109,7 @@ def tail_costs(
     return there[:, :, None] + (walks[:, None] + finds)[:, None, :]
 
 
-def _numpy_non_candidate_order(p: Array, searched: Indices, between_m: Array) -> Indices:
+def _numpy_non_candidate_order(p: Floats, searched: Indices, between_m: Floats) -> Indices:
     """The containers beyond the candidates in search order, shape (item types, others)."""
     from_m = between_m[searched].mean(axis=1)
     program = compiled_loops()
@@ -123,7 +120,7 @@ def _numpy_non_candidate_order(p: Array, searched: Indices, between_m: Array) ->
     )
 
 
-def non_candidate_order(p: Array, searched: Indices, from_m: Array, between_m: Array) -> Indices:
+def non_candidate_order(p: Floats, searched: Indices, from_m: Floats, between_m: Floats) -> Indices:
     """The same from the mean way from what was searched to each container, shape (item types, containers).
 
     Worths are equal that differ by less than a share of the greatest probability (ties.py).

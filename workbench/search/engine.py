@@ -13,8 +13,8 @@ from functools import cache
 from typing import Protocol, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.search import reference
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit, choose, ranking_of
@@ -26,9 +26,6 @@ from workbench.search.policy import SearchQuery
 from workbench.search.remaining import still_missing_by_subset
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 
 MAX_SUBSETS = 1 << 22
 """Most subsets held in memory at once, over all item types."""
@@ -99,8 +96,8 @@ def cost_table(
     belief_model: BeliefModel,
     limit: int,
     ranking: Ranking | None = None,
-    tail: Callable[[Array, Indices], Array] | None = None,
-) -> Array:
+    tail: Callable[[Floats, Indices], Floats] | None = None,
+) -> Floats:
     """Eq. 1 for all of `here`, shape (item types, origins, targets).
 
     Args:
@@ -146,12 +143,12 @@ def best_order(
 class _Setup:
     """The arrays of reference.cost_table, with their probabilities and candidates."""
 
-    probability: Array
+    probability: Floats
     candidates: Indices
-    missing: Array
-    between_m: Array
-    from_m: Array
-    found: Array
+    missing: Floats
+    between_m: Floats
+    from_m: Floats
+    found: Floats
 
 
 def _setup(
@@ -184,23 +181,29 @@ class Program(Protocol):
     """What reference.py and compiled.py both are."""
 
     def cost_table(
-        self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
-    ) -> Array: ...
+        self,
+        missing: Floats,
+        between_m: Floats,
+        from_m: Floats,
+        found: Floats,
+        search: float,
+        tail: Floats | None = None,
+    ) -> Floats: ...
 
     def pair_costs(
         self,
-        missing: Array,
+        missing: Floats,
         sets: Indices,
-        between_m: Array,
-        from_m: Array,
-        found: Array,
+        between_m: Floats,
+        from_m: Floats,
+        found: Floats,
         search: float,
         start: Indices,
         pairs: Indices,
-    ) -> Array: ...
+    ) -> Floats: ...
 
     def best_order(
-        self, missing: Array, between_m: Array, from_m: Array, found: Array, search: float
+        self, missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float
     ) -> list[int]: ...
 
 

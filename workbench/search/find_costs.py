@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 
@@ -34,7 +34,7 @@ class FindCosts:
     item_types: tuple[ItemType, ...]
     origins: tuple[LocationId, ...]
     targets: tuple[LocationId, ...]
-    metres: npt.NDArray[np.float64]
+    metres: Floats
     kind: FindCostKind
     belief_model: BeliefModel = "independent"
 

@@ -19,13 +19,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from workbench.search.ties import RELATIVE
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
+from workbench.arrays import Floats, Ints
+from workbench.tolerances import RELATIVE
 
 INDEPENDENT, EXISTS, EXCLUSIVE = 0, 1, 2
 MODEL_NUMBERS = {"independent": INDEPENDENT, "exists": EXISTS, "exclusive": EXCLUSIVE, "marginal": EXISTS}
@@ -50,11 +47,11 @@ class TourQuery(NamedTuple):
         look: R_search.
     """
 
-    p: Array
+    p: Floats
     model: int
-    from_m: Array
-    between_m: Array
-    found: Array
+    from_m: Floats
+    between_m: Floats
+    found: Floats
     look: float
 
 
@@ -65,13 +62,13 @@ class _PrefixSums(NamedTuple):
     before, not yet divided by left[0].
     """
 
-    miss: Array
-    left: Array
-    upto: Array
+    miss: Floats
+    left: Floats
+    upto: Floats
 
 
 @njit(cache=True, nogil=True)
-def improve(start: Indices, query: TourQuery, passes: int) -> tuple[Indices, float]:
+def improve(start: Ints, query: TourQuery, passes: int) -> tuple[Ints, float]:
     """Improve an order by at most `passes` passes over all moves, accepting every move that helps.
 
     Args:
@@ -119,7 +116,7 @@ def _initial_missing(query: TourQuery) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _fill_prefix_sums(order: Indices, query: TourQuery, now: _PrefixSums) -> None:
+def _fill_prefix_sums(order: Ints, query: TourQuery, now: _PrefixSums) -> None:
     """Fills `now` for an order."""
     for j in range(len(order)):
         a = order[j]
@@ -131,7 +128,7 @@ def _fill_prefix_sums(order: Indices, query: TourQuery, now: _PrefixSums) -> Non
 
 
 @njit(cache=True, nogil=True)
-def _stop_after_move(order: Indices, place: int, first: int, length: int, to: int) -> int:
+def _stop_after_move(order: Ints, place: int, first: int, length: int, to: int) -> int:
     """The container at a position of the segment that a move touches.
 
     length 0: the stops first..to are reversed. Otherwise the run of `length` stops at `first` goes to `to`.
@@ -145,7 +142,7 @@ def _stop_after_move(order: Indices, place: int, first: int, length: int, to: in
 
 @njit(cache=True, nogil=True)
 def _move_improves(
-    order: Indices, first: int, length: int, to: int, low: int, high: int, query: TourQuery, now: _PrefixSums
+    order: Ints, first: int, length: int, to: int, low: int, high: int, query: TourQuery, now: _PrefixSums
 ) -> bool:
     """Whether the stops low..high, including the leg that follows, cost less after the move."""
     n = len(order)

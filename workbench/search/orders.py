@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Indices
 from workbench.search.costs import ActionCosts
 from workbench.search.find_costs import BeliefModel, SearchStop
 from workbench.search.places import SearchSpace
@@ -34,7 +34,7 @@ class ExpectedSearch:
 
 
 def order_cost(
-    order: Sequence[int] | npt.NDArray[np.intp],
+    order: Sequence[int] | Indices,
     here: SearchSpace,
     *,
     item: int = 0,

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.search.candidates import PAPER_LIMIT, Ranking, check_limit, choose_per_find, ranking_of
 from workbench.search.costs import ActionCosts
@@ -23,9 +23,6 @@ from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import still_missing_by_subset
 from workbench.worlds.house import LocationId
 from workbench.worlds.travel import TravelCosts
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 
 
 def per_find_costs(
@@ -57,7 +54,7 @@ def per_find_costs(
 
 def per_find_table(
     here: SearchSpace, *, costs: ActionCosts, belief_model: BeliefModel, limit: int, ranking: Ranking | None = None
-) -> Array:
+) -> Floats:
     """The costs for all of `here`, shape (item types, origins, targets)."""
     check_limit(limit)
     metres = np.zeros((len(here.probability), len(here.from_m), here.to_m.shape[1]))

@@ -10,14 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.beliefs.belief import Belief
 from workbench.errors import NotFound
 from workbench.worlds.house import ContainerId, LocationId
 from workbench.worlds.travel import TravelCosts
-
-Array = npt.NDArray[np.float64]
 
 
 class LocationOutOfReach(NotFound):
@@ -42,10 +40,10 @@ class SearchSpace:
     """
 
     containers: tuple[ContainerId, ...]
-    probability: Array
-    from_m: Array
-    to_m: Array
-    between_m: Array
+    probability: Floats
+    from_m: Floats
+    to_m: Floats
+    between_m: Floats
 
 
 def search_space(
@@ -72,7 +70,7 @@ def search_space(
     )
 
 
-def _indices(travel: TravelCosts, locations: Sequence[LocationId]) -> npt.NDArray[np.intp]:
+def _indices(travel: TravelCosts, locations: Sequence[LocationId]) -> Indices:
     for location in locations:
         if not travel.reaches(location):
             raise LocationOutOfReach(location)

@@ -19,16 +19,14 @@ the likeliest first  6 + .8 (11) + .2 [3 + .5 (8) + .5 [2 + .2 (6)]] = 16.52, an
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.search.ties import first_least
-
-Array = npt.NDArray[np.float64]
 
 
 def cost_table(
-    missing: Array, between_m: Array, from_m: Array, found: Array, search: float, tail: Array | None = None
-) -> Array:
+    missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float, tail: Floats | None = None
+) -> Floats:
     """W(nothing, origin) for every item type, origin and target.
 
     Args:
@@ -52,15 +50,15 @@ def cost_table(
 
 
 def pair_costs(
-    missing: Array,
-    sets: npt.NDArray[np.intp],
-    between_m: Array,
-    from_m: Array,
-    found: Array,
+    missing: Floats,
+    sets: Indices,
+    between_m: Floats,
+    from_m: Floats,
+    found: Floats,
     search: float,
-    start: npt.NDArray[np.intp],
-    pairs: npt.NDArray[np.intp],
-) -> Array:
+    start: Indices,
+    pairs: Indices,
+) -> Floats:
     """W(nothing, origin) of pairs of an origin and a target, where pairs differ in their candidates.
 
     Args:
@@ -84,7 +82,7 @@ def pair_costs(
     return answer
 
 
-def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, search: float) -> list[int]:
+def best_order(missing: Floats, between_m: Floats, from_m: Floats, found: Floats, search: float) -> list[int]:
     """The minimiser's order of candidates from one origin to one target; of equal ones (ties.py) the earlier.
 
     Args:
@@ -105,7 +103,7 @@ def best_order(missing: Array, between_m: Array, from_m: Array, found: Array, se
     return order
 
 
-def subset_costs(missing: Array, between_m: Array, found: Array, search: float, ends: Array) -> Array:
+def subset_costs(missing: Floats, between_m: Floats, found: Floats, search: float, ends: Floats) -> Floats:
     """W(S, i) of one item type for every subset S of its candidates and every candidate i.
 
     Args:
@@ -125,12 +123,16 @@ def subset_costs(missing: Array, between_m: Array, found: Array, search: float, 
     return table
 
 
-def _min_over_next(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
+def _min_over_next(
+    missing: Floats, from_m: Floats, found: Floats, search: float, table: Floats, subset: int
+) -> Floats:
     """The right-hand side of the recursion for each row of from_m, shape (rows, targets)."""
     return _next_step_terms(missing, from_m, found, search, table, subset).min(axis=1)
 
 
-def _next_step_terms(missing: Array, from_m: Array, found: Array, search: float, table: Array, subset: int) -> Array:
+def _next_step_terms(
+    missing: Floats, from_m: Floats, found: Floats, search: float, table: Floats, subset: int
+) -> Floats:
     """The terms that are minimised, for each next container a, shape (rows, candidates left, targets)."""
     left = np.array([a for a in range(from_m.shape[1]) if not subset >> a & 1], dtype=np.intp)
     after = subset | (1 << left)

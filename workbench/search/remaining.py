@@ -29,12 +29,11 @@ from functools import cache
 from types import ModuleType
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
 from workbench.errors import BadValue
 from workbench.search.find_costs import BeliefModel
-
-Array = npt.NDArray[np.float64]
+from workbench.tolerances import NEWTON_STEP
 
 UNIFORM_PROBABILITY = 1e-12
 """Value of p used if every p is 0 and an instance is known to exist."""
@@ -48,7 +47,7 @@ KINDS: dict[BeliefModel, int] = {"independent": 0, "exists": 1, "exclusive": 2, 
 BELIEF_MODELS: tuple[BeliefModel, ...] = ("independent", "exists", "exclusive", "marginal")
 
 
-def weights(probability: Array, model: BeliefModel) -> Array:
+def weights(probability: Floats, model: BeliefModel) -> Floats:
     """The quantity summed over containers: log(1 - p), with z p in place of p for marginal; p for exclusive.
 
     Args:
@@ -66,7 +65,7 @@ def weights(probability: Array, model: BeliefModel) -> Array:
     return before if model == "exclusive" else _log_miss(before)
 
 
-def unconditioned(probability: Array, model: BeliefModel) -> Array:
+def unconditioned(probability: Floats, model: BeliefModel) -> Floats:
     """Probabilities not conditioned on the existence of an instance: z p for marginal, p for the others.
 
     If the model assumes an instance and every p is 0, equal small values are used.
@@ -86,7 +85,7 @@ def unconditioned(probability: Array, model: BeliefModel) -> Array:
     return p * np.maximum(z, MIN_EXISTENCE_PROBABILITY).reshape(*p.shape[:-1], 1)
 
 
-def existence_probability(p: Array) -> Array:
+def existence_probability(p: Floats) -> Floats:
     """z, the positive root of 1 - product of (1 - z p) = z, or 0 where there is none: shape (..., 1).
 
     The left side minus the right side is concave in z, so Newton's method from 1 approaches the root from above.
@@ -99,12 +98,12 @@ def existence_probability(p: Array) -> Array:
             step = (1 - miss - z) / slope
         step = np.where(np.isfinite(step), step, 0.0)
         z = np.maximum(z - step, 0.0)
-        if np.abs(step).max(initial=0.0) < 1e-14:
+        if np.abs(step).max(initial=0.0) < NEWTON_STEP:
             break
     return z
 
 
-def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:
+def still_missing(inside: Floats, outside: Floats, model: BeliefModel) -> Floats:
     """R(S) from the sums of `weights` over S and over all unsearched containers that are not in S.
 
     Args:
@@ -118,7 +117,7 @@ def still_missing(inside: Array, outside: Array, model: BeliefModel) -> Array:
         return np.exp(inside) * np.abs(np.expm1(outside) / np.expm1(inside + outside))
 
 
-def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:
+def still_missing_by_subset(probability: Floats, candidates: Indices, model: BeliefModel) -> Floats:
     """R(S) for every subset S of the candidates; bit j of the subset's number stands for candidate j.
 
     Args:
@@ -135,7 +134,7 @@ def still_missing_by_subset(probability: Array, candidates: npt.NDArray[np.intp]
     return missing_by_subset(w, candidates, model)
 
 
-def missing_by_subset(w: Array, candidates: npt.NDArray[np.intp], model: BeliefModel) -> Array:
+def missing_by_subset(w: Floats, candidates: Indices, model: BeliefModel) -> Floats:
     """As still_missing_by_subset, from `weights`, shape (item types, containers)."""
     chosen = np.take_along_axis(w, candidates, axis=1)
     others = w.copy()
@@ -146,7 +145,7 @@ def missing_by_subset(w: Array, candidates: npt.NDArray[np.intp], model: BeliefM
     return still_missing(inside, inside[:, ::-1] + others.sum(axis=1, keepdims=True), model)
 
 
-def still_missing_along(probability: Array, order: npt.NDArray[np.intp], model: BeliefModel) -> Array:
+def still_missing_along(probability: Floats, order: Indices, model: BeliefModel) -> Floats:
     """R after each prefix of an order.
 
     Args:
@@ -176,6 +175,6 @@ def compiled_loops() -> ModuleType | None:
     return compiled_remaining
 
 
-def _log_miss(p: Array) -> Array:
+def _log_miss(p: Floats) -> Floats:
     with np.errstate(divide="ignore"):
         return np.log1p(-p)

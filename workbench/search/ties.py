@@ -14,17 +14,11 @@ from math import isfinite
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
+from workbench.arrays import Floats, Indices
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
+
 T = TypeVar("T")
-
-RELATIVE = 1e-9
-"""Costs that differ by less than this share of them are equal."""
-
-SMALLEST_SCALE = 1.0
-"""Metres (or probability): below it the tolerance shrinks no further."""
 
 
 def tolerance(scale: float, *, smallest: float = SMALLEST_SCALE) -> float:
@@ -32,7 +26,7 @@ def tolerance(scale: float, *, smallest: float = SMALLEST_SCALE) -> float:
     return RELATIVE * max(smallest, abs(scale)) if isfinite(scale) else RELATIVE
 
 
-def first_least(costs: Sequence[float] | Array, *, scale: float | None = None) -> int:
+def first_least(costs: Sequence[float] | Floats, *, scale: float | None = None) -> int:
     """The index of the first of all costs that are equal to the least.
 
     Args:
@@ -63,7 +57,7 @@ def by_cost(things: Iterable[T], cost: Callable[[T], float]) -> list[T]:
     return [listed[int(i)] for i in ranked(-costs)[0]]
 
 
-def ranked(scores: Array, count: int | None = None, *, smallest: float = SMALLEST_SCALE) -> Indices:
+def ranked(scores: Floats, count: int | None = None, *, smallest: float = SMALLEST_SCALE) -> Indices:
     """Indices of the greatest scores of each row, greatest first; of equal ones the earlier.
 
     Args:
@@ -84,7 +78,7 @@ def ranked(scores: Array, count: int | None = None, *, smallest: float = SMALLES
     return order if count is None else order[:, :count]
 
 
-def _ranked_one_by_one(scores: Array, smallest: float) -> Indices:
+def _ranked_one_by_one(scores: Floats, smallest: float) -> Indices:
     """The same of one row that has near-ties: always the first of all that are equal to the greatest left."""
     left = np.ones(len(scores), dtype=np.bool_)
     order = np.empty(len(scores), dtype=np.intp)

@@ -22,25 +22,27 @@ Fact = tuple[str, tuple[ItemId, ...]]
 """A property of items established by a preparation: ("boiled", (egg,))."""
 
 
-@dataclass(slots=True, eq=False)
-class _QueryCache:
-    """Cache of queries about the same contents; moving the robot, for example, does not invalidate it.
+Places = tuple[tuple[LocationId, Item], ...]
+"""Instances of a type with their locations, sorted by location."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Derived:
+    """What follows from a part of the knowledge, so that most steps need not work it out again.
 
     Attributes:
-        items_at, first_seen, closed, plan, travel: the immutable inputs that the cached answers depend on,
-            compared by identity.
-        unsearched, where: cached answers of the methods of the same names.
+        items_at, first_seen, closed, again, plan, travel: what it follows from, compared by identity.
+        unsearched: as Knowledge.unsearched. by_type: as Knowledge.where, for every type that is known somewhere.
     """
 
-    items_at: Mapping[LocationId, tuple[Item, ...]] | None = None
-    first_seen: Contents | None = None
-    closed: frozenset[ContainerId] | None = None
-    plan: FloorPlan | None = None
-    travel: TravelCosts | None = None
-    unsearched: tuple[ContainerId, ...] | None = None
-    where: dict[ItemType, tuple[tuple[LocationId, Item], ...]] = field(
-        default_factory=dict[ItemType, tuple[tuple[LocationId, Item], ...]]
-    )
+    items_at: Mapping[LocationId, tuple[Item, ...]]
+    first_seen: Contents
+    closed: frozenset[ContainerId]
+    again: frozenset[ContainerId]
+    plan: FloorPlan
+    travel: TravelCosts
+    unsearched: tuple[ContainerId, ...]
+    by_type: Mapping[ItemType, Places]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +58,7 @@ class Knowledge:
         facts: facts established by preparations, e.g. ("boiled", (egg,)).
         visited: containers searched in this run, in order; those known at the start are not among them.
         closed: containers that could not be searched (a failed look); no longer candidates.
+        again: searched containers that are worth another look, since looks can miss; unsearched once more.
     """
 
     plan: FloorPlan
@@ -67,35 +70,39 @@ class Knowledge:
     facts: frozenset[Fact] = frozenset()
     visited: tuple[ContainerId, ...] = ()
     closed: frozenset[ContainerId] = frozenset()
-    _asked: _QueryCache = field(default_factory=_QueryCache, repr=False, compare=False)
+    again: frozenset[ContainerId] = frozenset()
+    _derived: _Derived | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        asked, plan, travel = self._asked, self.plan, self.travel
-        same_place = asked.plan is plan and asked.travel is travel
-        same_left = same_place and asked.first_seen is self.first_seen and asked.closed is self.closed
-        if not same_left or asked.items_at is not self.items_at:
-            left = asked.unsearched if same_left else None
-            anew = _QueryCache(self.items_at, self.first_seen, self.closed, plan, travel, left)
-            object.__setattr__(self, "_asked", anew)
+        known, plan, travel = self._derived, self.plan, self.travel
+        same_items = known is not None and known.items_at is self.items_at
+        same_left = (
+            known is not None
+            and known.first_seen is self.first_seen
+            and known.closed is self.closed
+            and known.again is self.again
+            and known.plan is plan
+            and known.travel is travel
+        )
+        if known is None or not same_items or not same_left:
+            left = known.unsearched if known is not None and same_left else self._not_searched()
+            by_type = known.by_type if known is not None and same_items else _by_type(self.items_at)
+            made = _Derived(self.items_at, self.first_seen, self.closed, self.again, plan, travel, left, by_type)
+            object.__setattr__(self, "_derived", made)
 
     @property
     def unsearched(self) -> tuple[ContainerId, ...]:
-        """Reachable containers that have not been searched, in the plan's order."""
-        if self._asked.unsearched is None:
-            seen, closed, reaches = self.first_seen, self.closed, self.travel.reaches
-            names = [c.id for c in self.plan.containers]
-            left = [c for c in names if c not in seen and c not in closed and reaches(LocationId(c))]
-            self._asked.unsearched = tuple(left)
-        return self._asked.unsearched
+        """Reachable containers that have not been searched, or are worth another look, in the plan's order."""
+        return self._known.unsearched
 
     def where(self, item_type: ItemType) -> tuple[tuple[LocationId, Item], ...]:
         """Known instances of a type with their locations, without the held one, sorted by location."""
-        asked = self._asked.where
-        if item_type not in asked:
-            found = [(at, item) for at, items in self.items_at.items() for item in items if item.type == item_type]
-            found.sort(key=lambda pair: pair[0])
-            asked[item_type] = tuple(found)
-        return asked[item_type]
+        return self._known.by_type.get(item_type, ())
+
+    @property
+    def known_types(self) -> frozenset[ItemType]:
+        """The types of all items whose location is known, without the held one."""
+        return frozenset(item.type for items in self.items_at.values() for item in items)
 
     def has_known_instance(self, item_type: ItemType) -> bool:
         """Whether the location of some instance is known, including one in the hand."""
@@ -105,15 +112,42 @@ class Knowledge:
         return self._with(location, self.holding, self.items_at)
 
     def seen(self, container: ContainerId, items: tuple[Item, ...], *, in_run: bool = True) -> Knowledge:
-        """The knowledge after looking into a container."""
+        """The knowledge after looking into a container, for the first time or again."""
+        if container in self.again:
+            return self._seen_again(container, items)
         first = MappingProxyType({**self.first_seen, container: items})
         there = MappingProxyType({**self.items_at, LocationId(container): items})
         visited = (*self.visited, container) if in_run else self.visited
-        after = self._with(self.robot_at, self.holding, there, first_seen=first, visited=visited)
-        if self._asked.unsearched is not None:
-            after._asked.unsearched = tuple([c for c in self._asked.unsearched if c != container])
-        before = self.items_at.get(LocationId(container), ())
-        return after._others_stand_as_in(self, {item.type for item in (*before, *items)})
+        return self._with(
+            self.robot_at,
+            self.holding,
+            there,
+            LocationId(container),
+            first_seen=first,
+            visited=visited,
+            searched=container,
+        )
+
+    def _seen_again(self, container: ContainerId, items: tuple[Item, ...]) -> Knowledge:
+        """The knowledge after another look into a searched container: what it shows is added to what is known to be
+        there, since a look can miss but not invent."""
+        known = self.items_at.get(LocationId(container), ())
+        new = tuple(i for i in items if all(i.id != there.id for there in known))
+        return replace(
+            self,
+            items_at=MappingProxyType({**self.items_at, LocationId(container): (*known, *new)}),
+            first_seen=MappingProxyType({**self.first_seen, container: (*self.first_seen[container], *new)}),
+            visited=(*self.visited, container),
+            again=self.again - {container},
+        )
+
+    def looks(self, container: ContainerId) -> int:
+        """How often the container was looked into in this run."""
+        return self.visited.count(container)
+
+    def with_another_look_at(self, containers: frozenset[ContainerId]) -> Knowledge:
+        """The knowledge in which these searched containers, and no others, are worth another look."""
+        return self if containers == self.again else replace(self, again=containers)
 
     def shut(self, container: ContainerId) -> Knowledge:
         """The knowledge after a container turned out to be impossible to search."""
@@ -124,8 +158,7 @@ class Knowledge:
         here = self.items_at.get(self.robot_at, ())
         left = tuple([i for i in here if i.id != item.id])
         there = MappingProxyType({**self.items_at, self.robot_at: left})
-        gone = {item.type, *[i.type for i in here if i.id == item.id]}
-        return self._with(self.robot_at, item, there)._others_stand_as_in(self, gone)
+        return self._with(self.robot_at, item, there, self.robot_at)
 
     def placed(self) -> Knowledge:
         """The knowledge after placing the held item at robot_at."""
@@ -133,7 +166,7 @@ class Knowledge:
             return self
         here = (*self.items_at.get(self.robot_at, ()), self.holding)
         there = MappingProxyType({**self.items_at, self.robot_at: here})
-        return self._with(self.robot_at, None, there)._others_stand_as_in(self, {self.holding.type})
+        return self._with(self.robot_at, None, there, self.robot_at)
 
     def without_item(self, item: ItemId) -> Knowledge:
         """The knowledge after an item turned out not to be at its known location."""
@@ -143,34 +176,81 @@ class Knowledge:
     def with_facts(self, facts: frozenset[Fact]) -> Knowledge:
         return replace(self, facts=facts)
 
-    def _others_stand_as_in(self, before: Knowledge, moved: set[ItemType]) -> Knowledge:
-        """This knowledge, with cached answers about types that did not move taken over."""
-        if self._asked is not before._asked:
-            self._asked.where.update([(t, at) for t, at in before._asked.where.items() if t not in moved])
-        return self
+    @property
+    def _known(self) -> _Derived:
+        if self._derived is None:
+            raise AssertionError("made in __post_init__")
+        return self._derived
+
+    def _not_searched(self) -> tuple[ContainerId, ...]:
+        seen, again, closed, reaches = self.first_seen, self.again, self.closed, self.travel.reaches
+        names = [c.id for c in self.plan.containers if c.id not in seen or c.id in again]
+        return tuple([c for c in names if c not in closed and reaches(LocationId(c))])
 
     def _with(
         self,
         robot_at: LocationId,
         holding: Item | None,
         items_at: Mapping[LocationId, tuple[Item, ...]],
+        changed: LocationId | None = None,
         *,
         first_seen: Contents | None = None,
         visited: tuple[ContainerId, ...] | None = None,
+        searched: ContainerId | None = None,
     ) -> Knowledge:
-        """A faster dataclasses.replace for the fields that change with every step."""
+        """A faster dataclasses.replace for the fields that change with every step.
+
+        Args:
+            changed: the one location whose items differ from before.
+            searched: the container that first_seen has beyond before.
+        """
+        first = self.first_seen if first_seen is None else first_seen
+        derived = self._known
+        if changed is not None:
+            left = derived.unsearched
+            if searched is not None:
+                left = tuple([c for c in left if c != searched])
+            by_type = _by_type_after(derived.by_type, changed, self.items_at.get(changed, ()), items_at[changed])
+            derived = _Derived(items_at, first, self.closed, self.again, self.plan, self.travel, left, by_type)
         return Knowledge(
             plan=self.plan,
             travel=self.travel,
             robot_at=robot_at,
             holding=holding,
             items_at=items_at,
-            first_seen=self.first_seen if first_seen is None else first_seen,
+            first_seen=first,
             facts=self.facts,
             visited=self.visited if visited is None else visited,
             closed=self.closed,
-            _asked=self._asked,
+            again=self.again,
+            _derived=derived,
         )
+
+
+def _by_type(items_at: Mapping[LocationId, tuple[Item, ...]]) -> Mapping[ItemType, Places]:
+    found: dict[ItemType, list[tuple[LocationId, Item]]] = {}
+    for at in sorted(items_at):
+        for item in items_at[at]:
+            found.setdefault(item.type, []).append((at, item))
+    return MappingProxyType({item_type: tuple(places) for item_type, places in found.items()})
+
+
+def _by_type_after(
+    by_type: Mapping[ItemType, Places], at: LocationId, before: tuple[Item, ...], now: tuple[Item, ...]
+) -> Mapping[ItemType, Places]:
+    """The instances of each type after the items of one location changed."""
+    if not before and not now:
+        return by_type
+    found = dict(by_type)
+    for item_type in {item.type for item in (*before, *now)}:
+        there = [(at, item) for item in now if item.type == item_type]
+        elsewhere = [place for place in found.get(item_type, ()) if place[0] != at]
+        found[item_type] = tuple(sorted([*elsewhere, *there], key=_location)) if elsewhere else tuple(there)
+    return MappingProxyType(found)
+
+
+def _location(place: tuple[LocationId, Item]) -> LocationId:
+    return place[0]
 
 
 def knowledge_at_start(plan: FloorPlan, travel: TravelCosts, known: Contents) -> Knowledge:

@@ -11,7 +11,7 @@ import csv
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 
 from workbench.errors import UnknownName
@@ -101,7 +101,7 @@ def type_named(name: str, known: Iterable[str], *, kind: str = "item type", wher
     raise UnknownName(kind, name, {readable_name(t) for t in types}, where)
 
 
-@cache
+@lru_cache(maxsize=20000)
 def type_of_asset(asset_id: str) -> str | None:
     """The type of an AI2-THOR asset, by the prefix of its id: "TV_Stand_212_1" -> "TVStand", "bin_18" ->
     "GarbageCan".
@@ -135,7 +135,7 @@ def _asset_prefixes() -> tuple[tuple[str, str], ...]:
     return tuple(sorted(pairs, key=lambda pair: (-len(pair[0]), pair)))
 
 
-@cache
+@lru_cache(maxsize=20000)
 def _vocabulary_row(type_name: str) -> TypeEntry | None:
     """The row of a type, or of the type of the same name: "ObjaCellphone" is a "CellPhone"."""
     exact = vocabulary().get(type_name)

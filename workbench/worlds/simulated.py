@@ -6,10 +6,12 @@ clock starts at a fixed epoch and advances only with actions, so that the same a
 
 from __future__ import annotations
 
+import hashlib
+from collections import Counter
 from collections.abc import Iterable
 from typing import Protocol, final
 
-from workbench.errors import UnknownName
+from workbench.errors import BadValue, UnknownName
 from workbench.worlds.house import (
     START,
     ContainerId,
@@ -44,12 +46,27 @@ class SimulatedWorld:
         house: the true house.
         navigation: its travel costs and paths.
         known: containers whose contents the robot knows before it starts.
+        miss_rate: the chance that a look misses an item, drawn for each item and look.
+        seed: of those draws.
 
     Raises:
         UnknownName: a known container that is not in the house.
+        BadValue: a miss rate outside [0, 1).
     """
 
-    def __init__(self, house: House, navigation: NavigationPaths, *, known: Iterable[ContainerId] = ()) -> None:
+    def __init__(
+        self,
+        house: House,
+        navigation: NavigationPaths,
+        *,
+        known: Iterable[ContainerId] = (),
+        miss_rate: float = 0.0,
+        seed: int = 0,
+    ) -> None:
+        if not 0 <= miss_rate < 1:
+            raise BadValue("miss rate", miss_rate, "at least 0 and below 1")
+        self._miss_rate, self._seed = miss_rate, seed
+        self._looks: Counter[ContainerId] = Counter()
         self._house = house
         self._navigation = navigation
         self._known = tuple(dict.fromkeys(known))
@@ -97,8 +114,17 @@ class SimulatedWorld:
         if self._at != LocationId(container):
             return self._refuse(f"the robot stands at {self._at}, not at {container}")
         done = self._done(LOOK_S)
-        items = tuple(self._there[LocationId(container)])
+        items = tuple(i for i in self._there[LocationId(container)] if not self._misses(i.id, container))
+        self._looks[container] += 1
         return LookResult(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
+
+    def _misses(self, item: ItemId, container: ContainerId) -> bool:
+        """Whether the next look into a container misses an item: the same for the same seed, item and look."""
+        if not self._miss_rate:
+            return False
+        drawn = f"{self._seed}|{self._looks[container]}|{container}|{item}"
+        chance = int.from_bytes(hashlib.blake2b(drawn.encode(), digest_size=8).digest(), "big") / 2.0**64
+        return chance < self._miss_rate
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         """Pick an item at the robot's location; the hand must be free."""

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices
+from workbench.caches import PerObject
 from workbench.errors import BadValue
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import ContainerId, LocationId
@@ -21,7 +22,7 @@ ROW_CACHE_SIZE = 10_000
 """Number of groups of locations whose indices are cached; beyond it, the cache is emptied."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True)
 class TravelCosts:
     """Shortest-path lengths in metres between all pairs of reachable locations.
 
@@ -35,12 +36,9 @@ class TravelCosts:
     """
 
     locations: tuple[LocationId, ...]
-    metres: npt.NDArray[np.float64]
+    metres: Floats
     unreachable: tuple[ContainerId, ...] = ()
     _index: Mapping[LocationId, int] = field(init=False, repr=False, compare=False)
-    _rows: dict[tuple[str, ...], npt.NDArray[np.intp]] = field(
-        default_factory=dict[tuple[str, ...], npt.NDArray[np.intp]], init=False, repr=False, compare=False
-    )
 
     def __post_init__(self) -> None:
         metres = np.array(self.metres, dtype=np.float64)
@@ -72,23 +70,21 @@ class TravelCosts:
         """
         return self._index[location]
 
-    def rows(self, locations: tuple[str, ...]) -> npt.NDArray[np.intp]:
-        """The indices of several locations, read-only and cached.
+    def rows(self, locations: tuple[str, ...]) -> Indices:
+        """The indices of several locations, read-only; remembered, since searches ask for the same again and again.
 
         Raises:
             KeyError: one of them is unreachable.
         """
-        found = self._rows.get(locations)
-        if found is None:
-            if len(self._rows) >= ROW_CACHE_SIZE:
-                self._rows.clear()
-            found = np.array([self._index[LocationId(location)] for location in locations], dtype=np.intp)
-            found.flags.writeable = False
-            self._rows[locations] = found
+        return _ROWS.of(self).get(locations, lambda: self._rows_of(locations))
+
+    def _rows_of(self, locations: tuple[str, ...]) -> Indices:
+        found = np.array([self._index[LocationId(location)] for location in locations], dtype=np.intp)
+        found.flags.writeable = False
         return found
 
     def reaches_all(self, locations: tuple[str, ...]) -> bool:
-        return locations in self._rows or all(location in self._index for location in locations)
+        return locations in _ROWS.of(self) or all(location in self._index for location in locations)
 
     def reaches(self, location: LocationId) -> bool:
         return location in self._index
@@ -98,6 +94,9 @@ class TravelCosts:
         if a not in self._index or b not in self._index:
             return None
         return float(self.metres[self._index[a], self._index[b]])
+
+
+_ROWS: PerObject[tuple[str, ...], Indices] = PerObject(ROW_CACHE_SIZE)
 
 
 class Paths(Protocol):

@@ -31,13 +31,14 @@ class ActionDone:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LookResult:
-    """A successful look: the contents of the container."""
+    """A successful look: the contents of the container, and who opened it; "" where it needs no opening."""
 
     start_ns: int
     end_ns: int
     container: ContainerId
     items: tuple[Item, ...]
     support: str = ""
+    opened_by: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +51,10 @@ class NotInLog:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionRefused:
-    """The action failed, and why. The robot may have moved by travel_m metres and is now at `at`."""
+    """The action failed, and why. The robot may have moved by travel_m metres and is now at `at`.
+
+    `item_remains` says of a pick that the item is still there: it was not grasped, and is not gone.
+    """
 
     start_ns: int
     end_ns: int
@@ -58,6 +62,7 @@ class ActionRefused:
     travel_m: float = 0.0
     path: tuple[Point, ...] = ()
     at: LocationId | None = None
+    item_remains: bool = False
 
 
 class World(Protocol):

@@ -39,6 +39,10 @@ class SessionClock(Protocol):
         """How far the robot's clock is ahead of ours, in nanoseconds."""
         ...
 
+    def uncertain(self) -> bool:
+        """Whether robot stamps are converted by a skew that is old."""
+        ...
+
     def refresh(self) -> None:
         """Update the time sync, where needed, before a command with a deadline."""
         ...
@@ -59,6 +63,8 @@ class SyncedClock:
         self._skew_ns = 0
         self._response: object = None
         self._measured_ns = monotonic_ns()
+        self._ended = False
+        """Whether the thread had ended since the last answer: while it is tried again, nothing is certain yet."""
         self.restarts = 0
         """How often the time-sync thread had ended and was started again."""
 
@@ -86,7 +92,8 @@ class SyncedClock:
     def uncertain(self) -> bool:
         """Whether stamps are converted by an old skew: its thread has ended, or it was not measured for STALE_NS."""
         self._note_answer()
-        return self._thread.stopped or self._monotonic_ns() - self._measured_ns > STALE_NS
+        self._ended |= self._thread.stopped
+        return self._ended or self._monotonic_ns() - self._measured_ns > STALE_NS
 
     def refresh(self) -> None:
         """Starts the time-sync thread again if it has ended, and waits a moment for its first answer."""
@@ -94,6 +101,7 @@ class SyncedClock:
         if not self._thread.stopped:
             return
         self.restarts += 1
+        self._ended = True
         self._thread.start()
         tries = round(RESTART_S / POLL_S)
         while tries > 0 and not self._thread.stopped and self._thread.endpoint.response is self._response:
@@ -106,6 +114,7 @@ class SyncedClock:
         response = self._thread.endpoint.response
         if response is not self._response:
             self._response, self._measured_ns = response, self._monotonic_ns()
+            self._ended = False
 
 
 @final
@@ -133,6 +142,9 @@ class Stepped:
 
     def skew_ns(self) -> int:
         return round(self._clock.skew_s * NANO)
+
+    def uncertain(self) -> bool:
+        return False
 
     def refresh(self) -> None:
         if self.endpoint is not None:

@@ -19,17 +19,20 @@ from types import TracebackType
 from typing import Any, Self, cast
 
 import bosdyn.client
-from bosdyn.client.auth import InvalidLoginError, InvalidTokenError
+from bosdyn.client.auth import InvalidLoginError, InvalidTokenError, TemporarilyLockedOutError
 from bosdyn.client.exceptions import Error as BosdynError
-from bosdyn.client.exceptions import RpcError, UnauthenticatedError
+from bosdyn.client.exceptions import NonexistentAuthorityError, RpcError, UnauthenticatedError, UnimplementedError
 from bosdyn.client.lease import Error as LeaseClientError
+from bosdyn.client.robot import UnregisteredServiceError
 from bosdyn.client.time_sync import TimeSyncError, TimeSyncThread
 
 from recorders.spot.client.clock import SessionClock, Stepped, SyncedClock
-from recorders.spot.client.errors import BadLogin, NoTimeSync, RobotUnreachable
+from recorders.spot.client.errors import BadLogin, LockedOut, NoTimeSync, RobotUnreachable, ServiceMissing
 from recorders.spot.client.time_source import SteppedClock
 from workbench.errors import BadValue, FileMissing, MalformedFile
 
+NOT_ON_THIS_ROBOT = (UnregisteredServiceError, NonexistentAuthorityError, UnimplementedError)
+"""Errors of a robot whose software has no such service or call."""
 ROBOT_ERRORS = (BosdynError, LeaseClientError)
 """The two base classes of errors raised by bosdyn-client."""
 
@@ -133,6 +136,9 @@ class Connection:
             self.client("directory")
             self.robot.sync_with_directory()
             self.clock: SessionClock = self._start_time_sync(stepped)
+        except RpcError as error:
+            self.close()
+            raise _as_line(address, error) from error
         except BaseException:
             self.close()
             raise
@@ -167,8 +173,10 @@ class Connection:
             self.robot.authenticate(self._credentials.username, self._credentials.password, timeout=self.timeout_s)
         except (InvalidLoginError, InvalidTokenError, UnauthenticatedError):
             raise BadLogin(str(self.address)) from None
-        except RpcError as error:
-            raise RobotUnreachable(str(self.address), reason_of(error)) from error
+        except TemporarilyLockedOutError:
+            raise LockedOut(str(self.address)) from None
+        except BosdynError as error:
+            raise _as_line(self.address, error) from error
 
     def _start_time_sync(self, stepped: SteppedClock | None) -> SessionClock:
         try:
@@ -176,6 +184,8 @@ class Connection:
             self.robot.start_time_sync(TIME_SYNC_EVERY_S)
             thread = cast("TimeSyncThread", self.robot.time_sync)  # None only before it was started
             thread.wait_for_sync(timeout_sec=2 * self.timeout_s)
+        except NOT_ON_THIS_ROBOT as error:
+            raise _as_line(self.address, error) from error
         except (TimeSyncError, RpcError) as error:
             raise NoTimeSync(str(self.address)) from error
         return SyncedClock(thread) if stepped is None else Stepped(stepped, thread.endpoint)
@@ -196,6 +206,8 @@ def _shipped_root() -> Path:
 
 def reason_of(error: Exception) -> str:
     """A bosdyn error in a few words: its class name as words, without gRPC details."""
+    if isinstance(error, UnregisteredServiceError):
+        return "the robot has no such service"
     name = type(error).__name__.removesuffix("Error")
     words = "".join(f" {ch.lower()}" if ch.isupper() and i else ch.lower() for i, ch in enumerate(name))
     return words.strip()
@@ -206,5 +218,16 @@ def talking_to(host: RobotAddress) -> Generator[None]:
     """Convert bosdyn errors into one-line errors."""
     try:
         yield
-    except RpcError as error:
-        raise RobotUnreachable(str(host), reason_of(error)) from error
+    except ROBOT_ERRORS as error:
+        raise _as_line(host, error) from error
+
+
+def _as_line(host: RobotAddress, error: Exception) -> RobotUnreachable | ServiceMissing:
+    """A bosdyn error as one of ours, which is one line."""
+    if isinstance(error, NOT_ON_THIS_ROBOT):
+        return ServiceMissing(str(host), f"{reason_of(error)}: {_first_line(error)}")
+    return RobotUnreachable(str(host), reason_of(error))
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [""])[0][:200]

@@ -25,8 +25,10 @@ from bosdyn.client.lease import (
 )
 from bosdyn.client.robot_command import RobotCommandBuilder
 
+from recorders.spot.client.battery import START_PERCENT, charge_percent
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.client.docking import docked_at, undock
 from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
@@ -66,9 +68,11 @@ class Control:
         own_estop: set up a separate emergency-stop endpoint, whatever the stop level is; it replaces the robot's
             configuration, also a live endpoint of the tablet.
         stand: power on and stand up; off for tests of the lease alone.
+        dock: the number of the dock that the robot may leave; None where a docked robot is refused.
 
     Attributes:
-        without_item: an event, set when the lease is lost.
+        lease_lost: an event, set when the lease is lost.
+        before_rest: called before the robot sits down, while it still stands; it must not raise.
         estop_guard: names of the endpoints whose emergency stop guards the run; "" before control is taken.
 
     Raises:
@@ -76,14 +80,22 @@ class Control:
     """
 
     def __init__(
-        self, connection: Connection, *, take: bool = False, own_estop: bool = False, stand: bool = True
+        self,
+        connection: Connection,
+        *,
+        take: bool = False,
+        own_estop: bool = False,
+        stand: bool = True,
+        dock: int | None = None,
     ) -> None:
         self._connection = connection
         self._take, self._own_estop, self._stand = take, own_estop, stand
         self._keep_alive: LeaseKeepAlive | None = None
         self._estop: EstopKeepAlive | None = None
         self._lease: Lease | None = None
-        self.without_item = threading.Event()
+        self.lease_lost = threading.Event()
+        self._dock = dock
+        self.before_rest: Callable[[], None] | None = None
         self.returned = False
         self.estop_guard = ""
 
@@ -92,7 +104,9 @@ class Control:
             self._take_lease()
             if self._stand:
                 self._allow_motion()
+                self._check_battery()
                 self._power_on()
+                self._undock()
                 self._stand_up()
         except ROBOT_ERRORS as error:
             self.give_back()
@@ -120,8 +134,11 @@ class Control:
 
     def give_back(self) -> None:
         """Stop, sit down, power off and return the lease. Safe to call twice; never raises because of the robot."""
-        if self._lease is not None and not self.without_item.is_set() and self._stand:
+        if self._lease is not None and not self.lease_lost.is_set() and self._stand:
             self.stop()
+            if self.before_rest is not None:
+                self.before_rest()
+            self._sit_down()
             self._try_command(RobotCommandBuilder.safe_power_off_command())
             self._await_motors_off()
         if self._keep_alive is not None:
@@ -150,7 +167,7 @@ class Control:
     def _on_failure(self, error: Exception) -> None:
         """Keep-alive callback: a lease taken by another client is lost, but a failed call does not lose it."""
         if isinstance(error, LeaseUseError | LeaseNotOwnedByWallet):
-            self.without_item.set()
+            self.lease_lost.set()
 
     def _allow_motion(self) -> None:
         client = self._connection.client("estop")
@@ -178,6 +195,20 @@ class Control:
         self._estop.allow()
         self.estop_guard = ESTOP_NAME
         log.info("our own e-stop guards this run: it stops the robot %g s after this program falls silent", silent_s)
+
+    def _check_battery(self) -> None:
+        charge = charge_percent(self._connection.client("robot-state").get_robot_state())
+        if charge is not None and charge < START_PERCENT:
+            what = f"its battery is at {charge:.0f} %, and a run begins with at least {START_PERCENT:.0f} %"
+            raise NotReady(str(self._connection.address), what)
+
+    def _undock(self) -> None:
+        """Leave the dock, where the site names it: standing up on it is refused."""
+        if self._dock is None or docked_at(self._connection) is None:
+            return
+        reason = undock(self._connection)
+        if reason:
+            raise NotReady(str(self._connection.address), f"it did not leave its dock ({reason})")
 
     def _power_on(self) -> None:
         client, state = self._connection.client("power"), self._connection.client("robot-state")
@@ -213,12 +244,31 @@ class Control:
                 raise NotReady(str(self._connection.address), otherwise)
             clock.sleep(POLL_S)
 
-    def _try_command(self, command: robot_command_pb2.RobotCommand) -> None:
-        """Send a command, tolerating failure: the robot may be unreachable, or the lease lost."""
+    def _try_command(self, command: robot_command_pb2.RobotCommand) -> int | None:
+        """Send a command, tolerating failure: the robot may be unreachable, or the lease lost; None if it failed."""
         try:
-            self._connection.client("robot-command").robot_command(command, timeout=2.0)
+            number: int = self._connection.client("robot-command").robot_command(command, timeout=2.0)
         except ROBOT_ERRORS as error:
             log.warning("the robot did not take a command: %s", reason_of(error))
+            return None
+        return number
+
+    def _sit_down(self) -> None:
+        """Let the robot sit down, and wait until it sits, as the SDK's blocking_sit does."""
+        number = self._try_command(RobotCommandBuilder.synchro_sit_command())
+        client, clock = self._connection.client("robot-command"), self._connection.clock
+        end, sitting = clock.now_ns() + round(SIT_S * 1e9), basic_command_pb2.SitCommand.Feedback.STATUS_IS_SITTING
+        try:
+            while number is not None and clock.now_ns() < end:
+                answer: robot_command_pb2.RobotCommandFeedbackResponse = client.robot_command_feedback(
+                    number, timeout=2.0
+                )
+                moving = answer.feedback.synchronized_feedback.mobility_command_feedback
+                if moving.sit_feedback.status == sitting:
+                    return
+                clock.sleep(POLL_S)
+        except ROBOT_ERRORS as error:
+            log.warning("the robot does not say whether it sits: %s", reason_of(error))
 
     def _await_motors_off(self) -> None:
         """Wait until the robot has sat down and its motors are off; returning the lease earlier would stop it

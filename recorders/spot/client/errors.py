@@ -27,6 +27,26 @@ class BadLogin(InputError):
         )
 
 
+class LockedOut(InputError):
+    """The robot refuses all logins for a while, after several wrong ones."""
+
+    def __init__(self, host: str) -> None:
+        super().__init__(
+            f"{host}: this user is locked out for a while, after several wrong passwords. Wait some minutes, "
+            "then give the right one."
+        )
+
+
+class ServiceMissing(InputError):
+    """The robot's software does not have a service, or not one that the client understands."""
+
+    def __init__(self, host: str, reason: str) -> None:
+        super().__init__(
+            f"{host}: {reason}. Its software is older or newer than this client: update it, or use the "
+            "bosdyn-client of its version."
+        )
+
+
 class NoTimeSync(Failed):
     """Time sync with the robot failed."""
 

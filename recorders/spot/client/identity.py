@@ -2,48 +2,67 @@
 
 from __future__ import annotations
 
-import hashlib
+from bosdyn.api import payload_pb2, robot_id_pb2
+from bosdyn.api.graph_nav import map_pb2
 
-from recorders.code_revision import revision
-from recorders.spot.client.connection import Connection
-from workbench import __version__
-from workbench.log_schema.events import SCHEMA_VERSION, RunInfo, Stamp
+from recorders.run_identity import Driver, run_id, run_info
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection
+from recorders.spot.client.graph_nav_map import graph_hash
+from workbench.log_schema.events import RunInfo
 from workbench.planning.tasks import Task
 from workbench.worlds.sites.site import Site
 
 
 def robot_run_info(
-    connection: Connection,
-    site: Site,
-    task: Task,
-    *,
-    strategy: str,
-    estimator: str,
-    seed: int = 0,
-    title: str = "",
-    told_apart_by: str,
+    connection: Connection, site: Site, task: Task, driver: Driver, *, title: str = "", told_apart_by: str
 ) -> RunInfo:
     """The identity of a run that starts now.
 
     Args:
         told_apart_by: further input of the run id, besides the robot's serial number and the time.
     """
-    code, started_ns = revision(), connection.clock.now_ns()
-    name = f"{connection.serial}|{started_ns}|{told_apart_by}"
-    return RunInfo(
-        run_id=hashlib.sha256(name.encode()).hexdigest()[:12],
-        schema_version=SCHEMA_VERSION,
+    started_ns = connection.clock.now_ns()
+    return run_info(
+        task,
+        driver,
+        id=run_id(f"{connection.serial}|{started_ns}|{told_apart_by}"),
         place=site.name,
-        scenario=task.scenario,
-        strategy=strategy,
-        estimator=estimator,
-        seed=seed,
-        started=Stamp.of(started_ns),
-        title=title or task.title,
+        started_ns=started_ns,
         source="spot",
-        code_version=__version__,
-        code_revision=code.commit,
-        code_dirty=code.dirty,
-        weights_sha256=estimator.partition("@")[2],
+        title=title,
         inertial_frame="odom",
     )
+
+
+ROBOT_METADATA = "lios.robot"
+"""Name of the metadata record that says which robot a log is of."""
+MAP_TIMEOUT_S = 60.0
+
+
+def robot_metadata(connection: Connection, *, operator: str = "", serial: bool = True) -> dict[str, str]:
+    """Which robot it is, for a log: nickname, software, map's hash, payloads, operator, and the serial number.
+
+    What the robot does not tell is left out.
+
+    Args:
+        serial: whether the serial number and the nickname, which name one robot, are given.
+    """
+    told: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
+    has = told.software_release.version
+    known = {
+        "species": told.species,
+        "software": f"{has.major_version}.{has.minor_version}.{has.patch_level}",
+        "operator": operator,
+        **({"serial": told.serial_number, "nickname": told.nickname} if serial else {}),
+    }
+    try:
+        graph: map_pb2.Graph = connection.client("graph-nav-service").download_graph(timeout=MAP_TIMEOUT_S)
+        known["map"] = graph_hash(graph) if graph.waypoints else ""
+    except ROBOT_ERRORS:
+        pass
+    try:
+        payloads: list[payload_pb2.Payload] = connection.client("payload").list_payloads(timeout=connection.timeout_s)
+        known["payloads"] = ", ".join(sorted(payload.name for payload in payloads))
+    except ROBOT_ERRORS:
+        pass
+    return {name: text for name, text in known.items() if text}

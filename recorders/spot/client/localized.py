@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import hypot
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,24 @@ if TYPE_CHECKING:
 
 ON_WAYPOINT_M = 0.3
 """A robot within this many metres of a waypoint is at it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Localization:
+    """Where a robot was localised.
+
+    Attributes:
+        tag: the nearest fiducial then in view that is no item's; None if none was.
+        age_s: age in seconds of the robot's localisation when it was asked for.
+    """
+
+    waypoint: str
+    tag: int | None
+    age_s: float
+
+    def in_words(self) -> str:
+        by = "by a fiducial" if self.tag is None else f"by fiducial {self.tag}"
+        return f"at {self.waypoint} {by}, {self.age_s:.1f} s old"
 
 
 def is_localized(state: graph_nav_pb2.GetLocalizationStateResponse) -> bool:

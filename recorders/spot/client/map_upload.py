@@ -17,7 +17,8 @@ from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.errors import MapRefused
 from workbench.errors import FileMissing, MalformedFile
 
-UPLOAD_TIMEOUT_S = 60.0
+UPLOAD_TIMEOUT_S, SLOWEST_BYTES_PER_S = 30.0, 100e3
+"""An upload may take UPLOAD_TIMEOUT_S, and as long as its bytes take on a slow wireless network."""
 MapPart = TypeVar("MapPart", map_pb2.Graph, map_pb2.WaypointSnapshot, map_pb2.EdgeSnapshot)
 MAP_FOLDER = "Give the folder of a recorded GraphNav map"
 
@@ -44,8 +45,7 @@ def upload_map(connection: Connection, folder: Path) -> int:
         FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it, or asks for
             a snapshot that is not of this map.
     """
-    graph = read_graph(folder)
-    snapshots, edges = _read_snapshots(graph, folder)
+    graph, snapshots, edges = read_map_folder(folder)
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
     try:
         client.clear_graph(wallet.advance().lease_proto, timeout=connection.timeout_s)
@@ -53,17 +53,34 @@ def upload_map(connection: Connection, folder: Path) -> int:
             wallet.advance().lease_proto,  # these two calls do not use the wallet
             graph,
             generate_new_anchoring=not graph.anchoring.anchors,
-            timeout=UPLOAD_TIMEOUT_S,
+            timeout=_time_for(graph),
         )
         for name in answer.unknown_waypoint_snapshot_ids:
-            client.upload_waypoint_snapshot(snapshots[name], timeout=UPLOAD_TIMEOUT_S)
+            client.upload_waypoint_snapshot(snapshots[name], timeout=_time_for(snapshots[name]))
         for name in answer.unknown_edge_snapshot_ids:
-            client.upload_edge_snapshot(edges[name], timeout=UPLOAD_TIMEOUT_S)
+            client.upload_edge_snapshot(edges[name], timeout=_time_for(edges[name]))
     except ResponseError as error:
         raise MapRefused(str(connection.address), reason_of(error)) from error
     except KeyError as error:
         raise MapRefused(str(connection.address), f"it asks for a snapshot {error} that is not of this map") from None
     return len(graph.waypoints)
+
+
+def _time_for(part: map_pb2.Graph | map_pb2.WaypointSnapshot | map_pb2.EdgeSnapshot) -> float:
+    """The time limit of an upload in seconds."""
+    return UPLOAD_TIMEOUT_S + part.ByteSize() / SLOWEST_BYTES_PER_S
+
+
+def read_map_folder(
+    folder: Path,
+) -> tuple[map_pb2.Graph, dict[str, map_pb2.WaypointSnapshot], dict[str, map_pb2.EdgeSnapshot]]:
+    """The graph of a map's folder with all snapshots that it names, by id: of waypoints, and of edges.
+
+    Raises:
+        FileMissing, MalformedFile: a part is missing or invalid.
+    """
+    graph = read_graph(folder)
+    return graph, *_read_snapshots(graph, folder)
 
 
 def _read_snapshots(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import cos, sin
 
 from bosdyn.api import geometry_pb2, world_object_pb2
-from bosdyn.client.frame_helpers import BODY_FRAME_NAME, VISION_FRAME_NAME
+from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import SE3Pose
 
 from recorders.spot.client.clock import SessionClock
@@ -44,11 +44,21 @@ class TagSighting:
 
 
 def read_tags(
-    objects: Iterable[world_object_pb2.WorldObject], map_tform_body: geometry_pb2.SE3Pose, clock: SessionClock
+    objects: Iterable[world_object_pb2.WorldObject],
+    map_tform_body: geometry_pb2.SE3Pose,
+    clock: SessionClock,
+    map_tform_odom: SE3Pose | None = None,
 ) -> tuple[TagSighting, ...]:
-    """The fiducials among world objects, placed by the body's current pose on the map.
+    """The fiducials among world objects, placed on the map where the body was when they were seen.
 
-    Their frames are the raw ones: filtered frames are for tags that never move (world_object.proto).
+    The transforms of a world object are those of its acquisition, so that a tag is placed by way of odom, which does
+    not jump: by the body's pose now, it would move along with the body.
+
+    Args:
+        map_tform_body: the body's current pose, for want of map_tform_odom.
+        map_tform_odom: odom on the map by the last localisation.
+
+    Their frames are the raw ones: the filtered ones average over time, and items are moved.
     """
     placed = SE3Pose.from_proto(map_tform_body)
     found: list[TagSighting] = []
@@ -61,7 +71,11 @@ def read_tags(
         vision = tform(thing.transforms_snapshot, VISION_FRAME_NAME, name)
         if body is None or vision is None:
             continue
-        x, y, z = placed.transform_point(body.x, body.y, body.z)
+        odom = None if map_tform_odom is None else tform(thing.transforms_snapshot, ODOM_FRAME_NAME, name)
+        if map_tform_odom is None or odom is None:
+            x, y, z = placed.transform_point(body.x, body.y, body.z)
+        else:
+            x, y, z = map_tform_odom.transform_point(odom.x, odom.y, odom.z)
         at = thing.acquisition_time
         found.append(
             TagSighting(

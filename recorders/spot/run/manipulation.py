@@ -2,56 +2,75 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, sin
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import hypot
 from typing import TYPE_CHECKING, Protocol, final
 
-from bosdyn.api import (
-    arm_command_pb2,
-    basic_command_pb2,
-    geometry_pb2,
-    gripper_command_pb2,
-    manipulation_api_pb2,
-    robot_command_pb2,
-    robot_state_pb2,
-    synchronized_command_pb2,
-)
+from bosdyn.api import manipulation_api_pb2, robot_command_pb2, robot_state_pb2
 from bosdyn.client.exceptions import ResponseError
-from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, GROUND_PLANE_FRAME_NAME, VISION_FRAME_NAME
-from bosdyn.client.math_helpers import Quat, SE3Pose
+from bosdyn.client.frame_helpers import (
+    BODY_FRAME_NAME,
+    GRAV_ALIGNED_BODY_FRAME_NAME,
+    GROUND_PLANE_FRAME_NAME,
+    VISION_FRAME_NAME,
+)
+from bosdyn.client.math_helpers import SE3Pose
 from bosdyn.client.robot_command import RobotCommandBuilder
 
-from recorders.spot.client.connection import reason_of
+from recorders.spot.client.connection import ROBOT_ERRORS, reason_of
+from recorders.spot.client.errors import RunStopped
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.tags import TagSighting
+from recorders.spot.run.arm_motion import (
+    AHEAD_M,
+    FLOOR_M,
+    Position,
+    command_result,
+    grasp_from,
+    hand_to,
+    in_front_of,
+    place_on,
+)
+from workbench.errors import LiosError
+from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
-from workbench.worlds.house import START, Container, ContainerId, ItemId
+from workbench.worlds.house import START, ContainerId, ItemId
 
 if TYPE_CHECKING:
     from recorders.spot.run.world import SpotWorld
 
 GRASP_LIMIT_S = 60.0
 ARM_LIMIT_S = 15.0
-ARM_MOVE_S = 2.5
 FRESH_S, FIND_S = 1.0, 3.0
 """A grasp aims only at a tag seen within FRESH_S; such a sighting is waited for up to FIND_S."""
-ATTEMPTS = 2
-AHEAD_M, REACH_M = 0.65, 0.95
-"""Distance limits in metres from the body centre to the gripper: far enough to clear the robot's front, and within
-reach of the arm, which is 0.98 m from the shoulder (0.3 m ahead of the centre) and less when raised."""
-INSET_M, ABOVE_M = 0.15, 0.12
-"""Items are placed this many metres from the edge, and released this high above the surface."""
-HIGHEST_M, FLOOR_M = 1.1, 0.15
-"""Limits in metres of the placing height above the floor (closed furniture is higher than its shelf)."""
 BODY_M = 0.52
 """Default height in metres of a standing body."""
+DOWN = (0.0, 0.0, -1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Picked:
+    """How a pick ended: `reason` is "" on success; `item_remains` says that it failed with the item still there."""
+
+    reason: str = ""
+    item_remains: bool = False
 
 
 class Manipulator(Protocol):
-    """Pick and place; each returns the reason of a failure, or ""."""
+    """Pick and place; `place` returns the reason of a failure, or ""."""
 
-    def pick(self, item: ItemId) -> str: ...
+    def pick(self, item: ItemId) -> Picked: ...
 
     def place(self, item: ItemId) -> str: ...
+
+    def check_holding(self) -> bool:
+        """Whether what is carried had been dropped, for which the robot was stopped; it is held again.
+
+        Raises:
+            RunStopped: it was dropped, and is not held again.
+        """
+        ...
 
 
 @final
@@ -61,13 +80,16 @@ class HelperManipulator:
     def __init__(self, world: SpotWorld) -> None:
         self._world = world
 
-    def pick(self, item: ItemId) -> str:
+    def pick(self, item: ItemId) -> Picked:
         done = self._world.operator.confirm(f"Put {item} on the robot, then press y.")
-        return "" if done else f"nobody was there to hand over {item}"
+        return Picked() if done else Picked(reason=f"nobody was there to hand over {item}", item_remains=True)
 
     def place(self, item: ItemId) -> str:
         done = self._world.operator.confirm(f"Take {item} off and put it down here, then press y.")
         return "" if done else f"nobody was there to put down {item}"
+
+    def check_holding(self) -> bool:
+        return False
 
 
 @final
@@ -76,62 +98,153 @@ class ArmManipulator:
 
     def __init__(self, world: SpotWorld) -> None:
         self._world = world
+        self._carrying: ItemId | None = None
+        world.control.before_rest = self.secure
 
-    def pick(self, item: ItemId) -> str:
-        reason = ""
-        for _ in range(ATTEMPTS):
-            sighting = self._find(item)
+    def pick(self, item: ItemId) -> Picked:
+        """Grasp an item as the robot likes, then from above, then after a helper turned it, from the robot's side."""
+        sides: tuple[Callable[[TagSighting], Position | None], ...] = (
+            lambda _: None,
+            lambda _: DOWN,
+            self._from_the_robot,
+        )
+        grasps, reason, there = 0, "", False
+        for attempt, side in enumerate(sides):
+            if attempt == len(sides) - 1 and not self._turned(item, reason):
+                break
+            sighting, why = self._find(item)
             if sighting is None:
-                return f"the tag of {item} is not seen here"
-            reason = self._grasp(sighting)
+                reason, there = why or reason or f"the tag of {item} is not seen here", there or bool(why)
+                if not there:
+                    break
+                continue
+            grasps, there = grasps + 1, True
+            reason = self._grasp(sighting, side(sighting))
             if not reason:
-                self._command(RobotCommandBuilder.arm_carry_command())
-                return ""
+                self._carry(item)
+                return Picked()
+            self._world.tell(f"Grasp {grasps} of {item} failed: {reason}")
         self._command(RobotCommandBuilder.arm_stow_command())
-        return reason
+        return Picked(reason=reason, item_remains=there)
 
     def place(self, item: ItemId) -> str:
         if not self._holds():
+            self._carrying = None
             return f"the gripper no longer holds {item}"
-        x, y, z = self._free_place()
-        hand = SE3Pose(x, y, z, Quat.from_yaw(atan2(y, x))).to_proto()
-        over = RobotCommandBuilder.arm_pose_command_from_pose(
-            hand,
-            GRAV_ALIGNED_BODY_FRAME_NAME,
-            seconds=ARM_MOVE_S,  # pyright: ignore[reportArgumentType] (an int, by the SDK's default)
-        )
-        reason = self._command(over)
+        self._carrying = None
+        reason = self._put_down(self._free_place())
         if reason:
+            self._carrying = item
             self._command(RobotCommandBuilder.arm_carry_command())
             return f"{item} could not be put down: {reason}"
+        return ""
+
+    def check_holding(self) -> bool:
+        item = self._carrying
+        if item is None or self._holds() or self._holds():
+            return False
+        self._carrying = None
+        world = self._world
+        world.control.stop()
+        world.tell(f"{item} was dropped")
+        asked = f"{item} was dropped. Lay it in front of the robot, its tag in view, step back, and press y."
+        if not world.operator.confirm(asked):
+            raise RunStopped(f"{item} was dropped on the way")
+        again = self.pick(item)
+        if again.reason:
+            raise RunStopped(f"{item} was dropped on the way, and could not be grasped again: {again.reason}")
+        return True
+
+    def secure(self) -> None:
+        """Before the robot sits down: stow the arm with what it holds, or put that down in front of the robot.
+
+        Never raises because of the robot.
+        """
+        self._world.ending = True
+        try:
+            if not self._holds():
+                if self._state().manipulator_state.stow_state == robot_state_pb2.ManipulatorState.STOWSTATE_DEPLOYED:
+                    self._command(RobotCommandBuilder.arm_stow_command())
+                return
+            if self._command(RobotCommandBuilder.arm_stow_command()):
+                self._put_down((AHEAD_M, 0.0, FLOOR_M - BODY_M))
+        except (*ROBOT_ERRORS, LiosError) as error:
+            self._world.tell(f"The arm was left as it is: {error}")
+
+    def _turned(self, item: ItemId, reason: str) -> bool:
+        """Whether a helper turned the item."""
+        asked = f"The robot could not grasp {item} ({reason}). Turn it, its tag to the robot, step back, and press y."
+        return self._world.operator.confirm(asked)
+
+    def _from_the_robot(self, sighting: TagSighting) -> Position | None:
+        """The level direction from the body to a tag, in the vision frame."""
+        body = tform(self._state().kinematic_state.transforms_snapshot, VISION_FRAME_NAME, BODY_FRAME_NAME)
+        if body is None:
+            return None
+        dx, dy = sighting.in_vision[0] - body.x, sighting.in_vision[1] - body.y
+        away = hypot(dx, dy) or TINY
+        return (dx / away, dy / away, 0.0)
+
+    def _carry(self, item: ItemId) -> None:
+        """Carry what is held.
+
+        By default the robot takes everything for not carriable: it does not stow it, and lets go of it when the
+        connection breaks off (manipulation_api.proto; SDK example arm_grasp_carry_override).
+        """
+        world, client = self._world, self._world.connection.client("manipulation")
+        request = manipulation_api_pb2.ApiGraspOverrideRequest(
+            api_grasp_override=manipulation_api_pb2.ApiGraspOverride(
+                override_request=manipulation_api_pb2.ApiGraspOverride.OVERRIDE_HOLDING
+            ),
+            carry_state_override=manipulation_api_pb2.ApiGraspedCarryStateOverride(
+                override_request=robot_state_pb2.ManipulatorState.CARRY_STATE_CARRIABLE_AND_STOWABLE
+            ),
+        )
+        try:
+            world.call(lambda: client.grasp_override_command(request, timeout=world.connection.timeout_s))
+        except ResponseError as error:
+            world.tell(f"{item} may be dropped if the connection breaks off ({reason_of(error)})")
+        self._command(RobotCommandBuilder.arm_carry_command())
+        self._carrying = item
+
+    def _put_down(self, at: Position) -> str:
+        """Put down what is held, by way of a point in front of the place, and go back by it before stowing."""
+        before = in_front_of(at)
+        reason = self._command(hand_to(before)) or self._command(hand_to(at))
+        if reason:
+            self._command(hand_to(before))
+            return reason
         self._command(RobotCommandBuilder.claw_gripper_open_command())
-        if self._holds():
-            return f"the gripper did not let go of {item}"
+        stays = self._holds()
+        self._command(hand_to(before))
+        if stays:
+            return "the gripper did not let go"
+        self._command(RobotCommandBuilder.claw_gripper_close_command())
         self._command(RobotCommandBuilder.arm_stow_command())
         return ""
 
-    def _find(self, item: ItemId) -> TagSighting | None:
-        """A sighting of the item's tag within the last FRESH_S, of a pose that is sure; None after FIND_S."""
-        world = self._world
+    def _find(self, item: ItemId) -> tuple[TagSighting | None, str]:
+        """A sighting of the item's tag within the last FRESH_S, of a pose that is sure, and "".
+
+        After FIND_S None, and why it was not good enough; "" where there was none.
+        """
+        world, why = self._world, ""
         end_ns = world.now_ns() + round(FIND_S * 1e9)
         while True:
             for sighting in world.sightings() or ():
                 known = world.site.tags.get(sighting.tag)
-                fresh = world.now_ns() - sighting.stamp_ns <= round(FRESH_S * 1e9)
-                if known is not None and known.id == item and fresh and sighting.reliable:
-                    return sighting
+                if known is None or known.id != item or world.now_ns() - sighting.stamp_ns > round(FRESH_S * 1e9):
+                    continue
+                if sighting.reliable:
+                    return sighting, ""
+                why = f"the pose of the tag of {item} is unsure (ambiguous, or of high error)"
             if world.now_ns() > end_ns:
-                return None
+                return None, why
             world.wait(world.settings.poll_s)
 
-    def _grasp(self, sighting: TagSighting) -> str:
+    def _grasp(self, sighting: TagSighting, direction: Position | None) -> str:
         world, client = self._world, self._world.connection.client("manipulation")
-        x, y, z = sighting.in_vision
-        request = manipulation_api_pb2.ManipulationApiRequest(
-            pick_object=manipulation_api_pb2.PickObject(
-                frame_name=VISION_FRAME_NAME, object_rt_frame=geometry_pb2.Vec3(x=x, y=y, z=z)
-            )
-        )
+        request = manipulation_api_pb2.ManipulationApiRequest(pick_object=grasp_from(sighting.in_vision, direction))
         try:
             answer: manipulation_api_pb2.ManipulationApiResponse = world.call(
                 lambda: client.manipulation_api_command(request, timeout=world.connection.timeout_s)
@@ -196,56 +309,9 @@ class ArmManipulator:
         return f"the arm did not get there in {ARM_LIMIT_S:g} s"
 
 
-def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, float, float]:
-    """A point above a container's top, INSET_M from its edge and as near to the robot as the arm allows.
-
-    Args:
-        here: body pose on the map. height_m: height of the body above the floor.
-
-    Returns:
-        Position in metres in the gravity-aligned body frame.
-    """
-    at, (length, width, tall) = container.pose, container.size_m
-    c, s = cos(at.yaw_rad), sin(at.yaw_rad)
-    dx, dy = here.x_m - at.x_m, here.y_m - at.y_m
-    half = (max(0.0, length / 2 - INSET_M), max(0.0, width / 2 - INSET_M))
-    along = max(-half[0], min(half[0], c * dx + s * dy))
-    across = max(-half[1], min(half[1], -s * dx + c * dy))
-    mx, my = at.x_m + c * along - s * across - here.x_m, at.y_m + s * along + c * across - here.y_m
-    c, s = cos(here.yaw_rad), sin(here.yaw_rad)
-    x, y = c * mx + s * my, -s * mx + c * my
-    away = hypot(x, y) or 1e-9
-    far = max(AHEAD_M, min(REACH_M, away))
-    top = min(container.base_m + tall, HIGHEST_M)
-    return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
-
-
-def command_result(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
-    """The result of an arm or gripper command: None while running, "" on success, else the reason of the failure."""
-    arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
-    going = basic_command_pb2.RobotCommandFeedbackStatus
-    if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):
-        return f"the arm's command ended with {going.Status.Name(arm.status).removeprefix('STATUS_').lower()}"
-    named, cartesian = arm_command_pb2.NamedArmPositionsCommand.Feedback, arm_command_pb2.ArmCartesianCommand.Feedback
-    match arm.WhichOneof("feedback"):
-        case "arm_cartesian_feedback":
-            status = arm.arm_cartesian_feedback.status
-            if status in (cartesian.STATUS_TRAJECTORY_CANCELLED, cartesian.STATUS_TRAJECTORY_STALLED):
-                return "the arm stalled on the way"
-            return "" if status == cartesian.STATUS_TRAJECTORY_COMPLETE else None
-        case "named_arm_position_feedback":
-            status = arm.named_arm_position_feedback.status
-            if status == named.STATUS_STALLED_HOLDING_ITEM:
-                return "the arm cannot go there while it holds something"
-            return "" if status == named.STATUS_COMPLETE else None
-        case _:
-            claws = gripper_command_pb2.ClawGripperCommand.Feedback
-            return "" if claw.status in (claws.STATUS_AT_GOAL, claws.STATUS_APPLYING_FORCE) else None
-
-
 _FAILED = (
     manipulation_api_pb2.MANIP_STATE_GRASP_FAILED,
     manipulation_api_pb2.MANIP_STATE_GRASP_PLANNING_NO_SOLUTION,
     manipulation_api_pb2.MANIP_STATE_GRASP_FAILED_TO_RAYCAST_INTO_MAP,
-    manipulation_api_pb2.MANIP_STATE_GRASP_PLANNING_WAITING_DATA_AT_EDGE,
 )
+"""At the edge of the hand camera's view (WAITING_DATA_AT_EDGE) the robot aims anew by itself: that is no end."""

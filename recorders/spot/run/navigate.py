@@ -3,13 +3,16 @@ itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
 from math import hypot
+from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from bosdyn.api import geometry_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2
-from bosdyn.client.exceptions import ResponseError
+from bosdyn.client.exceptions import ResponseError, UnsetStatusError
 from bosdyn.client.graph_nav import CommandExpiredError, GraphNavClient, RobotImpairedError, UnrecongizedCommandError
 
 from recorders.spot.client.connection import reason_of
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from recorders.spot.run.world import SpotWorld
 
 _Status: TypeAlias = "graph_nav_pb2.NavigationFeedbackResponse.Status.ValueType"
+_Feedback = graph_nav_pb2.NavigationFeedbackResponse
 _Goal = Callable[[int | None], int]
 """Sends a navigation command, new or renewing the one with this id; returns the id."""
 
@@ -36,8 +40,36 @@ LEASE_LOST = "the lease was lost: another client commands the robot"
 IMPAIRED = "the robot is impaired: stopped, or its motors are off"
 
 
-def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
-    """Walk once; returns "" on arrival, else the reason of the failure.
+class Ending(StrEnum):
+    """What the end of a walk means for the run.
+
+    Attributes:
+        GOING: it has not ended. TIMED_OUT: the robot stands, since no command was renewed in time.
+        TRY_AGAIN: somebody or something is in the way, and may step aside.
+        LOCALIZE: the robot does not know where it is; it walks again only once it was localised.
+        REFUSED: it will not get there, however often it tries.
+        STOPS_RUN: somebody else has the robot, or it cannot move.
+    """
+
+    GOING = "going"
+    TIMED_OUT = "timed-out"
+    ARRIVED = "arrived"
+    TRY_AGAIN = "try-again"
+    LOCALIZE = "localize"
+    REFUSED = "refused"
+    STOPS_RUN = "stops-run"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WalkEnd:
+    """How a walk ended, and why, in words; "" on arrival."""
+
+    ending: Ending
+    reason: str = ""
+
+
+def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> WalkEnd:
+    """Walk once. Wherever it does not arrive, the robot was told to stop.
 
     Args:
         walked: records the robot's positions.
@@ -45,51 +77,63 @@ def walk(world: SpotWorld, location: LocationId, walked: WalkLog) -> str:
     Raises:
         RunStopped: the run cannot continue: stop, lost lease, impaired robot, or network down.
     """
-    answer, settings = graph_nav_pb2.NavigationFeedbackResponse, world.settings
+    settings = world.settings
     pose = world.site.paths.standing_pose(location)
     if pose is None:
-        return f"no way leads to {location}"
+        return WalkEnd(ending=Ending.REFUSED, reason=f"no way leads to {location}")
     _note_place(world, walked)
     limit_ns = world.now_ns() + round((MIN_TIME_LIMIT_S + settings.walk_factor * _expected_s(world, pose)) * 1e9)
     goal, number, sent_ns = navigation_goal(world, location, pose), None, 0
-    status = answer.STATUS_FOLLOWING_ROUTE
-    while status in _GOING:
+    status, ending = _Feedback.STATUS_FOLLOWING_ROUTE, Ending.GOING
+    while ending in (Ending.GOING, Ending.TIMED_OUT):
         if world.now_ns() > limit_ns:
             world.control.stop()
-            return "navigation took too long"
+            return WalkEnd(ending=Ending.TRY_AGAIN, reason="navigation took too long")
         try:
-            if status == answer.STATUS_COMMAND_TIMED_OUT:
+            if ending is Ending.TIMED_OUT:
+                world.go_on_after("it got no command in time, and stands")
                 number = None
             if number is None or world.now_ns() - sent_ns > settings.dead_man_s / 3 * 1e9:
                 number, sent_ns = renew_navigation(world, goal, number), world.now_ns()
             world.wait(settings.poll_s)
             status = _status(world, number)
+            world.check_battery()
+            if world.hands.check_holding():
+                number = None
         except RobotImpairedError as error:
             raise RunStopped(IMPAIRED) from error
         except ResponseError as error:
-            return f"the robot refuses to go ({reason_of(error)})"
+            world.control.stop()
+            return WalkEnd(ending=Ending.TRY_AGAIN, reason=f"the robot refuses to go ({reason_of(error)})")
+        ending = ENDINGS.get(status, Ending.REFUSED)
         _note_place(world, walked)
-    if status != answer.STATUS_REACHED_GOAL:
+    if ending is not Ending.ARRIVED:
         world.control.stop()
-    return _how_it_ended(status)
+    return _how_it_ended(status, ending)
 
 
-def _how_it_ended(status: _Status) -> str:
-    answer = graph_nav_pb2.NavigationFeedbackResponse
-    if status == answer.STATUS_LEASE_ERROR:
-        raise RunStopped(LEASE_LOST)
-    if status == answer.STATUS_ROBOT_IMPAIRED:
-        raise RunStopped(IMPAIRED)
-    if status == answer.STATUS_REACHED_GOAL:
-        return ""
-    return f"navigation ended with {answer.Status.Name(status).removeprefix('STATUS_').lower()}"
+def _how_it_ended(status: _Status, ending: Ending) -> WalkEnd:
+    if ending is Ending.ARRIVED:
+        return WalkEnd(ending=ending)
+    if status in _IN_WORDS:
+        reason = _IN_WORDS[status]
+    elif status in _Feedback.Status.values():
+        reason = f"navigation ended with {_Feedback.Status.Name(status).removeprefix('STATUS_').lower()}"
+    else:
+        reason = f"navigation ended with a status that this client does not know ({status})"
+    if ending is Ending.STOPS_RUN:
+        raise RunStopped(reason)
+    return WalkEnd(ending=ending, reason=reason)
 
 
 def _status(world: SpotWorld, number: int) -> _Status:
     timeout_s = world.connection.timeout_s
-    answer: graph_nav_pb2.NavigationFeedbackResponse = world.call(
-        lambda: world.graph_nav().navigation_feedback(number, timeout=timeout_s)
-    )
+    try:
+        answer: graph_nav_pb2.NavigationFeedbackResponse = world.call(
+            lambda: world.graph_nav().navigation_feedback(number, timeout=timeout_s)
+        )
+    except UnsetStatusError:  # the SDK raises it for STATUS_UNKNOWN
+        return _Feedback.STATUS_UNKNOWN
     return answer.status
 
 
@@ -98,11 +142,16 @@ def renew_navigation(world: SpotWorld, goal: _Goal, number: int | None) -> int:
     the old.
 
     Without renewed commands the robot stops by itself, whatever the cause.
+
+    Raises:
+        RunStopped: the command ran out meanwhile, and nobody says that the robot may walk on.
     """
     world.connection.clock.refresh()
     try:
         return world.call(lambda: goal(number))
     except (UnrecongizedCommandError, CommandExpiredError):
+        if number is not None:
+            world.go_on_after("its command ran out, and it stands")
         world.connection.clock.refresh()
         return world.call(lambda: goal(None))
 
@@ -150,9 +199,28 @@ def speed_limit(speed_mps: float) -> geometry_pb2.SE2VelocityLimit:
     return geometry_pb2.SE2VelocityLimit(max_vel=top, min_vel=least)
 
 
-_GOING = (
-    graph_nav_pb2.NavigationFeedbackResponse.STATUS_FOLLOWING_ROUTE,
-    graph_nav_pb2.NavigationFeedbackResponse.STATUS_UNKNOWN,
-    graph_nav_pb2.NavigationFeedbackResponse.STATUS_COMMAND_TIMED_OUT,
+ENDINGS: Mapping[_Status, Ending] = MappingProxyType(
+    {
+        _Feedback.STATUS_FOLLOWING_ROUTE: Ending.GOING,
+        _Feedback.STATUS_COMMAND_TIMED_OUT: Ending.TIMED_OUT,
+        _Feedback.STATUS_REACHED_GOAL: Ending.ARRIVED,
+        _Feedback.STATUS_STUCK: Ending.TRY_AGAIN,
+        _Feedback.STATUS_LOST: Ending.LOCALIZE,
+        _Feedback.STATUS_NO_LOCALIZATION: Ending.LOCALIZE,
+        _Feedback.STATUS_NOT_LOCALIZED_TO_ROUTE: Ending.LOCALIZE,
+        _Feedback.STATUS_NO_ROUTE: Ending.REFUSED,
+        _Feedback.STATUS_CONSTRAINT_FAULT: Ending.REFUSED,
+        _Feedback.STATUS_AREA_CALLBACK_ERROR: Ending.REFUSED,
+        _Feedback.STATUS_UNKNOWN: Ending.REFUSED,
+        _Feedback.STATUS_ROBOT_IMPAIRED: Ending.STOPS_RUN,
+        _Feedback.STATUS_COMMAND_OVERRIDDEN: Ending.STOPS_RUN,
+        _Feedback.STATUS_LEASE_ERROR: Ending.STOPS_RUN,
+    }
 )
-"""A command that timed out because we were disconnected is sent again."""
+"""Every feedback status of navigate_to (graph_nav.proto, NavigationFeedbackResponse); others are refused."""
+_IN_WORDS: Mapping[_Status, str] = {
+    _Feedback.STATUS_LEASE_ERROR: LEASE_LOST,
+    _Feedback.STATUS_ROBOT_IMPAIRED: IMPAIRED,
+    _Feedback.STATUS_COMMAND_OVERRIDDEN: "somebody else commands the robot: its walk was overridden",
+    _Feedback.STATUS_AREA_CALLBACK_ERROR: "a region of the map (stairs, door, crossing) did not let it pass",
+}

@@ -4,35 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
+from recorders.run_identity import Driver
 from recorders.run_recorder import RunRecorder
+from recorders.sinks.mirrored import Audience
 from recorders.spot.client.clock import Stepped
-from recorders.spot.client.connection import Connection
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
+from recorders.spot.client.docking import dock
 from recorders.spot.client.errors import NotLocalized
-from recorders.spot.client.identity import robot_run_info
+from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
-from workbench.beliefs.belief import Estimator
-from workbench.beliefs.estimators import estimator as estimator_named
-from workbench.execution.events import Event, PlanMade, RunEnded
-from workbench.execution.loop import outcome_of, run_task
+from workbench.errors import LiosError
+from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
+from workbench.execution.loop import outcome_of
+from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
-from workbench.planning.strategies import strategy as strategy_named
-from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
-from workbench.plugins import NameOrigin
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
-from workbench.worlds.house import Contents, House
+from workbench.terminal import say
+from workbench.worlds.house import START, Contents, House
 from workbench.worlds.sites.site import Site
+from workbench.worlds.world import ActionRefused
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +45,9 @@ class RobotRun:
     Attributes:
         truth: true contents of a simulated robot's containers, for the log; None on a real robot.
         take_lease, own_estop: as in Control.
+        operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
+        audience: viewers that are shown every message once it is written.
     """
 
     site: Site
@@ -58,6 +63,9 @@ class RobotRun:
     own_estop: bool = False
     map_folder: Path | None = None
     title: str = ""
+    operator_name: str = ""
+    log_serial: bool = True
+    audience: Audience | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,47 +92,41 @@ def run_and_record(
     stop: StopSwitch | None = None,
     operator: Operator | None = None,
     force: bool = False,
+    setup: RunSetup | None = None,
     hear: Callable[[Event], None] | None = None,
 ) -> RunReport:
     """Run a task on a robot and record it; the lease is always returned.
 
     Args:
-        hear: called with every event.
+        setup: from setup_of, if that was called before. hear: called with every event.
 
     Raises:
         as for Connection and Control before the run; a started run always ends with a status.
     """
-    strategy, estimator = strategy_and_estimator(run)
-    stepped = isinstance(connection.clock, Stepped)
+    setup = setup or setup_of(run)
     check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
     if run.map_folder is not None:
         read_graph(run.map_folder)
-    control = Control(connection, take=run.take_lease, own_estop=run.own_estop)
+    control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
         _localize_and_set_start(world, run, held)
         run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
-        with RunRecorder(
-            output,
-            info=_info(connection, run, strategy, estimator),
-            place=place_of(run.site),
-            task=run.task,
-            costs=run.costs,
-            truth=run.truth,
-            force=force,
-            background=not stepped,
-            receipt_ns=None if stepped else connection.clock.now_ns,
-            settings={"spot": {**_settings(run), "estop_guard": control.estop_guard}},
-        ) as recorder:
+        robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
+        with _recorder(connection, run, setup, output, found=_as_found(world), force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
+            world.tell = session.words
+            recorder.sink.describe(ROBOT_METADATA, robot)
+            world.recording_trouble = lambda: recorder.trouble
             if isinstance(operator, KeyboardOperator):
                 operator.on_key = partial(_marked, session)
             try:
                 start_ns = world.now_ns()
-                events = run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed)
-                seen = _record_events(stopping_on_error(events, world, control, run.task), recorder, session, hear)
+                events = stopping_on_error(setup.events(world), world, control, run.task)
+                seen = _record_events(events, recorder, session, hear)
+                _dock_at_the_end(world, seen)
             finally:
                 control.give_back()
     ended = outcome_of(seen)
@@ -137,7 +139,26 @@ def run_and_record(
     )
 
 
-def first_decision(connection: Connection, run: RobotRun) -> PlanMade | None:
+def _recorder(
+    connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
+) -> RunRecorder:
+    stepped = isinstance(connection.clock, Stepped)
+    return RunRecorder(
+        output,
+        info=_info(connection, run, setup),
+        place=place_of(run.site),
+        task=run.task,
+        costs=run.costs,
+        truth=run.truth,
+        force=force,
+        audience=run.audience,
+        background=not stepped,
+        receipt_ns=None if stepped else connection.clock.now_ns,
+        settings={"spot": {**_settings(run), **found}},
+    )
+
+
+def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None = None) -> PlanMade | None:
     """The first decision, without moving the robot, taking the lease or recording.
 
     Raises:
@@ -148,8 +169,7 @@ def first_decision(connection: Connection, run: RobotRun) -> PlanMade | None:
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
-    strategy, estimator = strategy_and_estimator(run)
-    for event in run_task(world, strategy, estimator, run.task, costs=run.costs, seed=run.seed):
+    for event in (setup or setup_of(run)).events(world):
         if isinstance(event, PlanMade):
             return event
     return None
@@ -223,19 +243,16 @@ def _record_events(
     return seen
 
 
-def strategy_and_estimator(run: RobotRun) -> tuple[Strategy, Estimator]:
-    """The strategy and the estimator of a run by name; needs no robot.
+def setup_of(run: RobotRun) -> RunSetup:
+    """The set-up of a run, with its names resolved; needs no robot.
 
     Raises:
         UnknownName: no such strategy or estimator.
     """
-    made = strategy_named(run.strategy, origin=NameOrigin.USER, house=_house(run))
-    return made, estimator_named(run.estimator, origin=NameOrigin.USER)
-
-
-def _house(run: RobotRun) -> House | None:
-    """The true house, for the oracle on a simulated robot."""
-    return None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
+    house = None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
+    return set_up(
+        run.task, strategy=run.strategy, estimator=run.estimator, costs=run.costs, seed=run.seed, house=house
+    )
 
 
 def _settings(run: RobotRun) -> dict[str, object]:
@@ -246,19 +263,34 @@ def _settings(run: RobotRun) -> dict[str, object]:
         "speed_mps": driven.speed_mps or run.site.robot.speed_mps,
         "look_s": driven.look_s,
         "furniture_open": driven.furniture_open,
+        "resume": driven.resume,
         "images_hz": rates.images_hz,
         "cameras": list(rates.cameras),
     }
 
 
-def _info(connection: Connection, run: RobotRun, strategy: Strategy, estimator: Estimator) -> RunInfo:
-    return robot_run_info(
-        connection,
-        run.site,
-        run.task,
-        strategy=strategy.name,
-        estimator=estimator.name,
-        seed=run.seed,
-        title=run.title,
-        told_apart_by=f"{strategy.name}|{run.seed}|{run.title}",
-    )
+def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
+    """After a run that was not broken off, go back to the start and dock, where the site names a dock."""
+    number, ended = world.site.robot.dock, outcome_of(seen)
+    if number is None or ended.status is RunStatus.ABORTED or world.hands.check_holding():
+        return
+    try:
+        went = world.go_to(START)
+        reason = went.reason if isinstance(went, ActionRefused) else dock(world.connection, number)
+    except (*ROBOT_ERRORS, LiosError) as error:
+        reason = str(error)
+    world.tell(f"Docked at {number}" if not reason else f"The robot is not docked: {reason}")
+    if reason:
+        say(f"The robot is not docked: {reason}")
+
+
+def _as_found(world: SpotWorld) -> dict[str, object]:
+    """What was found before the first decision: whose e-stop guards the run, and where the robot was localised."""
+    localized = None if world.localized is None else asdict(world.localized)
+    return {"estop_guard": world.control.estop_guard, "localization": localized}
+
+
+def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:
+    driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=run.seed)
+    by = f"{driver.strategy}|{driver.seed}|{run.title}"
+    return robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)

@@ -19,17 +19,22 @@ from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME
 from bosdyn.client.lease import Error as LeaseClientError
 from bosdyn.client.math_helpers import SE3Pose
 
+from recorders.spot.client.battery import STOP_PERCENT, charge_percent
 from recorders.spot.client.connection import Connection, reason_of
 from recorders.spot.client.control import Control
 from recorders.spot.client.errors import NoMap, RunStopped, WaypointMissing
 from recorders.spot.client.frame_trees import tform
-from recorders.spot.client.localized import is_localized
+from recorders.spot.client.graph_nav_map import waypoint_ids
+from recorders.spot.client.localized import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.client.tags import TagSighting, read_tags, within
 from recorders.spot.run.manipulation import ArmManipulator, HelperManipulator, Manipulator
-from recorders.spot.run.navigate import LEASE_LOST, walk
+from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.session.foxglove import map_from_odom
+from workbench.log_schema.events import NANO
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
 from workbench.worlds.sites.site import Site, starting_at
@@ -37,43 +42,31 @@ from workbench.worlds.travel import Paths, TravelCosts
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 Answer = TypeVar("Answer")
+BATTERY_EVERY_S = 5.0
+LOCALIZE_TIMEOUT_S, DOWNLOAD_TIMEOUT_S = 20.0, 60.0
+"""Time limits of calls that take the robot, or a slow network, longer than others."""
+ENDING_S = 3.0
+"""How long an answer is waited for while the robot comes to rest after a run."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunSettings:
-    """Settings of motion and perception.
-
-    Attributes:
-        speed_mps: speed limit of walking; None for the site's.
-        look_s: duration of a look, within which tags must be seen.
-        poll_s: polling interval.
-        dead_man_s: time for which the robot walks on without a renewed command.
-        patience_s: network outage after which the run ends.
-        walk_factor: time limit of a walk as a multiple of its expected time.
-        attempts, retry_s: number of attempts of a blocked or lost walk, and the pause between them, since
-            people step aside.
-        furniture_open: the operator's word that all closed furniture was opened before the run.
-        start_within_m: distance from the surveyed start within which the robot is at it.
-        margin_m: distance beyond a container's edge up to which a tag belongs to it.
-    """
-
-    speed_mps: float | None = None
-    look_s: float = 6.0
-    poll_s: float = 0.25
-    dead_man_s: float = 3.0
-    patience_s: float = 20.0
-    walk_factor: float = 4.0
-    attempts: int = 3
-    retry_s: float = 5.0
-    margin_m: float = 0.35
-    start_within_m: float = 0.25
-    furniture_open: bool = False
+def _refused(start_ns: int, end_ns: int, reason: str) -> ActionRefused:
+    return ActionRefused(start_ns=start_ns, end_ns=end_ns, reason=reason)
 
 
 @final
 @dataclass(slots=True, kw_only=True)
 class SpotWorld:
-    """A Spot in a site, under control. Implements World."""
+    """A Spot in a site, under control. Implements World.
+
+    Attributes:
+        tell: called with what the log should say in words.
+        recording_trouble: why nothing is recorded any more; "" while it is.
+        ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
+            about.
+        opened_by: who opened which closed furniture.
+        hands: what picks and places.
+        localized: where, by which tag and how long ago the robot was last localised; None before.
+    """
 
     connection: Connection
     control: Control
@@ -82,11 +75,17 @@ class SpotWorld:
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
-    _hands: Manipulator = field(init=False)
+    tell: Callable[[str], None] = field(default=lambda _text: None)
+    localized: Localization | None = None
+    recording_trouble: Callable[[], str] = field(default=lambda: "")
+    ending: bool = False
+    _power_checked_ns: int = 0
+    opened_by: dict[LocationId, str] = field(default_factory=dict)
+    hands: Manipulator = field(init=False)
 
     def __post_init__(self) -> None:
         arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
-        self._hands = ArmManipulator(self) if arm else HelperManipulator(self)
+        self.hands = ArmManipulator(self) if arm else HelperManipulator(self)
 
     @property
     def plan(self) -> FloorPlan:
@@ -108,24 +107,32 @@ class SpotWorld:
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
-        reason = ""
+        self.check_battery()
+        ended = WalkEnd(ending=Ending.REFUSED)
         for attempt in range(self.settings.attempts):
             if attempt:
                 self.wait(self.settings.retry_s)
-                self._localize()
-            reason = walk(self, location, walked)
-            if not reason:
+            if not self._localize():
+                ended = WalkEnd(ending=Ending.LOCALIZE, reason="the robot does not know where it is, and stays")
+                continue
+            ended = walk(self, location, walked)
+            if ended.ending is Ending.ARRIVED:
                 self.at, end_ns = location, self.now_ns()
                 return ActionDone(start_ns=start_ns, end_ns=end_ns, travel_m=walked.metres, path=walked.corners())
+            self.tell(f"On the way to {location}: {ended.reason}")
+            if ended.ending is Ending.REFUSED:
+                break
         return ActionRefused(
-            start_ns=start_ns, end_ns=self.now_ns(), reason=reason, travel_m=walked.metres, path=walked.corners()
+            start_ns=start_ns,
+            end_ns=self.now_ns(),
+            reason=ended.reason,
+            travel_m=walked.metres,
+            path=walked.corners(),
         )
 
     def look_into(self, container: ContainerId) -> LookResult | NotInLog | ActionRefused:
         start_ns = self.now_ns()
-        closed = any(entry.closed for entry in self.site.file.containers if entry.id == container)
-        shut = closed and not self.settings.furniture_open
-        if shut and not self.operator.confirm(f"Open {container}, then press y."):
+        if not self._stands_open(container):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
         found: dict[ItemId, TagSighting] = {}
         box, placed = self.site.plan.container(container), self._localize()
@@ -143,16 +150,27 @@ class SpotWorld:
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
         items = tuple(by_id[name] for name in sorted(found))
-        return LookResult(start_ns=start_ns, end_ns=self.now_ns(), container=container, items=items)
+        return LookResult(
+            start_ns=start_ns,
+            end_ns=self.now_ns(),
+            container=container,
+            items=items,
+            opened_by=self.opened_by.get(LocationId(container), ""),
+        )
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
-        reason = self._hands.pick(item)
-        return self._handled(start_ns, reason)
+        if not self._may_reach():
+            return replace(_refused(start_ns, self.now_ns(), f"nobody opened {self.at}"), item_remains=True)
+        picked = self.hands.pick(item)
+        if not picked.reason:
+            return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
+        refused = _refused(start_ns, self.now_ns(), picked.reason)
+        return replace(refused, item_remains=picked.item_remains)
 
     def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
-        reason = self._hands.place(item)
+        reason = self.hands.place(item) if self._may_reach() else f"nobody opened {self.at}"
         return self._handled(start_ns, reason)
 
     def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
@@ -167,18 +185,12 @@ class SpotWorld:
             NoMap: the robot has no map.
             WaypointMissing: the site's waypoints are not on it.
         """
-        timeout_s = self.connection.timeout_s
-        graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=timeout_s))
+        graph: map_pb2.Graph = self.call(lambda: self.graph_nav().download_graph(timeout=DOWNLOAD_TIMEOUT_S))
         if not graph.waypoints:
             raise NoMap(str(self.connection.address))
-        named: dict[str, list[str]] = {}
-        for waypoint in graph.waypoints:
-            named.setdefault(waypoint.annotations.name, []).append(waypoint.id)
-        known = {waypoint.id: waypoint.id for waypoint in graph.waypoints}
-        known |= {name: ids[0] for name, ids in named.items() if name and len(ids) == 1 and name not in known}
-        missing = sorted(name for name in self.site.waypoints.values() if name not in known)
-        if missing:
-            raise WaypointMissing(str(self.connection.address), missing, [name for name in missing if name in named])
+        known, missing, ambiguous = waypoint_ids(graph, self.site.waypoints.values())
+        if missing or ambiguous:
+            raise WaypointMissing(str(self.connection.address), sorted([*missing, *ambiguous]), ambiguous)
         ids = {place: known[name] for place, name in self.site.waypoints.items()}
         self.site = replace(self.site, waypoints=MappingProxyType(ids))
 
@@ -213,50 +225,104 @@ class SpotWorld:
         objects: world_object_pb2.ListWorldObjectResponse = self.call(
             lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
         )
-        body = self.body_pose()
-        return None if body is None else read_tags(objects.world_objects, body, self.connection.clock)
+        state = self._localization_state()
+        if not is_localized(state):
+            return None
+        body = on_map(self.site, state.localization.seed_tform_body)
+        odom = map_from_odom(body, state.robot_kinematics.transforms_snapshot)
+        return read_tags(objects.world_objects, body, self.connection.clock, odom)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """The body pose on the map; None if the robot is not localised."""
-        timeout_s = self.connection.timeout_s
-        state: graph_nav_pb2.GetLocalizationStateResponse = self.call(
-            lambda: self.graph_nav().get_localization_state(timeout=timeout_s)
-        )
+        state = self._localization_state()
         return on_map(self.site, state.localization.seed_tform_body) if is_localized(state) else None
 
     def wait(self, seconds: float) -> None:
         """Wait, unless the run has to stop.
 
         Raises:
-            RunStopped: stop key, or lost lease.
+            RunStopped: stop key, lost lease, low battery, or nothing is recorded any more.
         """
         self.connection.clock.sleep(seconds)
-        if self.stop.is_pressed:
+        if self.stop.is_pressed and not self.ending:
             raise RunStopped(self.stop.reason)
-        if self.control.without_item.is_set():
+        if self.control.lease_lost.is_set():
             raise RunStopped(LEASE_LOST)
+        if not self.ending:
+            trouble = self.recording_trouble()
+            if trouble:
+                raise RunStopped(f"recording stopped: {trouble}")
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
         """Call the robot, retrying while the network is down.
 
         Raises:
-            RunStopped: the network stayed down, or the robot refuses the request.
+            RunStopped: the network stayed down, or the robot refuses the request; or it was down for so long that
+                the robot stopped by itself, and nobody says that it may go on.
         """
-        asked_ns = self.now_ns()
+        asked_ns, failed = self.now_ns(), False
         while True:
             try:
-                return ask()
+                answer = ask()
             except (LeaseUseError, LeaseClientError) as error:
                 raise RunStopped(LEASE_LOST) from error
-            except UnauthenticatedError:
+            except UnauthenticatedError as error:
+                if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
+                    raise RunStopped("the robot takes none of our tokens, although it gave them") from error
                 self.connection.log_in_again()
+                self.wait(self.settings.poll_s)
             except ResponseError:
+                self._came_back(asked_ns, failed=failed)
                 raise
             except RpcError as error:
-                if self.now_ns() - asked_ns > round(self.settings.patience_s * 1e9):
-                    reason = f"the robot did not answer for {self.settings.patience_s:g} s ({reason_of(error)})"
+                failed = True
+                patience_s = ENDING_S if self.ending else self.settings.patience_s
+                if self.now_ns() - asked_ns > round(patience_s * 1e9):
+                    reason = f"the robot did not answer for {patience_s:g} s ({reason_of(error)})"
                     raise RunStopped(reason) from error
                 self.wait(self.settings.poll_s)
+            else:
+                self._came_back(asked_ns, failed=failed)
+                return answer
+
+    def check_battery(self) -> None:
+        """Ask for the charge of the battery, at most every BATTERY_EVERY_S.
+
+        Raises:
+            RunStopped: it is below STOP_PERCENT.
+        """
+        if self.now_ns() - self._power_checked_ns < BATTERY_EVERY_S * NANO:
+            return
+        self._power_checked_ns = self.now_ns()
+        timeout_s = self.connection.timeout_s
+        charge = charge_percent(
+            self.call(lambda: self.connection.client("robot-state").get_robot_state(timeout=timeout_s))
+        )
+        if charge is not None and charge < STOP_PERCENT:
+            raise RunStopped(f"the battery is at {charge:.0f} %, below {STOP_PERCENT:.0f} %")
+
+    def go_on_after(self, why: str) -> None:
+        """Go on after the robot has stopped by itself, if `resume` was given or the operator says so.
+
+        Raises:
+            RunStopped: neither.
+        """
+        if self.ending:
+            return
+        if self.settings.resume:
+            self.tell(f"The robot goes on: {why}")
+            return
+        if self.operator.confirm(f"The robot stopped by itself: {why}. Is the way clear? y lets it go on."):
+            self.tell(f"The operator lets the robot go on: {why}")
+            return
+        if self.stop.is_pressed:
+            raise RunStopped(self.stop.reason)
+        raise RunStopped(f"the robot stopped by itself ({why}); it goes on by itself only with --resume")
+
+    def _came_back(self, asked_ns: int, *, failed: bool) -> None:
+        away_s = (self.now_ns() - asked_ns) / 1e9
+        if failed and away_s > self.settings.dead_man_s:
+            self.go_on_after(f"no contact for {away_s:.0f} s")
 
     def graph_nav(self) -> Any:
         """The SDK's client of GraphNav; its methods have no types."""
@@ -264,8 +330,27 @@ class SpotWorld:
 
     def _handled(self, start_ns: int, reason: str) -> ActionDone | ActionRefused:
         if reason:
-            return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+            return _refused(start_ns, self.now_ns(), reason)
         return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
+
+    def _stands_open(self, container: ContainerId) -> bool:
+        """Whether a container may be looked into or reached into; for closed furniture an operator is asked once."""
+        if not any(entry.closed for entry in self.site.file.containers if entry.id == container):
+            return True
+        place = LocationId(container)
+        if place not in self.opened_by:
+            if self.settings.furniture_open:
+                self.opened_by[place] = "operator, before the run"
+            elif self.operator.confirm(f"Open {container}, then press y."):
+                self.opened_by[place] = "operator"
+        return place in self.opened_by
+
+    def _may_reach(self) -> bool:
+        return self.at is None or self.at == START or self._stands_open(ContainerId(self.at))
+
+    def _localization_state(self) -> graph_nav_pb2.GetLocalizationStateResponse:
+        timeout_s = self.connection.timeout_s
+        return self.call(lambda: self.graph_nav().get_localization_state(timeout=timeout_s))
 
     def _localize(self) -> bool:
         return self.body_pose() is not None or self._localize_by_fiducial()
@@ -280,11 +365,33 @@ class SpotWorld:
                 initial_guess_localization=nav_pb2.Localization(),
                 ko_tform_body=None if body is None else body.to_proto(),
                 fiducial_init=graph_nav_pb2.SetLocalizationRequest.FIDUCIAL_INIT_NEAREST,
-                timeout=self.connection.timeout_s,
+                timeout=LOCALIZE_TIMEOUT_S,
             )
 
         try:
             self.call(find)
         except ResponseError:
             return False
-        return self.body_pose() is not None
+        if self.body_pose() is None:
+            return False
+        self.localized = self._localization()
+        self.tell(f"Localised {self.localized.in_words()}")
+        return True
+
+    def _localization(self) -> Localization:
+        """Where and by which tag the robot was just localised: the nearest seen that is no item's."""
+        state = self._localization_state()
+        at, body = state.localization.timestamp, self.body_pose()
+        away: list[tuple[float, int]] = []
+        if body is not None:
+            away = [
+                (hypot(seen.position[0] - body.position.x, seen.position[1] - body.position.y), seen.tag)
+                for seen in self.sightings() or ()
+                if seen.tag not in self.site.tags
+            ]
+        age_ns = self.now_ns() - self.connection.clock.from_robot(at.seconds * NANO + at.nanos)
+        return Localization(
+            waypoint=state.localization.waypoint_id,
+            tag=min(away)[1] if away else None,
+            age_s=round(age_ns / NANO, 3),
+        )

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from bosdyn.api import geometry_pb2, image_pb2, local_grid_pb2, robot_state_pb2
 from bosdyn.client.frame_helpers import BODY_FRAME_NAME, ODOM_FRAME_NAME, VISION_FRAME_NAME
 from bosdyn.client.math_helpers import SE3Pose
@@ -35,6 +34,7 @@ from google.protobuf.duration_pb2 import Duration
 from recorders.foxglove.scene import BODY_FRAME, MAP_FRAME, ODOM_FRAME, timestamp
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.tags import TagSighting
+from workbench.arrays import AnyArray, Bools, Floats32
 from workbench.worlds.house import Item
 
 TAG_SIDE_M = 0.15
@@ -152,11 +152,10 @@ def local_grid(grid: local_grid_pb2.LocalGrid, stamp_ns: int) -> Grid | None:
     )
 
 
-def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | None:
+def grid_values(grid: local_grid_pb2.LocalGrid) -> Floats32 | None:
     """A bosdyn local grid as an array of shape (cells along y, cells along x); None if its data has the wrong size.
 
-    Cells that the robot lists as unknown (`unknown_cells`, since SDK 5.2) are NaN: a byte a cell, or a byte a run
-    where the grid is run-length encoded, other than 0 for unknown.
+    Cells that the robot lists as unknown (`unknown_cells`, since SDK 5.2) are NaN.
     """
     kind = _CELLS.get(grid.cell_format)
     cells = grid.extent.num_cells_x * grid.extent.num_cells_y
@@ -166,18 +165,32 @@ def grid_values(grid: local_grid_pb2.LocalGrid) -> npt.NDArray[np.float32] | Non
     if values is None:
         return None
     scaled = values.astype(np.float32) * (grid.cell_value_scale or 1.0) + grid.cell_value_offset
-    marks = np.frombuffer(getattr(grid, "unknown_cells", b""), dtype=np.uint8)
-    if len(marks):
-        unknown = marks if len(marks) == cells else _unpacked(grid, marks, cells)
-        if unknown is None:
-            return None
-        scaled[unknown != 0] = np.nan
+    scaled[_unknown(grid, cells)] = np.nan
     return scaled.reshape(grid.extent.num_cells_y, grid.extent.num_cells_x)
 
 
-def _unpacked(
-    grid: local_grid_pb2.LocalGrid, values: npt.NDArray[np.generic], cells: int
-) -> npt.NDArray[np.generic] | None:
+def _unknown(grid: local_grid_pb2.LocalGrid, cells: int) -> Bools:
+    """Which cells are unknown, shape (cells,), from a field whose encoding the SDK does not state.
+
+    It has a byte a cell, a byte a run of a run-length encoded grid, or a bit a cell from either end of each byte. A
+    cell is unknown if it is by any of these that the field's length allows; by a length of none of them, all are.
+    """
+    marks = np.frombuffer(getattr(grid, "unknown_cells", b""), dtype=np.uint8)
+    unknown = np.zeros(cells, dtype=np.bool_)
+    if not len(marks):
+        return unknown
+    readings: list[AnyArray | None] = [marks if len(marks) == cells else None]
+    if grid.encoding == grid.ENCODING_RLE:
+        readings.append(_unpacked(grid, marks, cells))
+    if len(marks) == -(-cells // 8):
+        readings += [np.unpackbits(marks, count=cells, bitorder=order) for order in ("little", "big")]
+    known = [reading for reading in readings if reading is not None]
+    for reading in known:
+        unknown |= reading != 0
+    return unknown if known else np.ones(cells, dtype=np.bool_)
+
+
+def _unpacked(grid: local_grid_pb2.LocalGrid, values: AnyArray, cells: int) -> AnyArray | None:
     """A value a cell, runs of a run-length encoded grid repeated; None if there are more or fewer than its cells."""
     if grid.encoding == grid.ENCODING_RLE:
         counts = np.array(grid.rle_counts, dtype=np.int64)

@@ -65,6 +65,7 @@ class ActionDeriver:
         given_moves: do not derive moves, because they are reported by `moved`.
         closed_needs_word: a closed container in which nothing is seen counts as looked into only if `opened` was
             called during the visit; else nobody knows whether it was open.
+        furniture_open: somebody's word that all closed furniture was opened before.
         judge: says which looks are inconclusive; they become no event and are listed in `inconclusive`.
     """
 
@@ -75,6 +76,7 @@ class ActionDeriver:
     given_moves: bool = False
     judge: LookJudge | None = None
     closed_needs_word: bool = False
+    furniture_open: bool = False
     inconclusive: list[InconclusiveLook] = field(default_factory=list)
     knowledge: Knowledge = field(init=False)
     cost: float = 0.0
@@ -250,7 +252,16 @@ class ActionDeriver:
         if put_here:
             there = {**self.knowledge.items_at, at: (*items, *put_here)}
             self.knowledge = replace(self.knowledge, items_at=MappingProxyType(there))
-        self.tell(ContainerObserved(stamp_ns=end_ns, decision=0, container=container.id, items=items, robot_at=at))
+        self.tell(
+            ContainerObserved(
+                stamp_ns=end_ns,
+                decision=0,
+                container=container.id,
+                items=items,
+                robot_at=at,
+                opened_by=self._opened_by(container),
+            )
+        )
 
     def _is_doubted(self, container: Container, now_ns: int, robot: Point) -> bool:
         """Whether the look of this visit is inconclusive; the first time it is listed."""
@@ -271,10 +282,19 @@ class ActionDeriver:
         said = self._opened_on == (self.knowledge.robot_at, self.visits)
         return (
             self.closed_needs_word
+            and not self.furniture_open
             and closed
             and not said
             and not any(self._items_in(container, since_ns=self._still_ns))
         )
+
+    def _opened_by(self, container: Container) -> str:
+        """Who opened closed furniture for the look of this visit; "" where nobody said so, or nobody had to."""
+        if not any(entry.closed for entry in self.site.file.containers if entry.id == container.id):
+            return ""
+        if self._opened_on == (self.knowledge.robot_at, self.visits):
+            return "operator"
+        return "operator, before the recording" if self.furniture_open else ""
 
     def _items_in(self, container: Container, *, since_ns: int) -> Iterable[Item]:
         from shapely import Point as ShapelyPoint

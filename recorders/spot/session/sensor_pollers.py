@@ -172,7 +172,7 @@ def _fiducials(session: Session, known: _SharedState) -> None:
     if session.rates.raw:
         session.put(WORLD_OBJECTS, answer, source_ns=our_ns(session, answer.header.response_timestamp))
     if known.map_tform_body is not None:
-        seen = read_tags(answer.world_objects, known.map_tform_body, session.connection.clock)
+        seen = read_tags(answer.world_objects, known.map_tform_body, session.connection.clock, known.map_tform_odom)
         fresh = [sighting for sighting in seen if now - sighting.stamp_ns < 2 * NANO]
         if session.watch is not None:
             for sighting in fresh:
@@ -229,10 +229,15 @@ def _grid(session: Session) -> None:
 
 def _clock(session: Session) -> None:
     clock = session.connection.clock
-    trip, uncertain = 0, False
+    trip = 0
     if isinstance(clock, SyncedClock):
         clock.refresh()
-        trip, uncertain = clock.round_trip_ns(), clock.uncertain()
+        trip = clock.round_trip_ns()
     session.tell(
-        ClockSkew(stamp=Stamp.of(clock.now_ns()), skew_ns=clock.skew_ns(), round_trip_ns=trip, uncertain=uncertain)
+        ClockSkew(
+            stamp=Stamp.of(clock.now_ns()),
+            skew_ns=clock.skew_ns(),
+            round_trip_ns=trip,
+            uncertain=clock.uncertain(),
+        )
     )

@@ -3,7 +3,8 @@
 Each stream has its own thread, so that a slow camera does not delay odometry; writing to the sink never blocks. If
 the network goes down, every thread retries until it is back, and the gap is recorded from the last answer of any
 stream to the next one. If only one stream fails while others work, its error is reported once and counted.
-`log_time` is the time of receipt, `publish_time` the robot's stamp converted by time sync.
+`log_time` is the time of receipt, `publish_time` the robot's stamp converted by time sync; messages whose stamps were
+converted while time sync was away are in channels of their own (topics.py).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.session import foxglove
 from recorders.spot.session.sensor_pollers import SensorStream, sensor_streams
 from recorders.spot.session.topics import NOTE_EVENTS, Gap, Note, SessionFact, fact_channel
-from workbench.errors import LiosError
+from workbench.errors import InputError, LiosError
 from workbench.log_schema.events import Stamp
 from workbench.worlds.geometry import Point
 from workbench.worlds.sites.site import Site
@@ -109,6 +110,8 @@ class Session:
         self.watch: Watch | None = None
         self._away = _ConnectionState()
         self._closing = threading.Event()
+        self._login = threading.Lock()
+        self._refused_login = False
         self._threads: list[threading.Thread] = []
         self._senses = sensor_streams(self)
         self._due: dict[str, int] = {}
@@ -140,9 +143,17 @@ class Session:
     def now_ns(self) -> int:
         return self.connection.clock.now_ns()
 
-    def put(self, topic: str, message: Message, *, source_ns: int, latched: bool = False) -> None:
-        """Write a protobuf message received now and stamped source_ns in our time."""
-        channel = protobuf_channel(topic, type(message), latched=latched)
+    def put(
+        self, topic: str, message: Message, *, source_ns: int, latched: bool = False, by_robot: bool = True
+    ) -> None:
+        """Write a protobuf message received now and stamped source_ns in our time.
+
+        Args:
+            by_robot: source_ns was converted from the robot's time; while its skew is old, the message goes to the
+                topic's channel for uncertain stamps.
+        """
+        uncertain = by_robot and self.connection.clock.uncertain()
+        channel = protobuf_channel(topic, type(message), latched=latched, uncertain=uncertain)
         self.sink.write(
             channel, message.SerializeToString(deterministic=True), log_time=self.now_ns(), publish_time=source_ns
         )
@@ -155,12 +166,12 @@ class Session:
         """Write an operator's note: as JSON, as the event that `lios log note` writes, and as a log message."""
         at_ns = self.now_ns() if at_ns is None else at_ns
         self.tell(Note(stamp=Stamp.of(at_ns), text=text))
-        self.put(NOTE_EVENTS, foxglove.note_event(text, at_ns), source_ns=at_ns)
+        self.put(NOTE_EVENTS, foxglove.note_event(text, at_ns), source_ns=at_ns, by_robot=False)
         self.words(f"Note: {text}")
 
     def words(self, text: str, *, level: Log.Level.ValueType = Log.INFO) -> None:
         now = self.now_ns()
-        self.put("/log", viewer.words(text, now, level=level, name="spot"), source_ns=now)
+        self.put("/log", viewer.words(text, now, level=level, name="spot"), source_ns=now, by_robot=False)
 
     def _work(self, sense: SensorStream) -> None:
         """Poll a stream at its rate until the session ends."""
@@ -247,8 +258,16 @@ class Session:
                 self.words(f"The robot answers again after {seconds:.1f} s", level=Log.WARNING)
 
     def _log_in_again(self) -> None:
-        try:
-            self.connection.log_in_again()
-        except LiosError as error:
-            log.warning("%s", error)
-            self._closing.wait(1.0)
+        """Log in again; one thread at a time, and not again once the robot refused the login, which would lock it."""
+        with self._login:
+            if self._refused_login:
+                self._closing.wait(1.0)
+                return
+            try:
+                self.connection.log_in_again()
+            except InputError as error:
+                self._refused_login = True
+                log.error("%s Recording goes on without the robot.", error)
+            except LiosError as error:
+                log.warning("%s", error)
+                self._closing.wait(1.0)

@@ -8,12 +8,15 @@
 /spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
 /tf /robot/pose /robot/odometry /robot/fiducials /robot/local_grid /camera/...      protobuf, foxglove.*
 
+A protobuf message that came while the time sync was away is in a second channel of its topic, whose metadata has
+"lios.stamps": "uncertain": its publish_time is by an old skew.
+
 Class docstrings are part of the JSON Schemas in logs (as descriptions): changing one changes the bytes of logs.
 """
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 
 import msgspec
 
@@ -73,7 +76,7 @@ SessionFact = RobotStatus | ClockSkew | Gap | Note
 TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {RobotStatus: STATUS, ClockSkew: CLOCK, Gap: GAP, Note: NOTE}
 
 
-@cache
+@lru_cache(maxsize=64)
 def fact_channel(fact_class: type[msgspec.Struct]) -> ChannelSpec:
     """The channel of a message class; gaps and notes are marked important."""
     return ChannelSpec(

@@ -36,6 +36,8 @@ SERVICES = {
     "image": ("bosdyn.api.ImageService", "camera.spot.robot"),
     "local-grid-service": ("bosdyn.api.LocalGridService", "localgrid.spot.robot"),
     "manipulation": ("bosdyn.api.ManipulationApiService", "manipulation.spot.robot"),
+    "docking": ("bosdyn.api.docking.DockingService", "docking.spot.robot"),
+    "license": ("bosdyn.api.LicenseService", "license.spot.robot"),
     "data-buffer": ("bosdyn.api.DataBufferService", "buffer.spot.robot"),
 }
 """Type and authority of each service by name, as in a Spot's directory."""
@@ -44,6 +46,9 @@ OPEN_SERVICES = ("bosdyn.api.AuthService", "bosdyn.api.RobotIdService")
 """Services that need no token."""
 
 AUTHORITIES = tuple(sorted({authority for _, authority in SERVICES.values()} | {"payload-registration.spot.robot"}))
+
+
+LOCKED_AFTER = 4
 
 
 class Request(Protocol):
@@ -98,6 +103,8 @@ class Auth(auth_service_pb2_grpc.AuthServiceServicer):
     def __init__(self, state: RobotState, username: str, password: str) -> None:
         self._state, self._username, self._password = state, username, password
         self.tokens: set[str] = set()
+        self.wrong = 0
+        """Number of wrong logins in a row; after LOCKED_AFTER of them the user is locked out."""
 
     def GetAuthToken(
         self, request: auth_pb2.GetAuthTokenRequest, context: grpc.ServicerContext
@@ -106,6 +113,9 @@ class Auth(auth_service_pb2_grpc.AuthServiceServicer):
         right = (request.username, request.password) == (self._username, self._password)
         if request.token:
             right = request.token in self.tokens
+        self.wrong = 0 if right and self.wrong < LOCKED_AFTER else self.wrong + 1
+        if self.wrong > LOCKED_AFTER:
+            return answer(header=header_of(self._state, request), status=answer.STATUS_TEMPORARILY_LOCKED_OUT)
         if not right:
             status = answer.STATUS_INVALID_TOKEN if request.token else answer.STATUS_INVALID_LOGIN
             return answer(header=header_of(self._state, request), status=status)

@@ -12,6 +12,7 @@ from enum import StrEnum
 from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin
 
+from workbench.tolerances import MIN_ANGLE_RAD, MIN_LENGTH_M, MIN_STEP_S, ROUNDING
 from workbench.worlds.geometry import Point, Pose
 
 STEP_S = 0.05
@@ -98,7 +99,7 @@ class Body:
 
     def advance_to(self, body_s: float) -> None:
         """Simulate until this body time in seconds."""
-        while self.lived_s < body_s - 1e-9:
+        while self.lived_s < body_s - ROUNDING:
             step = min(STEP_S, body_s - self.lived_s)
             self.lived_s += step
             if self.motors is Motors.POWERING_ON and self.lived_s - self.powered_at_s >= POWER_ON_S:
@@ -148,14 +149,14 @@ class Body:
             walk.state = WalkState.STUCK
             return
         left = step
-        while left > 1e-9 and walk.state is WalkState.WALKING:
+        while left > ROUNDING and walk.state is WalkState.WALKING:
             left = self._towards(walk, left) if walk.corners else self._face(walk, left)
 
     def _towards(self, walk: Walk, left: float) -> float:
         x, y = walk.corners[0]
         dx, dy = x - self.pose.x_m, y - self.pose.y_m
         far = hypot(dx, dy)
-        if far < 1e-6:
+        if far < MIN_LENGTH_M:
             walk.corners.pop(0)
             return left
         turn = wrapped(atan2(dy, dx) - self.pose.yaw_rad)
@@ -167,7 +168,7 @@ class Body:
         turned = max(-TURN_RATE * left, min(TURN_RATE * left, turn if far > 0.1 else 0.0))
         self._move(dx / far * gone, dy / far * gone, turned)
         self.speed_now = walk.speed_mps
-        if gone >= far - 1e-9:
+        if gone >= far - ROUNDING:
             walk.corners.pop(0)
         return left - gone / walk.speed_mps
 
@@ -175,9 +176,9 @@ class Body:
         turn = 0.0 if walk.final_yaw_rad is None else wrapped(walk.final_yaw_rad - self.pose.yaw_rad)
         took = min(left, abs(turn) / TURN_RATE)
         self._move(0.0, 0.0, (1 if turn > 0 else -1) * TURN_RATE * took)
-        if abs(turn) - TURN_RATE * took < 1e-6:
+        if abs(turn) - TURN_RATE * took < MIN_ANGLE_RAD:
             walk.state = WalkState.ARRIVED
-        return left - max(took, 1e-6)
+        return left - max(took, MIN_STEP_S)
 
     def _move(self, dx: float, dy: float, turn: float) -> None:
         """Move by a vector in the map frame and turn."""

@@ -9,9 +9,10 @@ import io
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
-import numpy.typing as npt
 from PIL import Image
 
+from workbench.arrays import Floats, Uints8, Uints16
+from workbench.tolerances import MIN_SLOPE
 from workbench.worlds.geometry import Pose
 from workbench.worlds.maps.occupancy import OccupancyGrid
 
@@ -39,7 +40,7 @@ def draw(
     tags: list[tuple[float, float, float]],
     *,
     colour: bool,
-) -> npt.NDArray[np.uint8]:
+) -> Uints8:
     """An image, uint8, shape (ROWS, COLUMNS) or (ROWS, COLUMNS, 3).
 
     Args:
@@ -59,7 +60,7 @@ def draw(
     return np.repeat(image[:, :, None], 3, axis=2) if colour else image
 
 
-def jpeg(picture: npt.NDArray[np.uint8], *, quality: int, ratio: float) -> tuple[bytes, int, int]:
+def jpeg(picture: Uints8, *, quality: int, ratio: float) -> tuple[bytes, int, int]:
     """An image as JPEG, scaled by `ratio`: (bytes, columns, rows)."""
     image = Image.fromarray(picture)
     if 0 < ratio < 1:
@@ -69,21 +70,19 @@ def jpeg(picture: npt.NDArray[np.uint8], *, quality: int, ratio: float) -> tuple
     return stream.getvalue(), image.width, image.height
 
 
-def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> npt.NDArray[np.uint16]:
+def depth_picture(grid: OccupancyGrid | None, pose: Pose, heading_rad: float) -> Uints16:
     """A depth image in millimetres along the camera axis, shape (DEPTH_ROWS, RAYS); 0 out of range."""
     focal = RAYS / 2 / np.tan(FIELD_RAD / 2)
     across = (np.arange(RAYS) + 0.5 - RAYS / 2) / focal
     down = (np.arange(DEPTH_ROWS) + 0.5 - DEPTH_ROWS / 2) / focal
     walls = _depths(grid, pose, heading_rad, across)
-    level = np.where(down > 0, EYE_M, WALL_M - EYE_M) / np.maximum(np.abs(down), 1e-6)
+    level = np.where(down > 0, EYE_M, WALL_M - EYE_M) / np.maximum(np.abs(down), MIN_SLOPE)
     depths = np.minimum(walls[None, :], level[:, None])
     reached = depths * np.hypot(1.0, across) < REACH_M - RAY_STEP_M
     return np.where(reached, depths * 1000, 0).astype(np.uint16)
 
 
-def _depths(
-    grid: OccupancyGrid | None, pose: Pose, heading_rad: float, across: npt.NDArray[np.float64] | None = None
-) -> npt.NDArray[np.float64]:
+def _depths(grid: OccupancyGrid | None, pose: Pose, heading_rad: float, across: Floats | None = None) -> Floats:
     """Depth of the first occupied cell along the camera axis, per ray from left to right, shape (RAYS,).
 
     Args:
@@ -102,9 +101,7 @@ def _depths(
     return far[first] * np.cos(angles - pose.yaw_rad - heading_rad)
 
 
-def _paint_tag(
-    image: npt.NDArray[np.uint8], pose: Pose, heading_rad: float, tag: tuple[float, float, float], focal: float
-) -> None:
+def _paint_tag(image: Uints8, pose: Pose, heading_rad: float, tag: tuple[float, float, float], focal: float) -> None:
     bearing = atan2(tag[1] - pose.y_m, tag[0] - pose.x_m) - pose.yaw_rad - heading_rad
     bearing = atan2(sin(bearing), cos(bearing))
     away = hypot(tag[0] - pose.x_m, tag[1] - pose.y_m)

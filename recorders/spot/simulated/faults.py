@@ -8,6 +8,8 @@ Written `KIND@SECONDS` or `KIND@SECONDS+DURATION`, in seconds of body time:
     tag-not-seen@0        no fiducial is detected
     dropped@30+3          the network is down; the server returns on the same port
     estop@30              someone presses the emergency stop
+    dropped-item@60       the gripper loses what it holds
+    no-route@30           GraphNav finds no route; so also constraint-fault, area-callback, overridden, impaired
     clock-skew@0+2.5      the robot's clock is ahead by DURATION seconds
 """
 
@@ -29,6 +31,12 @@ class FaultKind(StrEnum):
     DROPPED = "dropped"
     ESTOP = "estop"
     CLOCK_SKEW = "clock-skew"
+    DROPPED_ITEM = "dropped-item"
+    NO_ROUTE = "no-route"
+    CONSTRAINT_FAULT = "constraint-fault"
+    AREA_CALLBACK = "area-callback"
+    OVERRIDDEN = "overridden"
+    IMPAIRED = "impaired"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

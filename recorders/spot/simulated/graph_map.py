@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bosdyn.api.graph_nav import map_pb2
 
 from recorders.spot.simulated.body import Body, wrapped
@@ -17,10 +19,12 @@ class GraphMap:
         waypoints: poses by id. snapshots: uploaded snapshots by id.
     """
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: Site, fiducials: Mapping[int, tuple[float, float, float]]) -> None:
         names = {place: site.waypoints.get(place) or f"wp-{place}" for place in site.travel.locations}
         self.waypoints = {name: site.ways.standing[place] for place, name in names.items()}
         self.graph = _graph_of(self.waypoints, site)
+        for tag, (x, y, z) in fiducials.items():
+            self.graph.anchoring.objects.add(id=str(tag), seed_tform_object=se3(x, y, z, 0.0))
         self.snapshots: dict[str, bytes] = {w.snapshot_id: b"" for w in self.graph.waypoints}
 
     def clear(self) -> None:

@@ -9,12 +9,12 @@ import logging
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
-from bosdyn.api import power_pb2
-from bosdyn.api.graph_nav import nav_pb2
+from bosdyn.api import license_pb2, power_pb2, robot_state_pb2, world_object_pb2
+from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 
 from recorders.spot.client.time_source import RobotClock
 from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
@@ -28,10 +28,24 @@ from workbench.worlds.house import ContainerId, House, LocationId
 from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.site import Site
 
+NOT_CARRIABLE = robot_state_pb2.ManipulatorState.CARRY_STATE_NOT_CARRIABLE
 PICK_S, PLACE_S = 20.0, 4.0
 """Times in seconds of a grasp and of an arm motion."""
 FORGET_S = 15.0
 """Time in seconds for which a tag is still listed after its last detection."""
+
+_Feedback = graph_nav_pb2.NavigationFeedbackResponse
+ROUTE_ENDS = {
+    FaultKind.NO_ROUTE: _Feedback.STATUS_NO_ROUTE,
+    FaultKind.CONSTRAINT_FAULT: _Feedback.STATUS_CONSTRAINT_FAULT,
+    FaultKind.AREA_CALLBACK: _Feedback.STATUS_AREA_CALLBACK_ERROR,
+    FaultKind.OVERRIDDEN: _Feedback.STATUS_COMMAND_OVERRIDDEN,
+    FaultKind.IMPAIRED: _Feedback.STATUS_ROBOT_IMPAIRED,
+}
+"""Faults that end every walk with a feedback status of GraphNav."""
+
+FIDUCIAL, FIDUCIAL_M = 540, 0.6
+"""Number and height in metres of the map's fiducial, which hangs at the start."""
 
 log = logging.getLogger("lios.spot.simulated")
 
@@ -45,11 +59,12 @@ class UntaggedItem(Malformed):
 
 @dataclass(slots=True)
 class Sighting:
-    """When and where a tag was last detected, in the map frame."""
+    """When and where a tag was last detected, in the map frame, and the body then: transforms are of that moment."""
 
     position: tuple[float, float, float]
     body_s: float
     robot_ns: int
+    body: Body
 
 
 @dataclass(slots=True)
@@ -73,8 +88,18 @@ class RobotState:
         fiducials_from_floor: whether a lying robot sees a fiducial of the map.
         power_refusal: a power_pb2.PowerCommandStatus with which power-on is refused; STATUS_UNKNOWN for none.
         behaviour_fault: a fault that forbids commands until a person clears it.
-        arm_stalls: whether arm motions never finish.
+        critical_fault: the name of a critical system fault; "" for none.
+        on_shore_power: whether it is plugged in. dock: the number of the dock on which it stands; None for none.
+        docks: the numbers of the docks in the site.
+        licence: a license_pb2.LicenseInfo.Status.
+        arm_stalls: whether arm motions never finish. arm_mishaps: what an arm ran into for want of care, in words.
+        grasps_miss: how many of the next grasps close on nothing.
+        tag_status: the AprilTagProperties status with which items' tags are reported.
+        carry_state: of what is held; a robot without an override does not stow it, and lets go of it when the
+            connection breaks off (SDK example arm_grasp_carry_override).
         arm_goal: last goal of the arm: frame, x, y, z.
+        navigation_status: the feedback status with which every walk ends at once; None for none.
+        fiducials: tag numbers of the map's own fiducials, and where they hang in metres on the map.
         on_drop: called with the duration of a network outage in seconds.
     """
 
@@ -93,7 +118,21 @@ class RobotState:
     fiducials_from_floor: bool = True
     power_refusal: power_pb2.PowerCommandStatus.ValueType = power_pb2.STATUS_UNKNOWN
     behaviour_fault: bool = False
+    critical_fault: str = ""
+    on_shore_power: bool = False
+    dock: int | None = None
+    docks: tuple[int, ...] = (520,)
+    licence: license_pb2.LicenseInfo.Status.ValueType = license_pb2.LicenseInfo.STATUS_VALID
     arm_stalls: bool = False
+    arm_mishaps: list[str] = field(default_factory=list)
+    arm_at: tuple[float, float, float] | None = None
+    released_at: tuple[float, float, float] | None = None
+    released_goal: tuple[str, float, float, float] | None = None
+    grasps_miss: int = 0
+    tag_status: world_object_pb2.AprilTagProperties.AprilTagPoseStatus.ValueType = (
+        world_object_pb2.AprilTagProperties.STATUS_OK
+    )
+    carry_state: robot_state_pb2.ManipulatorState.CarryState.ValueType = NOT_CARRIABLE
     arm_goal: tuple[str, float, float, float] | None = None
     hides_tags: bool = False
     ends: list[tuple[float, FaultKind]] = field(default_factory=list)
@@ -105,6 +144,8 @@ class RobotState:
     commands: dict[int, str] = field(default_factory=dict)
     comments: list[str] = field(default_factory=list)
     next_command: int = 1
+    navigation_status: graph_nav_pb2.NavigationFeedbackResponse.Status.ValueType | None = None
+    fiducials: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     on_drop: Callable[[float], None] | None = None
 
     @property
@@ -152,7 +193,13 @@ class RobotState:
             self.estop.press()
         elif fault.kind is FaultKind.CLOCK_SKEW:
             self.clock.skew_s = fault.for_s or 0.0
+        elif fault.kind in ROUTE_ENDS:
+            self.navigation_status = ROUTE_ENDS[fault.kind]
+        elif fault.kind is FaultKind.DROPPED_ITEM:
+            self.drop_item()
         elif fault.kind is FaultKind.DROPPED and self.on_drop is not None:
+            if self.carry_state == NOT_CARRIABLE:
+                self.drop_item()
             self.on_drop(fault.for_s or 2.0)
         if fault.for_s is not None and fault.kind not in (FaultKind.CLOCK_SKEW, FaultKind.DROPPED):
             self.ends.append((self.body.lived_s + fault.for_s, fault.kind))
@@ -167,6 +214,8 @@ class RobotState:
             self.localized = True
         elif kind is FaultKind.ESTOP:
             self.estop.release()
+        elif kind in ROUTE_ENDS:
+            self.navigation_status = None
 
     def number(self, what: str) -> int:
         """The id of a new command."""
@@ -207,6 +256,8 @@ class RobotState:
         ]
         reachable.sort(key=lambda thing: float(np.hypot(*np.subtract(thing.position[:2], at[:2]))))
         number = self.number("grasp")
+        if self.grasps_miss > 0:
+            self.grasps_miss, reachable = self.grasps_miss - 1, []
         self.grasp = Grasp(number=number, began_s=self.body.lived_s, thing=reachable[0] if reachable else None)
         self.arm_deployed, self.gripper_open = True, True
         return number
@@ -230,7 +281,15 @@ class RobotState:
             place = sum(1 for other in self.things if other.container == near and not other.held)
             put = thing_in(thing.tag, container, place)
             thing.container, thing.position = near, put.position
-        thing.held = False
+        thing.held, self.carry_state = False, NOT_CARRIABLE
+
+    def drop_item(self) -> None:
+        """Let go of what is held: it falls to the floor in front of the robot."""
+        thing = self.held
+        if thing is not None:
+            x, y, _ = in_hand(self.body.pose)
+            thing.held, thing.container, thing.position = False, None, (x, y, 0.05)
+            self.carry_state = NOT_CARRIABLE
 
     def _container_at_hand(self) -> ContainerId | None:
         here = self.body.pose
@@ -251,6 +310,7 @@ class RobotState:
             grasp.thing.held, grasp.thing.container, self.gripper_open = True, None, False
 
     def _look(self) -> None:
+        then = replace(self.body, odom=replace(self.body.odom), vision=replace(self.body.vision))
         for thing in self.things:
             if thing.held:
                 thing.position = in_hand(self.body.pose)
@@ -258,7 +318,11 @@ class RobotState:
             elif not self.hides_tags and sees(self.site, self.body.pose, thing):
                 noise = self.rng.normal(0.0, 0.005, 3)
                 x, y, z = (float(value) for value in np.add(thing.position, noise))
-                self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns())
+                self.sightings[thing.tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns(), then)
+        for tag, (x, y, z) in self.fiducials.items():
+            hung = TaggedThing(tag=tag, container=None, position=(x, y, z))
+            if not self.hides_tags and sees(self.site, self.body.pose, hung):
+                self.sightings[tag] = Sighting((x, y, z), self.body.lived_s, self.clock.robot_ns(), then)
         for tag in [t for t, seen in self.sightings.items() if self.body.lived_s - seen.body_s > FORGET_S]:
             del self.sightings[tag]
 
@@ -286,4 +350,5 @@ def new_state(
         rng=np.random.default_rng(seed),
         things=things,
         faults=sorted(faults, key=lambda fault: fault.at_s),
+        fiducials={FIDUCIAL: (site.plan.start.x_m, site.plan.start.y_m, FIDUCIAL_M)},
     )

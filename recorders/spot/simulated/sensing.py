@@ -12,6 +12,7 @@ from bosdyn.api import (
     world_object_service_pb2_grpc,
 )
 from google.protobuf.duration_pb2 import Duration
+from google.protobuf.timestamp_pb2 import Timestamp
 from google.protobuf.wrappers_pb2 import DoubleValue
 
 from recorders.spot.simulated.basic_services import header_of
@@ -72,6 +73,11 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
             robot_power_state=robot_state_pb2.PowerState.ROBOT_POWER_STATE_ON,
             locomotion_charge_percentage=percent,
             locomotion_estimated_runtime=left,
+            shore_power_state=(
+                robot_state_pb2.PowerState.SHORE_POWER_STATE_ON
+                if state.on_shore_power
+                else robot_state_pb2.PowerState.SHORE_POWER_STATE_OFF
+            ),
         ),
         kinematic_state=kinematics(state.body, state.clock.robot_ns()),
     )
@@ -90,14 +96,9 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
         type=stopped.TYPE_SOFTWARE,
         state=stopped.STATE_ESTOPPED if state.estop.stopped else stopped.STATE_NOT_ESTOPPED,
     )
-    if body.stuck or not state.localized:
-        name = "obstacle" if body.stuck else "lost"
-        message.system_fault_state.faults.add(
-            name=name,
-            onset_timestamp=now,
-            severity=robot_state_pb2.SystemFault.SEVERITY_WARN,
-            error_message="something stands in the way" if body.stuck else "not localized to the map",
-        )
+    _add_faults(message, state, now)
+    message.comms_states.add(timestamp=now).wifi_state.current_mode = robot_state_pb2.WiFiState.MODE_ACCESS_POINT
+    message.comms_states[0].wifi_state.essid = "simulated"
     for dx, dy in ((0.3, 0.17), (0.3, -0.17), (-0.3, 0.17), (-0.3, -0.17)):
         foot = message.foot_state.add(contact=robot_state_pb2.FootState.CONTACT_MADE)
         foot.foot_position_rt_body.x, foot.foot_position_rt_body.y = dx, dy
@@ -108,8 +109,34 @@ def _robot_state(state: RobotState) -> robot_state_pb2.RobotState:
         arm.is_gripper_holding_item = state.held is not None
         stow = robot_state_pb2.ManipulatorState
         arm.stow_state = stow.STOWSTATE_DEPLOYED if state.arm_deployed else stow.STOWSTATE_STOWED
-        arm.carry_state = stow.CARRY_STATE_CARRIABLE if state.held is not None else stow.CARRY_STATE_NOT_CARRIABLE
+        arm.carry_state = state.carry_state
     return message
+
+
+def _add_faults(message: robot_state_pb2.RobotState, state: RobotState, now: Timestamp) -> None:
+    body = state.body
+    if state.critical_fault:
+        message.system_fault_state.faults.add(
+            name=state.critical_fault,
+            onset_timestamp=now,
+            severity=robot_state_pb2.SystemFault.SEVERITY_CRITICAL,
+            error_message="it needs service",
+        )
+    if state.behaviour_fault:
+        message.behavior_fault_state.faults.add(
+            behavior_fault_id=1,
+            onset_timestamp=now,
+            cause=robot_state_pb2.BehaviorFault.CAUSE_FALL,
+            status=robot_state_pb2.BehaviorFault.STATUS_CLEARABLE,
+        )
+    if body.stuck or not state.localized:
+        name = "obstacle" if body.stuck else "lost"
+        message.system_fault_state.faults.add(
+            name=name,
+            onset_timestamp=now,
+            severity=robot_state_pb2.SystemFault.SEVERITY_WARN,
+            error_message="something stands in the way" if body.stuck else "not localized to the map",
+        )
 
 
 class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
@@ -129,21 +156,23 @@ class WorldObjects(world_object_service_pb2_grpc.WorldObjectServiceServicer):
                 at = stamp(seen.robot_ns)
                 if not wanted or (since.seconds, since.nanos) > (at.seconds, at.nanos):
                     continue
-                x, y, z = in_body(state.body, seen.position)
+                x, y, z = in_body(seen.body, seen.position)
                 where = se3(x, y, z, atan2(y, x))
                 names = (f"fiducial_{tag}", f"filtered_fiducial_{tag}")
                 found = response.world_objects.add(
                     id=tag,
                     name=f"world_obj_apriltag_{tag:03d}",
                     acquisition_time=at,
-                    transforms_snapshot=frame_tree(state.body, dict.fromkeys(names, ("body", where))),
+                    transforms_snapshot=frame_tree(seen.body, dict.fromkeys(names, ("body", where))),
                     object_lifetime=Duration(seconds=15),
                 )
                 mark = found.apriltag_properties
                 mark.tag_id, mark.dimensions.x, mark.dimensions.y = tag, TAG_M, TAG_M
                 mark.frame_name_fiducial, mark.frame_name_fiducial_filtered = names
                 mark.frame_name_camera = "frontleft_fisheye"
-                mark.fiducial_pose_status = world_object_pb2.AprilTagProperties.STATUS_OK
+                mark.fiducial_pose_status = (
+                    world_object_pb2.AprilTagProperties.STATUS_OK if tag in state.fiducials else state.tag_status
+                )
                 mark.fiducial_filtered_pose_status = world_object_pb2.AprilTagProperties.STATUS_OK
             return response
 

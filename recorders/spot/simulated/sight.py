@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, hypot, sin
 
+from workbench.tolerances import DEGENERATE
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import Container, ContainerId, FloorPlan
 from workbench.worlds.sites.site import Site
@@ -86,7 +87,7 @@ def _crossing(a: Point, b: Point, c: Point, d: Point) -> Point | None:
     """The parameter on segment ab where it crosses cd, or None."""
     rx, ry, sx, sy = b[0] - a[0], b[1] - a[1], d[0] - c[0], d[1] - c[1]
     cross = rx * sy - ry * sx
-    if abs(cross) < 1e-12:
+    if abs(cross) < DEGENERATE:
         return None
     t = ((c[0] - a[0]) * sy - (c[1] - a[1]) * sx) / cross
     u = ((c[0] - a[0]) * ry - (c[1] - a[1]) * rx) / cross

@@ -7,71 +7,36 @@ These are the result types only; the branch-and-bound search that computes them 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import dataclass, fields, replace
 from math import inf
 
-from replayers.counterfactual.run_tree import Leaf, WorldGroup
+from replayers.counterfactual.results import BoundFigures, Proof, WorldGroup
+from replayers.counterfactual.run_tree import Leaf
 from workbench.execution.events import RunStatus
-
-NEAR = 1e-6
-"""Costs closer than this are equal: the log rounds to six decimals."""
+from workbench.tolerances import NEAR_COST
 
 MAX_WORLD_GROUPS = 2000
 """Groups of worlds, for comparisons world by world; beyond this, the bounds alone are kept."""
 
 
-class Proof(StrEnum):
-    """What a bound rests on."""
-
-    EXACT = "exact"
-    """Attained: some consistent world has exactly this cost, and no consistent world exceeds it."""
-    OUTER = "outer"
-    """No consistent world exceeds it; whether one attains it is not known."""
-    STRAIGHT = "outer-if-straight"
-    """As outer, but only for strategies that go straight (docs/replay.md, Bounds)."""
-    NONE = "none"
-    """No upper bound is known: the strategy does not go straight, or things are to be prepared."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bounds:
-    """The least and the largest cost over all worlds that agree with the log.
+class Bounds(BoundFigures):
+    """Figures with what they were found by.
 
     Attributes:
-        lower, upper: charged costs; upper is infinite where no upper bound is known.
-        lower_proof, upper_proof: what each rests on.
-        least_found, largest_found: costs that some world certainly has, the least and the largest that is known;
-            drawn worlds count (with_ends).
-        complete: every world was followed to its end.
         stretches: how many stretches of the loop it took.
-        can_fail: some world makes the strategy fail, as far as it was followed.
         cheapest, dearest: ends that cost least_found and largest_found: worlds that one can look at.
         told: what is known of the cost in each group of worlds, all of them together; empty when there are too many.
     """
 
-    lower: float
-    upper: float
-    lower_proof: Proof
-    upper_proof: Proof
-    least_found: float
-    largest_found: float
-    complete: bool
     stretches: int
-    can_fail: bool
     cheapest: Leaf | None = None
     dearest: Leaf | None = None
     told: tuple[WorldGroup, ...] = ()
 
     @property
-    def exact(self) -> bool:
-        """Every world gives the same cost."""
-        return self.upper - self.lower <= NEAR
-
-    @property
-    def width(self) -> float:
-        """(upper - lower) / lower; 0 when exact."""
-        return 0.0 if self.exact else (self.upper - self.lower) / self.lower if self.lower > 0 else inf
+    def figures(self) -> BoundFigures:
+        return BoundFigures(**{f.name: getattr(self, f.name) for f in fields(BoundFigures)})
 
     def with_ends(self, leaves: Iterable[Leaf | None]) -> Bounds:
         """The same, with these ends of runs taken into account: each is in some consistent world.
@@ -86,7 +51,7 @@ class Bounds:
         return bounds
 
     def _as_widely(self, leaf: Leaf) -> Bounds:
-        if self.lower - NEAR <= leaf.cost <= self.upper + NEAR:
+        if self.lower - NEAR_COST <= leaf.cost <= self.upper + NEAR_COST:
             return self
         lower = min(self.lower, leaf.cost)
         return replace(
@@ -96,8 +61,8 @@ class Bounds:
     def _with_end(self, leaf: Leaf) -> Bounds:
         """A cheaper or a dearer end than those found; one at a bound proves it."""
         cost = leaf.cost
-        cheaper, dearer = cost < self.least_found - NEAR, cost > self.largest_found + NEAR
-        at_lower, at_upper = cheaper and cost <= self.lower + NEAR, dearer and cost >= self.upper - NEAR
+        cheaper, dearer = cost < self.least_found - NEAR_COST, cost > self.largest_found + NEAR_COST
+        at_lower, at_upper = cheaper and cost <= self.lower + NEAR_COST, dearer and cost >= self.upper - NEAR_COST
         return replace(
             self,
             lower=cost if at_lower else self.lower,

@@ -18,12 +18,14 @@ from itertools import islice
 from math import inf
 from typing import Literal, final
 
-from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, NEAR, Bounds, Budget, Proof
+from replayers.counterfactual.bounds.bounds import MAX_WORLD_GROUPS, Bounds, Budget
 from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.relevance import Answer
-from replayers.counterfactual.run_tree import Assignment, Leaf, Node, RunTree, UnobservedLook, WorldGroup
+from replayers.counterfactual.results import Assignment, Proof, WorldGroup
+from replayers.counterfactual.run_tree import Leaf, Node, RunTree, UnobservedLook
+from workbench.tolerances import NEAR_COST
 
 Side = Literal["low", "high"]
 
@@ -83,16 +85,16 @@ class BoundSearch:
         whole = self._intervals[self._tree.root]
         below = whole.least_found(0, self._failure) - whole.lower(0, self._failure)
         above = whole.upper(0, self._failure) - whole.largest_found(0, self._failure)
-        if max(below, above) <= NEAR:
+        if max(below, above) <= NEAR_COST:
             return None
-        if below > NEAR and (self._tree.stretches % 2 or above <= NEAR):
+        if below > NEAR_COST and (self._tree.stretches % 2 or above <= NEAR_COST):
             return "low"
-        return "high" if above > NEAR else "low"
+        return "high" if above > NEAR_COST else "low"
 
     def _open_maxima(self) -> int:
         """How many unexplored branches could cost more than the largest cost found (by the first path to each)."""
         largest = self._intervals[self._tree.root].largest_found(0, self._failure)
-        return sum([most > largest + NEAR for most in self._waiting.values()])
+        return sum([most > largest + NEAR_COST for most in self._waiting.values()])
 
     def _descend(self, side: Side | None) -> None:
         """Descends the branch that decides an end (or any that is not exhausted), expands its last node, and backs
@@ -148,7 +150,9 @@ class BoundSearch:
                 self._others[node].spent = True
             self._update_from_children(node)
         after = self._intervals[node]
-        if before is not None and (after.found_high > before.high + NEAR or (after.fails and not before.may_fail)):
+        if before is not None and (
+            after.found_high > before.high + NEAR_COST or (after.fails and not before.may_fail)
+        ):
             self._is_straight = False
 
     def _update_from_children(self, node: Node) -> None:
@@ -227,10 +231,10 @@ class BoundSearch:
         told = tuple(islice(self._world_groups(), MAX_WORLD_GROUPS + 1))
         above = Proof.NONE if upper == inf else Proof.STRAIGHT
         return Bounds(
-            lower=least if least - lower <= NEAR else lower,
-            upper=largest if upper - largest <= NEAR else upper,
-            lower_proof=Proof.EXACT if least - lower <= NEAR else Proof.OUTER,
-            upper_proof=Proof.EXACT if upper - largest <= NEAR else above,
+            lower=least if least - lower <= NEAR_COST else lower,
+            upper=largest if upper - largest <= NEAR_COST else upper,
+            lower_proof=Proof.EXACT if least - lower <= NEAR_COST else Proof.OUTER,
+            upper_proof=Proof.EXACT if upper - largest <= NEAR_COST else above,
             least_found=least,
             largest_found=largest,
             complete=whole.whole,

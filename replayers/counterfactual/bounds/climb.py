@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
-from replayers.counterfactual.bounds.bounds import NEAR, Bounds
+from replayers.counterfactual.bounds.bounds import Bounds
 from replayers.counterfactual.relevance import NOTHING, Answer
 from replayers.counterfactual.run_tree import Choose, Leaf, RunTree, UnobservedLook
+from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import ContainerId, ItemType
 
 Answers = Mapping[ContainerId, Answer]
@@ -48,7 +49,7 @@ def climb(tree: RunTree, start: Leaf, *, up: bool, most_stretches: int) -> Leaf:
             if tree.stretches >= spent:
                 return best
             end = tree.follow(_chooser(answers))
-            if (end.cost - best.cost if up else best.cost - end.cost) > NEAR:
+            if (end.cost - best.cost if up else best.cost - end.cost) > NEAR_COST:
                 best, improved = end, True
                 break
     return best
@@ -91,7 +92,9 @@ def _allows(question: UnobservedLook, answer: Answer) -> bool:
     return (
         question.others
         and set(answer) <= set(_possible(question))
-        and Counter(question.options[0]) <= Counter(answer)
+        and (
+            Counter(question.options[0]) <= Counter(answer) if question.possible is None else question.allows(answer)
+        )
     )
 
 

@@ -8,29 +8,26 @@ the triangle inequality. Infinite where no world can meet the goal any more: the
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from math import inf
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from workbench.arrays import Floats, Indices
+from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
+from workbench.tolerances import ROUNDING_SHARE
 from workbench.worlds.house import ContainerId, ItemId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 Containers = tuple[ContainerId, ...]
 
 MAX_CACHED_PARTS = 50_000
 """Bounds of single parts in the cache; beyond this, it is cleared."""
-
-ROUNDING = 1e-12
-"""Relative slack: sums of legs in another order must not exceed a bound by rounding."""
 
 
 @final
@@ -46,8 +43,9 @@ class LowerBound:
         self._handle = evidence.costs.manipulation
         self._may = frozenset(relevance.types)
         self._open = tuple(LocationId(c) for c in evidence.open)
+        self._doubtful = tuple(LocationId(c) for c in evidence.doubtful)
         self._unknown: Containers = (*evidence.contents, *evidence.open)
-        self._parts: dict[Hashable, tuple[float, float]] = {}
+        self._parts: Cache[Hashable, tuple[float, float]] = Cache(MAX_CACHED_PARTS)
         self._logged: dict[ItemType, list[tuple[LocationId, ContainerId, ItemId]]] = {}
         for container, items in evidence.contents.items():
             for item in items:
@@ -79,13 +77,9 @@ class LowerBound:
     def _part_cost(self, part: Delivered | Holding, knowledge: Knowledge, left: Containers) -> tuple[float, float]:
         """The least that one part alone costs from here, and the loaded share of it. Siblings differ in few parts."""
         held = knowledge.holding is not None and knowledge.holding.type == part.item_type
-        key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left
-        found = self._parts.get(key)
-        if found is None:
-            if len(self._parts) >= MAX_CACHED_PARTS:
-                self._parts.clear()
-            found = self._parts[key] = self._bound(part, knowledge, held=held)
-        return found
+        doubtful = self._evidence.misses_left(knowledge) > 0
+        key = part, knowledge.robot_at, held, knowledge.where(part.item_type), knowledge.facts, left, doubtful
+        return self._parts.get(key, lambda: self._bound(part, knowledge, held=held))
 
     def _bound(self, part: Delivered | Holding, knowledge: Knowledge, *, held: bool) -> tuple[float, float]:
         if is_met(part, knowledge):
@@ -109,8 +103,15 @@ class LowerBound:
         places = dict.fromkeys(at for at, _ in knowledge.where(item_type))
         places.update(dict.fromkeys(at for at, _ in self._logged_sources(item_type, knowledge)))
         if item_type in self._may:
-            places.update(dict.fromkeys(c for c in self._open if c not in knowledge.first_seen))
+            places.update(dict.fromkeys(self._may_hold_more(knowledge)))
         return np.array([self._index[p] for p in places if p in self._index], dtype=np.intp)
+
+    def _may_hold_more(self, knowledge: Knowledge) -> Iterator[LocationId]:
+        """Containers left that may hold what the log does not show: open ones, and, while items may have been
+        overlooked, those that were looked into."""
+        yield from (c for c in self._open if c not in knowledge.first_seen)
+        if self._evidence.misses_left(knowledge) > 0:
+            yield from (c for c in self._doubtful if c not in knowledge.first_seen)
 
     def _logged_sources(self, item_type: ItemType, knowledge: Knowledge) -> tuple[tuple[LocationId, ItemId], ...]:
         """Instances that the log shows in containers that this run has not searched yet."""
@@ -141,7 +142,7 @@ class LowerBound:
         within_reach = [i for at, i in places if at in self._index and at not in barred and i not in stuck]
         count = len(within_reach) + held
         if count == 0 and item_type in self._relevance.must_exist and not self._relevance.hidden:
-            return int(any(c not in knowledge.first_seen for c in self._open))
+            return int(any(True for _ in self._may_hold_more(knowledge)))
         return count
 
 
@@ -150,4 +151,4 @@ def shortest_path_metres(metres: Floats) -> Floats:
     found = np.array(metres, dtype=np.float64)
     for via in range(len(found)):
         np.minimum(found, found[:, via, None] + found[None, via, :], out=found)
-    return found * (1 - ROUNDING)
+    return found * (1 - ROUNDING_SHARE)

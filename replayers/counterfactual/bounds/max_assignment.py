@@ -12,14 +12,12 @@ Why not that function: its import takes 0.30 s of processor time beside numba an
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
+from workbench.arrays import Floats, Ints
 
 
-def max_assignment(worth: Floats) -> tuple[Indices, Indices]:
+def max_assignment(worth: Floats) -> tuple[Ints, Ints]:
     """Row and column indices of the pairs, ordered by row; as many pairs as the shorter side has.
 
     Args:
@@ -34,7 +32,7 @@ def max_assignment(worth: Floats) -> tuple[Indices, Indices]:
 
 
 @njit(cache=True, nogil=True)
-def _column_of_each_row(cost: Floats) -> Indices:
+def _column_of_each_row(cost: Floats) -> Ints:
     """The cheapest column for every row, each column used at most once; needs no more rows than columns."""
     rows, columns = cost.shape
     row_dual, column_dual = np.zeros(rows), np.zeros(columns)

@@ -15,13 +15,15 @@ from replayers.counterfactual.bounds.state_bounds import StateBounds
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
 from workbench.beliefs.belief import Belief
+from workbench.caches import Cache
 from workbench.planning.find_pricing import FindCostRequest, FindPricing
 from workbench.search.find_costs import FindCosts, SearchStop
 from workbench.search.policy import SearchPolicy, SearchQuery, first_stop
 from workbench.worlds.house import ContainerId, LocationId
 
-MAX_CACHED_SEARCHES = 20_000
-"""Searches in the cache; beyond this, it is cleared."""
+MAX_CACHED_SEARCHES = 10_000
+"""Searches of each kind in the cache."""
+MAX_CACHED_BOUNDS = 16
 
 Order = tuple[SearchStop, ...]
 
@@ -31,10 +33,10 @@ Order = tuple[SearchStop, ...]
 class SearchCache:
     """The cache of searches over one log: its travel costs are the same for every query."""
 
-    orders: dict[Hashable, Order] = field(default_factory=dict[Hashable, Order])
-    firsts: dict[Hashable, ContainerId | None] = field(default_factory=dict[Hashable, ContainerId | None])
-    prices: dict[Hashable, FindCosts] = field(default_factory=dict[Hashable, FindCosts])
-    outsides: dict[Hashable, StateBounds] = field(default_factory=dict[Hashable, StateBounds])
+    orders: Cache[Hashable, Order] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
+    firsts: Cache[Hashable, ContainerId | None] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
+    prices: Cache[Hashable, FindCosts] = field(default_factory=lambda: Cache(MAX_CACHED_SEARCHES))
+    outsides: Cache[Hashable, StateBounds] = field(default_factory=lambda: Cache(MAX_CACHED_BOUNDS))
 
     def outside(
         self,
@@ -46,17 +48,10 @@ class SearchCache:
     ) -> StateBounds:
         """The outer bounds over the log, cached for every kind of strategy."""
         key = (relevance.types, nearest_first, empty_handed)
-        if key not in self.outsides:
-            self.outsides[key] = StateBounds(
-                evidence, relevance, nearest_first=nearest_first, empty_handed=empty_handed
-            )
-        return self.outsides[key]
-
-    def forget_if_full(self) -> None:
-        if len(self.orders) + len(self.firsts) + len(self.prices) >= MAX_CACHED_SEARCHES:
-            self.orders.clear()
-            self.firsts.clear()
-            self.prices.clear()
+        return self.outsides.get(
+            key,
+            lambda: StateBounds(evidence, relevance, nearest_first=nearest_first, empty_handed=empty_handed),
+        )
 
 
 @final
@@ -72,20 +67,11 @@ class Remembered:
         return self.policy.name
 
     def order(self, query: SearchQuery) -> Order:
-        key = self._key(query)
-        found = self.memory.orders.get(key)
-        if found is None:
-            self.memory.forget_if_full()
-            found = self.memory.orders[key] = self.policy.order(query)
-        return found
+        return self.memory.orders.get(self._key(query), lambda: self.policy.order(query))
 
     def first(self, query: SearchQuery) -> ContainerId | None:
         """Where the policy looks first."""
-        key = self._key(query)
-        if key not in self.memory.firsts:
-            self.memory.forget_if_full()
-            self.memory.firsts[key] = first_stop(self.policy, query)
-        return self.memory.firsts[key]
+        return self.memory.firsts.get(self._key(query), lambda: first_stop(self.policy, query))
 
     def _key(self, query: SearchQuery) -> Hashable:
         belief = query.belief
@@ -105,11 +91,7 @@ class RememberedPricing:
         belief = question.belief
         about = (belief.item_types, belief.containers, belief.probability.tobytes(), belief.estimator)
         key = (self.pricing, about, tuple(question.origins), tuple(question.targets), question.costs)
-        found = self.memory.prices.get(key)
-        if found is None:
-            self.memory.forget_if_full()
-            found = self.memory.prices[key] = self.pricing.price(question)
-        return found
+        return self.memory.prices.get(key, lambda: self.pricing.price(question))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return self.pricing.meeting_places(belief)

@@ -16,6 +16,7 @@ from replayers.counterfactual.bounds.upper_bound import UpperBound
 from replayers.counterfactual.estimates.intervals import Interval
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Relevance
+from workbench.caches import Cache
 from workbench.planning.tasks import goal_types
 from workbench.worlds.knowledge import Knowledge
 
@@ -42,18 +43,13 @@ class StateBounds:
         self.least = LowerBound(evidence, relevance)
         self.most = UpperBound(evidence, nearest_first=nearest_first, empty_handed=empty_handed)
         self._types = goal_types(evidence.task.goal)
+        self._misses_left = evidence.misses_left
         self._searchable = (*evidence.contents, *evidence.open, *evidence.shut)
-        self._bounded: dict[Hashable, tuple[float, float, bool]] = {}
+        self._bounded: Cache[Hashable, tuple[float, float, bool]] = Cache(MAX_CACHED_STATES)
 
     def interval(self, knowledge: Knowledge) -> Interval:
         """Bounds of the cost from a state on."""
-        key = self._key(knowledge)
-        found = self._bounded.get(key)
-        if found is None:
-            if len(self._bounded) >= MAX_CACHED_STATES:
-                self._bounded.clear()
-            found = self._bounded[key] = self._bound(knowledge)
-        low, high, certain = found
+        low, high, certain = self._bounded.get(self._key(knowledge), lambda: self._bound(knowledge))
         return Interval(low, high, may_fail=not certain)
 
     def _bound(self, knowledge: Knowledge) -> tuple[float, float, bool]:
@@ -67,4 +63,4 @@ class StateBounds:
         """Everything in a state that the two bounds depend on."""
         left = tuple([c for c in self._searchable if c not in knowledge.first_seen])
         stand = tuple([knowledge.where(t) for t in self._types])
-        return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts
+        return knowledge.robot_at, knowledge.holding, left, stand, knowledge.facts, self._misses_left(knowledge)

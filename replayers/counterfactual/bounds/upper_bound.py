@@ -15,18 +15,19 @@ from collections import Counter
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.bounds.max_assignment import max_assignment
 from replayers.counterfactual.estimates.complete_linkage import merge_widths
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import max_instances
+from workbench.arrays import Floats
+from workbench.caches import Cache
 from workbench.execution.goal_check import is_met
 from workbench.planning.tasks import AllOf, AnyOf, Delivered, Goal, Holding
 from workbench.worlds.house import ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
-Floats = npt.NDArray[np.float64]
+MAX_CACHED_LEGS = 20_000
 
 
 @final
@@ -51,7 +52,7 @@ class UpperBound:
         self._searchable = tuple(LocationId(c) for c in (*evidence.contents, *evidence.open, *evidence.shut))
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
-        self._into: dict[tuple[tuple[int, ...], tuple[int, ...]], float] = {}
+        self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
         self.fits_straight = _is_plain_delivery(self._goal)
         self.most_picks = max_instances(self._goal)
 
@@ -111,10 +112,9 @@ class UpperBound:
 
     def _nearest_legs(self, looks: tuple[int, ...], starts: tuple[int, ...]) -> float:
         """nearest_legs, cached for states that differ only in what was found where."""
-        key = looks, starts
-        if key not in self._into:
-            self._into[key] = nearest_first_leg_bound(self._metres, list(looks), list(starts))
-        return self._into[key]
+        return self._into.get(
+            (looks, starts), lambda: nearest_first_leg_bound(self._metres, list(looks), list(starts))
+        )
 
     def _known(self, item_type: ItemType, knowledge: Knowledge) -> int:
         held = knowledge.holding is not None and knowledge.holding.type == item_type

@@ -13,10 +13,9 @@ Why not that function: its import takes 0.24 s of processor time beside numba an
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-Floats = npt.NDArray[np.float64]
+from workbench.arrays import Floats
 
 
 def merge_widths(apart: Floats) -> Floats:

@@ -7,51 +7,24 @@ estimates come true is measured by calibration.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import ceil, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds
+from replayers.counterfactual.results import Estimate
 from replayers.counterfactual.run_tree import RunTree
+from workbench.arrays import Bools, Floats
 from workbench.execution.events import RunStatus
-
-Floats = npt.NDArray[np.float64]
+from workbench.tolerances import NEAR_COST, ROUNDING
 
 MIN_WORLDS = 50
 Z95 = 1.959964
 MASS = 0.9
 """The nominal share of sampled worlds in the predictive interval."""
-SAME = 1e-6
-"""Costs closer than this are equal."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
-    """A mean over sampled worlds.
-
-    Attributes:
-        mean: mean charged cost, in metres and their equivalents.
-        ci95: 95 % Monte Carlo confidence interval of that mean: more worlds make it narrower.
-        interval90: the shortest interval that contains the cost in at least 90 % of the sampled worlds, ends
-            included.
-        interval90_mass: the share of sampled worlds that it contains: more than 90 % where costs are discrete.
-        success: share of worlds in which the task was done.
-        worlds: how many were sampled.
-    """
-
-    mean: float
-    ci95: tuple[float, float]
-    interval90: tuple[float, float]
-    interval90_mass: float
-    success: float
-    worlds: int
-
-
-def costs_in(
-    worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None
-) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def costs_in(worlds: SampledWorlds, tree: RunTree, *, most_stretches: int | None = None) -> tuple[Floats, Bools]:
     """A strategy's cost in each world, shape (worlds,), and whether it did the task there, bool, shape (worlds,).
 
     Args:
@@ -70,7 +43,7 @@ def costs_in(
     return costs, done
 
 
-def estimate_of(costs: Floats, done: npt.NDArray[np.bool_]) -> Estimate:
+def estimate_of(costs: Floats, done: Bools) -> Estimate:
     """The estimate from the costs in sampled worlds."""
     mean, half = float(costs.mean()), Z95 * float(costs.std(ddof=1)) / sqrt(len(costs)) if len(costs) > 1 else 0.0
     interval = predictive_interval(costs)
@@ -92,13 +65,13 @@ def predictive_interval(costs: Floats, mass: float = MASS) -> tuple[float, float
     Regions", The American Statistician 50, 1996).
     """
     ordered = np.sort(costs)
-    held = min(max(1, ceil(mass * len(ordered) - 1e-9)), len(ordered))
+    held = min(max(1, ceil(mass * len(ordered) - ROUNDING)), len(ordered))
     widths = ordered[held - 1 :] - ordered[: len(ordered) - held + 1]
-    first = int(np.argmax(widths <= widths.min() + SAME))
+    first = int(np.argmax(widths <= widths.min() + NEAR_COST))
     return float(ordered[first]), float(ordered[first + held - 1])
 
 
 def mass_within(costs: Floats, interval: tuple[float, float]) -> float:
     """The share of sampled costs in a closed interval."""
     low, high = interval
-    return float(np.mean((costs >= low - SAME) & (costs <= high + SAME)))
+    return float(np.mean((costs >= low - NEAR_COST) & (costs <= high + NEAR_COST)))

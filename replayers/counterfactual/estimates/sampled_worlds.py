@@ -12,16 +12,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from replayers.counterfactual.estimates.sampled_misses import MissWeights, odds_of, sample_misses
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.relevance import Answer, Relevance
 from replayers.counterfactual.run_tree import Choose, UnobservedLook
+from workbench.arrays import Bools, Floats
 from workbench.beliefs.belief import Belief
 from workbench.worlds.house import ContainerId, ItemType
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,9 +27,10 @@ class SampledWorlds:
     """Worlds that are consistent with a log, sampled from the belief.
 
     Attributes:
-        containers: the open ones.
+        containers: the open ones, and those in which looks may have missed something.
         item_types: the relevant types.
-        inside: shape (worlds, item types, containers), read-only: whether an instance is there.
+        inside: shape (worlds, item types, containers), read-only: whether an instance is there that the log does not
+            show.
     """
 
     containers: tuple[ContainerId, ...]
@@ -72,6 +71,8 @@ def sample_worlds(
             0.
         exists: types of which an instance is somewhere.
     """
+    if evidence.misses:
+        return _with_misses(evidence, relevance, belief, count=count, rng=rng, exists=exists)
     containers = evidence.open
     inside = np.zeros((count, len(relevance.types), len(containers)), dtype=bool)
     for i, item_type in enumerate(relevance.types):
@@ -80,6 +81,63 @@ def sample_worlds(
         inside[:, i, :] = _sample_presence(probability, count, rng, at_least_one=somewhere)
     inside.flags.writeable = False
     return SampledWorlds(containers=containers, item_types=relevance.types, inside=inside)
+
+
+def _with_misses(
+    evidence: Evidence,
+    relevance: Relevance,
+    belief: Belief,
+    *,
+    count: int,
+    rng: np.random.Generator,
+    exists: frozenset[ItemType],
+) -> SampledWorlds:
+    """Worlds in which recorded looks overlooked something, drawn by the chance of that.
+
+    Where the log assumes that no look misses, none is taken to have missed more than the inventory implies.
+    """
+    types, unopened, doubtful = relevance.types, evidence.open, evidence.doubtful
+    seen = evidence.seen_types()
+    somewhere = np.array([t in exists and t not in seen for t in types], dtype=bool)
+    chances = np.array([_row(belief, t, unopened) for t in types]).reshape(len(types), len(unopened))
+    implied = int(somewhere.sum()) if not unopened and not relevance.hidden else 0
+    most, odds = evidence.misses, _odds(evidence, belief, types, assumed=True)
+    if not odds.any():
+        most, odds = implied, _odds(evidence, belief, types, assumed=False)
+    for i in np.flatnonzero(somewhere & ~odds.any(axis=1)) if implied else ():
+        odds[i] = 1.0  # it is somewhere, and no place is likelier than another
+    weights = MissWeights(
+        odds=odds,
+        required=somewhere & (not relevance.hidden),
+        elsewhere=1.0 - np.prod(1.0 - chances, axis=1) if unopened else np.zeros(len(types)),
+        least=implied,
+        most=most,
+    )
+    missed = sample_misses(weights, count, rng)
+    inside = np.zeros((count, len(types), len(unopened)), dtype=bool)
+    for i in range(len(types)):
+        found = missed[:, i].any(axis=1)
+        inside[:, i] = _sample_presence(chances[i], count, rng, at_least_one=False)
+        if somewhere[i] and not found.all():
+            inside[~found, i] = _sample_presence(chances[i], int((~found).sum()), rng, at_least_one=True)
+    both = np.concatenate([inside, missed], axis=2)
+    both.flags.writeable = False
+    return SampledWorlds(containers=(*unopened, *doubtful), item_types=types, inside=both)
+
+
+def _odds(evidence: Evidence, belief: Belief, types: tuple[ItemType, ...], *, assumed: bool) -> Floats:
+    """The odds of each type in each container that was looked into without it, shape (types, containers).
+
+    Args:
+        assumed: times the chance that every look missed it, as the log assumes it; otherwise the belief's alone.
+    """
+    doubtful = evidence.doubtful
+    odds = np.zeros((len(types), len(doubtful)))
+    for i, item_type in enumerate(types):
+        without = np.array([all(item.type != item_type for item in evidence.contents[c]) for c in doubtful])
+        missed = np.array([evidence.miss_chance.get((item_type, c), 0.0) if assumed else 1.0 for c in doubtful])
+        odds[i] = odds_of(_row(belief, item_type, doubtful)) * without * missed
+    return odds
 
 
 def _row(belief: Belief, item_type: ItemType, containers: tuple[ContainerId, ...]) -> Floats:

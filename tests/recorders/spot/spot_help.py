@@ -12,8 +12,8 @@ from mcap.reader import make_reader
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.time_source import RobotClock, SteppedClock
 from recorders.spot.run.run import RobotRun
+from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.site_tasks import delivery_of, site_task
-from recorders.spot.run.world import RunSettings
 from recorders.spot.session.session import Rates
 from recorders.spot.simulated.faults import read_faults
 from recorders.spot.simulated.services.server import SimulatedSpot

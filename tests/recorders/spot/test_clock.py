@@ -56,7 +56,9 @@ def synced(robot: Robot) -> tuple[SyncedClock, TimeSyncThread]:
     return SyncedClock(thread), thread
 
 
-def test_a_time_sync_thread_that_an_error_ended_is_noticed_and_started_again() -> None:
+def test_a_time_sync_thread_that_an_error_ended_is_noticed_and_started_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     robot = Robot(3)
     clock, thread = synced(robot)
     try:
@@ -67,7 +69,10 @@ def test_a_time_sync_thread_that_an_error_ended_is_noticed_and_started_again() -
         robot.skew_s = 8
         assert clock.skew_ns() == 3 * NANO, "the endpoint goes on with the old skew"
         assert clock.uncertain()
+        real, meanwhile = thread.start, list[bool]()
+        monkeypatch.setattr(thread, "start", lambda: (real(), meanwhile.append(clock.uncertain())))
         clock.refresh()
+        assert meanwhile == [True], "a thread that was just started again has measured nothing yet"
         assert clock.uncertain(), "the network is still away"
         robot.away = False
         clock.refresh()

@@ -8,7 +8,8 @@ from spot_help import placed, robot
 
 from recorders.spot.client.control import Control
 from recorders.spot.run.operator import AgreeingOperator, KeyboardOperator, NoOperator, StopSwitch
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from workbench.worlds.house import ContainerId
 from workbench.worlds.world import ActionRefused, LookResult
 

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
+import grpc
 import msgspec
 import pytest
 from bosdyn.api import robot_state_pb2
 from bosdyn.api.graph_nav import nav_pb2
+from bosdyn.api.time_sync_pb2 import TimeSyncUpdateRequest, TimeSyncUpdateResponse
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from mcap.reader import make_reader
 from spot_help import messages, robot
 
+from recorders.spot.client import connection as connection_module
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import Ending, SessionPlan, record_session
 from recorders.spot.run.operator import StopSwitch
@@ -21,7 +27,9 @@ from recorders.spot.session.session import Rates
 from recorders.spot.session.topics import ClockSkew, Gap, Note, RobotStatus
 from recorders.spot.simulated.faults import FaultKind
 from recorders.spot.simulated.services.server import SimulatedSpot
+from recorders.spot.simulated.services.time_sync import TimeSync
 from replayers.runs.run import read
+from workbench.cli import run as lios
 from workbench.execution.events import RunStatus
 from workbench.log_schema.events import NANO
 from workbench.worlds.sites.site import load_site
@@ -103,6 +111,47 @@ def test_failures_while_recording_leave_the_log_whole(kind: FaultKind, tmp_path:
     if kind in (FaultKind.STUCK, FaultKind.LOST_LOCALIZATION, FaultKind.ESTOP):
         told = [msgspec.json.decode(d, type=RobotStatus) for *_, d in messages(log, "/robot/status")]
         assert any(status.faults or status.estopped for status in told)
+
+
+def test_messages_of_a_gap_of_the_time_sync_are_marked_one_by_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Only the time-sync service is away, for a part of a second; every other answer comes as before."""
+    away, real = threading.Event(), TimeSync.TimeSyncUpdate
+
+    def answer(
+        self: TimeSync, request: TimeSyncUpdateRequest, context: grpc.ServicerContext
+    ) -> TimeSyncUpdateResponse:
+        if away.is_set():
+            context.abort(grpc.StatusCode.UNAVAILABLE, "no time sync")
+        return real(self, request, context)
+
+    monkeypatch.setattr(TimeSync, "TimeSyncUpdate", answer)
+    monkeypatch.setattr(connection_module, "TIME_SYNC_EVERY_S", 0.05)
+    log = tmp_path / "s.mcap"
+    with robot(clock=RunningClock(skew_s=7.0)) as (_spot, connection):
+        for delay_s, change in ((0.3, away.set), (0.9, away.clear)):
+            threading.Timer(delay_s, change).start()
+        record_session(connection, plan(1.5, replace(QUICK, clock_hz=10.0)), log)
+    with log.open("rb") as stream:
+        found = [
+            (c, m) for _, c, m in make_reader(stream).iter_messages(topics=["/spot/robot_state", "/robot/clock"])
+        ]
+    states = [
+        (m.log_time, c.metadata.get("lios.stamps") == "uncertain") for c, m in found if c.topic != "/robot/clock"
+    ]
+    marks = [mark for _, mark in states]
+    assert sum(a != b for a, b in pairwise(marks)) == 2, "certain, uncertain, certain again"
+    assert not marks[0]
+    assert not marks[-1]
+    gap = [at for at, mark in states if mark]
+    assert 0.3 * NANO < gap[-1] - gap[0] < 1.0 * NANO
+    skews = [(m.log_time, msgspec.json.decode(m.data, type=ClockSkew)) for c, m in found if c.topic == "/robot/clock"]
+    assert [fact.uncertain for at, fact in skews if gap[0] < at < gap[-1]].count(False) <= 1
+    assert all(abs(fact.skew_ns - 7 * NANO) < 5_000_000 for _, fact in skews), "the last skew is kept"
+    assert lios(["doctor", str(log)]) == 0
+    assert "/spot/robot_state" in capsys.readouterr().out
+    assert read(log).complete
 
 
 def test_notes_and_the_outcome_come_by_key(tmp_path: Path) -> None:

@@ -12,35 +12,34 @@ from contextlib import contextmanager
 from dataclasses import replace
 from math import pi
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import msgspec
 import pytest
 from bosdyn.api import geometry_pb2, power_pb2, synchronized_command_pb2
-from bosdyn.api.graph_nav import map_pb2, nav_pb2
+from bosdyn.api.graph_nav import nav_pb2
 from spot_help import is_free, messages, placed, robot, run_of
 
 from recorders.spot.client.connection import Connection, Credentials, RobotAddress
 from recorders.spot.client.control import Control
-from recorders.spot.client.errors import MapRefused, NoMap, NotLocalized, NotReady, WaypointMissing
+from recorders.spot.client.errors import NotLocalized, NotReady
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
-from recorders.spot.client.map_upload import upload_map
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
-from recorders.spot.run.manipulation import command_result, place_on
+from recorders.spot.run.arm_motion import command_result, place_on
 from recorders.spot.run.navigate import navigation_goal, renew_navigation, speed_limit
 from recorders.spot.run.operator import StopSwitch, stop_on_signals
 from recorders.spot.run.run import first_decision, run_and_record
-from recorders.spot.run.world import RunSettings, SpotWorld
+from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates
 from recorders.spot.session.topics import Gap
 from recorders.spot.simulated.faults import FaultKind
 from recorders.spot.simulated.services.local_grids import LocalGrids
 from replayers.runs.run import read
-from workbench.errors import FileMissing, MalformedFile, UnknownName
+from workbench.errors import MalformedFile, UnknownName
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import ContainerId, LocationId
 from workbench.worlds.sites.site import load_site
@@ -102,69 +101,12 @@ def test_a_robot_that_sees_no_fiducial_from_the_floor_stands_up_first(tmp_path: 
         assert spot.state.leases.owner is None
 
 
-def test_waypoints_may_be_called_by_the_names_that_people_gave_them(tmp_path: Path) -> None:
-    site, _ = placed()
-    named = MappingProxyType({place: name.removeprefix("wp-") for place, name in site.waypoints.items()})
-    with robot() as (spot, connection):
-        world = SpotWorld(connection=connection, control=Control(connection), site=replace(site, waypoints=named))
-        world.know_the_map()
-        assert dict(world.site.waypoints) == dict(site.waypoints)
-        wrong = MappingProxyType({**named, LocationId("bed"): "attic"})
-        world.site = replace(site, waypoints=wrong)
-        with pytest.raises(WaypointMissing, match="attic"):
-            world.know_the_map()
-        graph = connection.client("graph-nav-service").download_graph()
-        twice = next(waypoint for waypoint in graph.waypoints if waypoint.id == "wp-desk")
-        twice.annotations.name = "bed"
-        _load(spot, connection, graph, tmp_path)
-        world.site = replace(site, waypoints=named)
-        with pytest.raises(WaypointMissing, match=r"bed.*several of that name"):
-            world.know_the_map()
-
-
-def _load(spot: Any, connection: Connection, graph: Any, folder: Path) -> None:
-    _write(graph, folder)
-    with Control(connection, stand=False):
-        upload_map(connection, folder)
-
-
-def _write(graph: Any, folder: Path) -> None:
-    (folder / "graph").write_bytes(graph.SerializeToString())
-    (folder / "waypoint_snapshots").mkdir(exist_ok=True)
-    for waypoint in graph.waypoints:
-        snapshot = map_pb2.WaypointSnapshot(id=waypoint.snapshot_id)
-        (folder / "waypoint_snapshots" / waypoint.snapshot_id).write_bytes(snapshot.SerializeToString())
-
-
-def test_a_robot_that_was_restarted_gets_its_map_again(tmp_path: Path) -> None:
-    with robot() as (spot, connection):
-        client = connection.client("graph-nav-service")
-        client.write_graph_and_snapshots(str(tmp_path / "home"))
-        with Control(connection, stand=False):
-            client.clear_graph(connection.client("lease").lease_wallet.advance().lease_proto)
-        with pytest.raises(NoMap, match="--map"):
-            run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
-        assert spot.state.leases.owner is None
-        run = replace(run_of(spot), map_folder=tmp_path / "home")
-        report = run_and_record(connection, run, tmp_path / "run.mcap")
-        assert report.ended.status == "done", report.ended.reason
-        assert spot.state.leases.owner is None
-
-
-def test_what_is_no_map_is_refused_before_the_lease_is_taken(tmp_path: Path) -> None:
-    (tmp_path / "graph").write_bytes(b"\xff\xff no graph")
-    with robot() as (spot, connection):
-        for folder, error in ((tmp_path, MalformedFile), (tmp_path / "nowhere", FileMissing)):
-            with pytest.raises(error):
-                run_and_record(connection, replace(run_of(spot), map_folder=folder), tmp_path / "run.mcap")
-        assert spot.state.leases.number == 0
-    assert issubclass(MapRefused, Exception)
-
-
 def test_a_robot_that_no_longer_hears_us_stops_and_goes_on_when_it_does() -> None:
     with robot() as (spot, connection), Control(connection, own_estop=True) as control:
         connection.client("graph-nav-service").set_localization(nav_pb2.Localization(), fiducial_init=2)
-        world = SpotWorld(connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5))
+        world = SpotWorld(
+            connection=connection, control=control, site=placed()[0], settings=RunSettings(poll_s=0.5, resume=True)
+        )
         bed = LocationId("bed")
         standing = world.site.paths.standing_pose(bed)
         assert standing is not None
@@ -220,36 +162,6 @@ def test_a_robot_that_says_that_it_is_localised_is_localised_anew_before_it_move
     assert asked == [2], "by the nearest fiducial"
 
 
-@pytest.mark.parametrize("missing", ["file", "slash"])
-def test_a_map_with_a_part_missing_leaves_the_robots_own_map_alone(missing: str, tmp_path: Path) -> None:
-    with robot() as (_spot, connection):
-        client = connection.client("graph-nav-service")
-        graph = client.download_graph()
-        before = len(graph.waypoints)
-        _write(graph, tmp_path)
-        if missing == "file":
-            (tmp_path / "waypoint_snapshots" / graph.waypoints[0].snapshot_id).unlink()
-        else:
-            graph.waypoints[0].snapshot_id = "../../graph"
-            (tmp_path / "graph").write_bytes(graph.SerializeToString())
-        with pytest.raises((FileMissing, MalformedFile)), Control(connection, stand=False):
-            upload_map(connection, tmp_path)
-        assert len(client.download_graph().waypoints) == before
-
-
-def test_a_snapshot_that_the_map_does_not_name_is_not_read_from_the_disk(tmp_path: Path) -> None:
-    from bosdyn.api.graph_nav import graph_nav_pb2
-
-    (tmp_path / "secret").write_bytes(map_pb2.WaypointSnapshot(id="x").SerializeToString())
-    with robot() as (_spot, connection):
-        client = connection.client("graph-nav-service")
-        _write(client.download_graph(), tmp_path)
-        answer = graph_nav_pb2.UploadGraphResponse(unknown_waypoint_snapshot_ids=["../secret"])
-        client.upload_graph = lambda *_, **__: answer
-        with pytest.raises(MapRefused, match=r"\.\./secret"), Control(connection, stand=False):
-            upload_map(connection, tmp_path)
-
-
 def test_poses_of_the_map_are_sent_at_the_height_of_the_body() -> None:
     """GraphNav chooses the floor by z (Spot SDK, graph_nav_command_line: without a z it takes the body's own)."""
     sent: list[geometry_pb2.SE3Pose] = []
@@ -292,8 +204,8 @@ def test_things_are_put_down_on_what_the_robot_stands_at(tmp_path: Path) -> None
     with robot() as (spot, connection):
         report = run_and_record(connection, run_of(spot), tmp_path / "run.mcap")
         assert report.ended.status == "done"
-        assert spot.state.arm_goal is not None
-        frame, x, y, z = spot.state.arm_goal
+        assert spot.state.released_goal is not None
+        frame, x, y, z = spot.state.released_goal
     assert frame == "flat_body"
     heights = {"bed": 0.55 + 0.12 - 0.52, "countertop": 0.9 + 0.12 - 0.52}
     last = [action.target for action in read(tmp_path / "run.mcap").actions if action.action == "place"][-1]

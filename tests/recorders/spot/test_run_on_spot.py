@@ -16,7 +16,7 @@ from spot_help import FEW, is_free, messages, placed, robot, run_of
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.run.operator import AgreeingOperator, StopSwitch
 from recorders.spot.run.run import RobotRun, RunReport, first_decision, run_and_record
-from recorders.spot.run.world import RunSettings
+from recorders.spot.run.run_settings import RunSettings
 from replayers.runs.run import Run, read
 from workbench.execution.events import Event
 from workbench.planning.tasks import AllOf, Delivered, Task
@@ -154,7 +154,7 @@ def test_a_planner_that_raises_does_not_keep_the_lease(tmp_path: Path, monkeypat
     def broken(*_: object, **__: object) -> object:
         raise ZeroDivisionError("a bug in somebody's planner")
 
-    monkeypatch.setattr("recorders.spot.run.run.run_task", broken)
+    monkeypatch.setattr("workbench.execution.setup.run_task", broken)
     with robot() as (spot, connection):
         with pytest.raises(ZeroDivisionError):
             run_and_record(connection, run_of(spot), tmp_path / "run.mcap")

@@ -230,7 +230,13 @@ def test_the_same_run_comes_out_of_its_bag(
     was, bag = recorded
     task = load_site("paper_home").path.parent / "deliver.yaml"
     log = tmp_path / "imported.mcap"
-    assert imported(bag.path, log, "--task", str(task), "--estimator", "counts", "--json") == 0
+    options = ("--task", str(task), "--estimator", "counts", "--json")
+    assert imported(bag.path, log, *options) == 0
+    shut = read(log)
+    closed = {entry.id for entry in load_site("paper_home").file.containers if entry.closed}
+    assert not [seen for seen in shut.observations if seen.container in closed and not seen.items]
+    capsys.readouterr()
+    assert imported(bag.path, log, *options, "--furniture-open", "--force") == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["mapping"] == "spot_ros2"
     now = read(log)

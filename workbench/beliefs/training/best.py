@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import AnyArray, Bools, Floats, Ints
 from workbench.beliefs.best import NameModel
 from workbench.beliefs.context import features
 from workbench.beliefs.encoder import TextEncoder
@@ -21,11 +21,8 @@ from workbench.beliefs.observed_scene import scene_from
 from workbench.beliefs.placements import Placements, placements_from, placements_tensors
 from workbench.beliefs.training.boosting import Boosting, Rows, boost
 from workbench.beliefs.trees import trees_tensors
-from workbench.beliefs.weights import Tensor
 from workbench.errors import Unsupported
 from workbench.worlds.house import House
-
-Floats = npt.NDArray[np.float64]
 
 FOLDS = 5
 
@@ -45,7 +42,7 @@ def train_best(
     usual_sizes: Sequence[House] | None = None,
     how: Boosting | None = None,
     watch: Watch | None = None,
-) -> tuple[Placements, dict[str, Tensor]]:
+) -> tuple[Placements, dict[str, AnyArray]]:
     """Train the estimator; returns the placements (whose names go into the header) and the tensors.
 
     Args:
@@ -86,7 +83,7 @@ class _Sample:
     """One sample of one house: features (features, items, unsearched containers), labels, and the weight of a row."""
 
     features: Floats
-    held: npt.NDArray[np.bool_]
+    held: Bools
     weight: float
 
 
@@ -136,7 +133,7 @@ def _sample(
 
 def _rows(parts: Sequence[_Sample]) -> Rows:
     flat = [part.features.reshape(len(part.features), -1) for part in parts]
-    queries: list[npt.NDArray[np.int64]] = []
+    queries: list[Ints] = []
     first = 0
     for part in parts:
         items, containers = part.held.shape

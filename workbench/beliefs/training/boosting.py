@@ -11,15 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Ints, Ints32, Uints8
 from workbench.beliefs.compiled_trees import grow
 from workbench.beliefs.trees import Trees, joined
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
-Bins = npt.NDArray[np.uint8]
-
 
 NO_SPLIT_THRESHOLD = float(np.finfo(np.float32).max)
 """The threshold of an unused level: no feature exceeds it."""
@@ -67,7 +62,7 @@ class Rows:
     start: Floats
     held: Floats
     weight: Floats
-    query: npt.NDArray[np.int64]
+    query: Ints
 
 
 def boost(
@@ -137,7 +132,7 @@ def _edges(column: Floats, bins: int) -> Floats:
     return np.unique(values.astype(np.float32).astype(np.float64))
 
 
-def _tree(binned: Bins, slope: Floats, curve: Floats, columns: Ints, edges: list[Floats], how: Boosting) -> Trees:
+def _tree(binned: Uints8, slope: Floats, curve: Floats, columns: Ints32, edges: list[Floats], how: Boosting) -> Trees:
     feature, cut, value = grow(binned, slope, curve, columns, how.depth, how.ridge, how.bins)
     threshold = [edges[f][c] if c < len(edges[f]) else NO_SPLIT_THRESHOLD for f, c in zip(feature, cut, strict=True)]
     return Trees(

@@ -15,10 +15,10 @@ import numpy as np
 import torch
 from torch import nn
 
+from workbench.arrays import AnyArray
 from workbench.beliefs.encoder import TextEncoder, vectors_of
 from workbench.beliefs.examples import Examples
 from workbench.beliefs.fcnn import ROLES
-from workbench.beliefs.weights import Tensor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ def train_fcnn(
     seed: int,
     recipe: TrainingSettings = PAPER,
     watch: Watch | None = None,
-) -> dict[str, Tensor]:
+) -> dict[str, AnyArray]:
     """Train and return the tensors of the epoch with the least held-out loss, as float16.
 
     Args:
@@ -165,7 +165,7 @@ def _blocks(known: Known, encoder: TextEncoder) -> list[torch.Tensor]:
 
 def _rows(examples: Examples, known: Known) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
     """Triples of name indices, the share that held, and the weight (1 on average)."""
-    columns: list[Tensor] = []
+    columns: list[AnyArray] = []
     for k, names in enumerate((examples.rooms, examples.containers, examples.items)):
         at = {name: i for i, name in enumerate(known[k])}
         columns.append(np.array([at[name] for name in names], dtype=np.int64)[examples.triples[:, k]])
@@ -183,6 +183,6 @@ def _loss(net: Fcnn, triples: torch.Tensor, share: torch.Tensor, weight: torch.T
     return loss / weight.sum()
 
 
-def _tensors(net: Fcnn) -> dict[str, Tensor]:
+def _tensors(net: Fcnn) -> dict[str, AnyArray]:
     parts = {f"{k}.{name}": value for k, layer in enumerate(net.linear) for name, value in layer.named_parameters()}
     return {name: value.detach().cpu().numpy().astype(np.float16) for name, value in parts.items()}

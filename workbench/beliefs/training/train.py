@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from workbench.arrays import AnyArray
 from workbench.beliefs.counts import counts_settings, counts_tensors
 from workbench.beliefs.encoder import TextEncoder
 from workbench.beliefs.examples import collect, house_weight
 from workbench.beliefs.placements import placements_settings
-from workbench.beliefs.weights import VERSION, Header, Tensor, Weights, write_weights
+from workbench.beliefs.weights import VERSION, Header, Weights, write_weights
 from workbench.errors import BadValue, MissingExtra, UnknownName
 from workbench.worlds.house import House
 
@@ -59,7 +60,7 @@ class TrainingSet:
         return [house_weight(h, single_room=self.single_room) for h in houses]
 
 
-TrainingResult = tuple[dict[str, Any], dict[str, Tensor]]
+TrainingResult = tuple[dict[str, Any], dict[str, AnyArray]]
 """Settings for the header, and tensors."""
 
 Trainer = Callable[[TrainingSet, Watch | None], TrainingResult]

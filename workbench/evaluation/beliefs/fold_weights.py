@@ -7,7 +7,6 @@ training set.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from workbench.beliefs.training.train import TRAINERS, TrainingSet, houses_sha25
 from workbench.beliefs.weights import read_weights
 from workbench.errors import BadValue, InputError, UnknownName
 from workbench.evaluation.beliefs.training_sets import training_set_of
+from workbench.files import atomic
 from workbench.worlds.house import House
 
 HELD_OUT = 0.1
@@ -181,9 +181,8 @@ def _believers(names: Iterable[str], dealt: FoldSplit, folder: Path, watched: Wa
         path = (folder / f"{name}-{fold}-of-{dealt.count}.safetensors").absolute()
         lesson = dealt.training_set(fold)
         if not _is_weights_of(path, name, lesson):
-            half = path.with_name(f".{path.name}.{os.getpid()}")
-            train(name, lesson, half)
-            half.replace(path)
+            with atomic(path) as draft:
+                train(name, lesson, draft)
         weights[name].append(str(path))
     return Believers(weights={k: tuple(v) for k, v in weights.items()}, fold_of=dealt.fold_of())
 

@@ -15,16 +15,14 @@ from math import comb, isfinite
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats
 from workbench.beliefs.belief import Estimator
 from workbench.evaluation.statistics import interval_of, paired_difference, ratio_with_interval, resampled
+from workbench.tolerances import EQUAL_PROBABILITY
 from workbench.worlds.house import START, FloorPlan, House, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge, knowledge_at_start
 from workbench.worlds.travel import TravelCosts
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 BINS = 15
 PROBABILITY_CLIP = 1e-4
@@ -213,8 +211,8 @@ def _first_holder(p: Floats, held: Bools) -> tuple[int, int, int]:
     if not held.any():
         return len(p), 0, 0
     best = p[held].max()
-    alike = np.abs(p - best) < 1e-12
-    return int((p > best + 1e-12).sum()), int(alike.sum()), int((alike & held).sum())
+    alike = np.abs(p - best) < EQUAL_PROBABILITY
+    return int((p > best + EQUAL_PROBABILITY).sum()), int(alike.sum()), int((alike & held).sum())
 
 
 def _rank_chances(ties: int, good: int) -> Floats:

@@ -290,10 +290,11 @@ def _generated(count: int, seed: int, rooms: str) -> list[House]:
 
 
 def _write_measured(output: Path, houses: list[House], files: list[Path], split: str) -> None:
+    from workbench.files import write_atomically
     from workbench.worlds.generator.statistics import measure, statistics_json
 
     made_by = f"lios houses stats {' '.join(map(str, files))} --split {split} --measure {output}"
-    output.write_bytes(statistics_json(measure(houses, made_by=made_by)))
+    write_atomically(output, statistics_json(measure(houses, made_by=made_by)))
 
 
 def _compared(columns: dict[str, list[House]]) -> dict[str, Any]:

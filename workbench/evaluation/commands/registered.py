@@ -2,63 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import click
 
 from workbench.options import Json
 
 
-def strategies(json: Json = False) -> None:
-    """List the strategies: what --strategy and --strategies take.
+def _lister(kind: str, options: str, own: str) -> Callable[[Json], None]:
+    """The command that lists one kind of names; `own`: how the user's own are named."""
 
-    Examples:
+    def command(json: Json = False) -> None:
+        _list(kind, own, json=json)
 
-        lios strategies
-    """
-    _list("strategies", 'Yours: module:Class (see "lios new planner"); with a solver: NAME@SOLVER.', json=json)
-
-
-def policies(json: Json = False) -> None:
-    """List the search policies: what --policies takes.
-
-    Examples:
-
-        lios policies
-    """
-    _list("policies", 'Yours: module:function or module:Class (see "lios new policy").', json=json)
+    command.__name__ = command.__qualname__ = kind
+    noun = "search policies" if kind == "policies" else kind
+    command.__doc__ = f"List the {noun}: what {options}.\n\nExamples:\n\n    lios {kind}\n"
+    return command
 
 
-def estimators(json: Json = False) -> None:
-    """List the estimators: what --estimator takes.
-
-    Examples:
-
-        lios estimators
-    """
-    own = 'Yours: module:Class (see "lios new estimator"), or a .safetensors of lios train.'
-    _list("estimators", own, json=json)
-
-
-def scenarios(json: Json = False) -> None:
-    """List the scenarios: what --scenario and --scenarios take.
-
-    Examples:
-
-        lios scenarios
-    """
-    _list("scenarios", "Yours: a task file, lios record --task FILE.yaml.", json=json)
-
-
-def solvers(json: Json = False) -> None:
-    """List the solvers: what --solver and STRATEGY@SOLVER take.
-
-    Examples:
-
-        lios solvers
-    """
-    own = 'Others: up-ENGINE of unified-planning, "command:LINE {domain} {problem}", module:Class.'
-    _list("solvers", own, json=json)
+strategies = _lister(
+    "strategies",
+    "--strategy and --strategies take",
+    'Yours: module:Class (see "lios new planner"); with a solver: NAME@SOLVER.',
+)
+policies = _lister("policies", "--policies takes", 'Yours: module:function or module:Class (see "lios new policy").')
+estimators = _lister(
+    "estimators",
+    "--estimator takes",
+    'Yours: module:Class (see "lios new estimator"), or a .safetensors of lios train.',
+)
+scenarios = _lister(
+    "scenarios", "--scenario and --scenarios take", "Yours: a task file, lios record --task FILE.yaml."
+)
+solvers = _lister(
+    "solvers",
+    "--solver and STRATEGY@SOLVER take",
+    'Others: up-ENGINE of unified-planning, "command:LINE {domain} {problem}", module:Class.',
+)
 
 
 def _list(kind: str, own: str, *, json: bool) -> None:

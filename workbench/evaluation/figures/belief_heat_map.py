@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
+
+from workbench.arrays import Floats
 
 
 def draw_belief_heat_map(
-    ax: Axes, mean: npt.NDArray[np.float64], *, rooms: Sequence[str], containers: Sequence[str], item: str
+    ax: Axes, mean: Floats, *, rooms: Sequence[str], containers: Sequence[str], item: str
 ) -> None:
     """Draw a grid of room kinds by container types; pairs that do not occur stay blank.
 

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from workbench.arrays import Floats
 from workbench.evaluation.figures.style import BLUE, ORANGE
+from workbench.tolerances import ROUNDING
 
 KIND_COLOURS = {"ai2-thor": BLUE, "objaverse": ORANGE}
 
 
 def draw_cost_scatter(
     ax: Axes,
-    greedy: npt.NDArray[np.float64],
-    other: npt.NDArray[np.float64],
+    greedy: Floats,
+    other: Floats,
     *,
     kinds: Sequence[str],
     name: str,
@@ -43,6 +44,6 @@ def draw_cost_scatter(
         )
     ax.set(xlim=(0, most), ylim=(0, most), aspect="equal", xlabel="cost of Greedy", ylabel=f"cost of {name}")
     saved = 1 - other.sum() / greedy.sum()
-    worse = np.mean(other > greedy + 1e-9)
+    worse = np.mean(other > greedy + ROUNDING)
     ax.set_title(f"{name}: {100 * saved:.1f} % below Greedy, worse in {100 * worse:.0f} %", fontsize=9)
     ax.legend(fontsize=7, frameon=False, loc="upper left")

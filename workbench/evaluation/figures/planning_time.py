@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
+from workbench.arrays import Floats
 from workbench.evaluation.figures.style import disable_math_text
 from workbench.evaluation.tasks.names import scenario_title, shortened
 
@@ -19,9 +19,7 @@ FEW_DECADES = 2.5
 """Up to so many decades have ticks at 1, 2 and 5; more have them at 1 only."""
 
 
-def draw_planning_time(
-    ax: Axes, seconds: Mapping[str, npt.NDArray[np.float64]], *, share_of_belief: float | None = None
-) -> None:
+def draw_planning_time(ax: Axes, seconds: Mapping[str, Floats], *, share_of_belief: float | None = None) -> None:
     """Draw the share of decisions made within a time, one line per scenario.
 
     Args:
@@ -49,7 +47,7 @@ def draw_planning_time(
         ax.set_title(f"{100 * share_of_belief:.0f} % of the time believing, the rest planning", fontsize=8)
 
 
-def _ticks(seconds: Mapping[str, npt.NDArray[np.float64]]) -> tuple[float, ...]:
+def _ticks(seconds: Mapping[str, Floats]) -> tuple[float, ...]:
     """The labelled ticks of a decade, chosen so that labels do not overlap."""
     values = np.concatenate([*seconds.values(), np.ones(0)])
     values = values[values > 0]

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
+
+from workbench.arrays import Floats
 
 GROUPS = 10
 
 
 def draw_predicted_cost(
     ax: Axes,
-    predicted: npt.NDArray[np.float64],
-    realised: npt.NDArray[np.float64],
+    predicted: Floats,
+    realised: Floats,
     *,
     name: str,
     colour: str,

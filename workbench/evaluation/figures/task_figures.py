@@ -13,7 +13,7 @@ from workbench.evaluation.figures.planning_time import draw_planning_time
 from workbench.evaluation.figures.style import DOTS_PER_INCH, new_figure
 from workbench.evaluation.figures.task_bars import draw_task_bars
 from workbench.evaluation.figures.task_scatter import draw_task_scatter
-from workbench.evaluation.tasks.names import file_name_of
+from workbench.evaluation.tasks.names import scenario_file_name
 from workbench.evaluation.tasks.rows import TaskRow
 
 BASELINES = ("opt-greedy", "pes-greedy", "opt-lios", "pes-lios")
@@ -36,7 +36,7 @@ def draw_task_figures(rows: Sequence[TaskRow], lines: Sequence[Mapping[str, Any]
     draw_planning_time(axes[0], _seconds(rows), share_of_belief=_share_of_belief(rows))
     written.append(_save(figure, folder / "planning_time.png"))
     for scenario in dict.fromkeys(row.scenario for row in rows):
-        path = folder / f"scatter_{file_name_of(scenario)}.png"
+        path = folder / f"scatter_{scenario_file_name(scenario)}.png"
         if _scatter(scenario, [row for row in rows if row.scenario == scenario], path):
             written.append(path)
     return written

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
 from matplotlib.axes import Axes
 
+from workbench.arrays import Floats
 from workbench.evaluation.figures.style import BLUE, disable_math_text
 from workbench.evaluation.tasks.names import shortened, strategy_title
+from workbench.tolerances import NEAR_COST
 
 
-def draw_task_scatter(
-    ax: Axes, baseline: npt.NDArray[np.float64], ours: npt.NDArray[np.float64], *, names: tuple[str, str]
-) -> None:
+def draw_task_scatter(ax: Axes, baseline: Floats, ours: Floats, *, names: tuple[str, str]) -> None:
     """Draw the charged costs of the same trials; below the line the second strategy is cheaper.
 
     Args:
@@ -25,6 +23,6 @@ def draw_task_scatter(
     ax.scatter(baseline, ours, s=11, alpha=0.55, linewidths=0, color=BLUE, zorder=2)
     ax.set(xlim=(0, most), ylim=(0, most), aspect="equal", xlabel=f"cost of {theirs}", ylabel=f"cost of {mine}")
     saved = 1 - ours.sum() / baseline.sum() if baseline.sum() else 0.0
-    wins, losses = float((ours < baseline - 1e-6).mean()), float((ours > baseline + 1e-6).mean())
+    wins, losses = float((ours < baseline - NEAR_COST).mean()), float((ours > baseline + NEAR_COST).mean())
     ax.set_title(f"{100 * saved:+.1f} % saved\nbetter {100 * wins:.0f} %, worse {100 * losses:.0f} %", fontsize=8)
     disable_math_text(ax)

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -170,7 +170,7 @@ def _house(
     return HouseResult(house=plan.name, trials=tuple(trials))
 
 
-@cache
+@lru_cache(maxsize=32)
 def _estimator(name: str) -> Estimator:
     from workbench.beliefs.estimators import estimator
 

@@ -28,6 +28,7 @@ from workbench.evaluation.search.table import Costs, costs_of, pairs, rows, rows
 from workbench.evaluation.search.trials import SearchTrial
 from workbench.evaluation.splits import effective_split, is_shared, split_indices, split_of
 from workbench.evaluation.statistics import intervals_in_words
+from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import House, ItemType
@@ -228,8 +229,8 @@ def output_folder(path: Path, *, force: bool) -> Path:
 def write_report(report: SearchReport, answer: dict[str, Any], folder: Path) -> list[Path]:
     """Write the results as JSON and as a Markdown table, and every trial as CSV."""
     as_json, table, trials = folder / "search.json", folder / "search.md", folder / "trials.csv"
-    as_json.write_bytes(msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
-    table.write_text(as_markdown(answer), encoding="utf-8")
+    write_atomically(as_json, msgspec.json.format(msgspec.json.encode(answer), indent=2) + b"\n")
+    write_atomically(table, as_markdown(answer).encode())
     with trials.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(

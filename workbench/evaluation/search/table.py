@@ -12,16 +12,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats
 from workbench.errors import BadValue
 from workbench.evaluation.search.trials import ORACLE, SearchTrial
 from workbench.evaluation.statistics import Estimate, mean_with_interval, paired_difference, ratio_with_interval
+from workbench.tolerances import ROUNDING
 
 GREEDY = "greedy"
 KINDS = ("ai2-thor", "objaverse")
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,13 +39,13 @@ class Costs:
     policies: tuple[str, ...]
     houses: tuple[str, ...]
     kinds: tuple[str, ...]
-    cost: Array
-    searches: Array
-    decide_s: Array
-    predicted: Array
-    corrected: Array
+    cost: Floats
+    searches: Floats
+    decide_s: Floats
+    predicted: Floats
+    corrected: Floats
 
-    def of(self, policy: str) -> Array:
+    def of(self, policy: str) -> Floats:
         return self.cost[self.policies.index(policy)]
 
     def only(self, kind: str) -> Costs:
@@ -73,7 +72,7 @@ def costs_of(trials: Sequence[SearchTrial]) -> Costs:
         raise BadValue("search trials", len(trials), "one for every policy and query")
     rows = [[by_query[p, house, item] for house, item, _ in asked] for p in policies]
 
-    def table(value: str) -> Array:
+    def table(value: str) -> Floats:
         values = [[getattr(t, value) for t in row] for row in rows]
         return np.array(values, dtype=np.float64).reshape(len(policies), len(asked))
 
@@ -131,7 +130,7 @@ def _row(costs: Costs, name: str, seed: int, level: float) -> dict[str, Any]:
         "greedy_costs_more": float(greedy.sum() / own.sum() - 1),
         "oracle_gap_closed": _number(gap.value),
         "oracle_gap_closed_ci95": _ends(gap),
-        "worse_than_greedy": float(np.mean(own > greedy + 1e-9)),
+        "worse_than_greedy": float(np.mean(own > greedy + ROUNDING)),
         "searches": float(searches.mean()),
         "ms_a_decision": float(1000 * costs.decide_s[place].sum() / searches.sum()),
         "predicted": _mean(costs.predicted[place]),
@@ -153,8 +152,8 @@ def _pair(costs: Costs, a: str, b: str, seed: int, level: float) -> dict[str, An
         "ci95_resamples": difference.resampled("houses", "queries"),
         "share_of_greedy": share.value,
         "share_of_greedy_ci95": _ends(share),
-        "b_costs_more": float(np.mean(second > first + 1e-9)),
-        "b_costs_less": float(np.mean(second < first - 1e-9)),
+        "b_costs_more": float(np.mean(second > first + ROUNDING)),
+        "b_costs_less": float(np.mean(second < first - ROUNDING)),
     }
 
 
@@ -166,9 +165,9 @@ def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _mean(values: Array) -> float | None:
+def _mean(values: Floats) -> float | None:
     return float(values.mean()) if np.isfinite(values).all() else None
 
 
-def _over(realised: Array, predicted: Array) -> float | None:
+def _over(realised: Floats, predicted: Floats) -> float | None:
     return float(realised.sum() / predicted.sum()) if np.isfinite(predicted).all() else None

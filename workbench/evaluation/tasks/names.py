@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import re
 from pathlib import Path
 
+from workbench.files import file_name_of
 from workbench.planning.scenarios.paper import PAPER_TITLES, is_scenario_file
 from workbench.planning.strategies import PAPER_NAMES
-
-MAX_FILE_NAME = 100
 
 
 def scenario_title(name: str) -> str:
@@ -31,8 +28,6 @@ def shortened(title: str, most: int) -> str:
     return f"{title[:head]}…{title[len(title) - (most - 1 - head) :]}"
 
 
-def file_name_of(name: str) -> str:
-    """A file name for a name; if characters must be replaced, a hash is added to keep it unique."""
-    last = Path(name).name if is_scenario_file(name) else name
-    plain = re.sub(r"[^A-Za-z0-9+._@-]+", "-", last).strip("-.")[:MAX_FILE_NAME]
-    return name if plain == name else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+def scenario_file_name(name: str) -> str:
+    """A file name for a scenario; a scenario file is recognised by the last part of its path."""
+    return file_name_of(name, shown=Path(name).name if is_scenario_file(name) else None)

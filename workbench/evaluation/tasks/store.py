@@ -5,7 +5,6 @@ Rows go to OUTPUT/trials.jsonl as they come, flushed one by one; after a kill, o
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
@@ -16,6 +15,7 @@ from workbench.errors import InputError, MalformedFile
 from workbench.evaluation.tasks.experiment import TaskRequest
 from workbench.evaluation.tasks.rows import SETTINGS_FILE, TRIALS_FILE, TaskRow, read_rows
 from workbench.file_lock import locked
+from workbench.files import write_atomically
 
 LOCK_FILE = ".lock"
 
@@ -67,11 +67,10 @@ class TrialStore:
             trials.unlink(missing_ok=True)
         elif settings.exists() and trials.exists() and trials.stat().st_size:
             _same_request(self.folder, read_request(settings), request)
-        settings.write_bytes(msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
+        write_atomically(settings, msgspec.json.format(msgspec.json.encode(request), indent=2) + b"\n")
         rows = read_rows(trials, torn_is_fine=True) if trials.exists() else []
-        whole = trials.with_name(f".{trials.name}.{os.getpid()}")  # drops only an incomplete last row
-        whole.write_bytes(b"".join(msgspec.json.encode(row) + b"\n" for row in rows))
-        whole.replace(trials)
+        # drops only an incomplete last row
+        write_atomically(trials, b"".join(msgspec.json.encode(row) + b"\n" for row in rows))
         return rows
 
     def __enter__(self) -> TrialStore:

@@ -20,11 +20,11 @@ from workbench.evaluation.statistics import (
 )
 from workbench.evaluation.tasks.names import scenario_title, strategy_title
 from workbench.evaluation.tasks.rows import TaskRow
+from workbench.tolerances import NEAR_COST
 
 REFERENCE = "model-lios"
 """The reference of paired differences: the paper's own strategy."""
 OURS = (("conditioned-lios", "model-lios"), ("scout-lios", "conditioned-lios"))
-WIN = 1e-6
 
 
 def table(rows: Sequence[TaskRow], *, seed: int = 0) -> list[dict[str, Any]]:
@@ -83,7 +83,7 @@ def _line(
         "predicted_cost": float(predicted.mean()) if done else None,
         "realised_cost": float(np.mean([row.cost for row in done])) if done else None,
         "prediction_correlation": _correlation(done),
-        "wins": sum(row.cost <= best[row.trial] + WIN for row in mine) / len(mine),
+        "wins": sum(row.cost <= best[row.trial] + NEAR_COST for row in mine) / len(mine),
         "share_proven_optimal": float(np.mean([row.optimal for row in mine])),
         "against_model_lios": against["share"] if against else None,
         "against_model_lios_ci95": against["share_ci95"] if against else None,
@@ -156,8 +156,8 @@ def _pair(scenario: str, a: str, b: str, these: list[TaskRow], seed: int) -> dic
         "ci95_resamples": difference.resampled("houses", "tasks"),
         "share": share.value,
         "share_ci95": list(share.interval),
-        "a_wins": float((costs_a < costs_b - WIN).mean()),
-        "b_wins": float((costs_b < costs_a - WIN).mean()),
+        "a_wins": float((costs_a < costs_b - NEAR_COST).mean()),
+        "b_wins": float((costs_b < costs_a - NEAR_COST).mean()),
     }
 
 

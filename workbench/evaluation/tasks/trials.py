@@ -19,12 +19,11 @@ from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError
 from workbench.evaluation.tasks.rows import TaskRow
 from workbench.execution.events import Event, PlanMade, RunEnded
-from workbench.execution.loop import run_task
-from workbench.execution.start import known_at_start
+from workbench.execution.setup import set_up
+from workbench.execution.start import scenario_start
 from workbench.planning.plans import PlanStatus
 from workbench.planning.scenarios.house_items import ScenarioUnsupported
-from workbench.planning.scenarios.paper import make_task, with_scenario_items
-from workbench.planning.strategies import strategy as strategy_named
+from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
@@ -56,6 +55,22 @@ class PreparedTrial:
     known: tuple[ContainerId, ...]
     costs: ActionCosts
 
+    def events(self, strategy: str | Strategy, estimator: str | Estimator) -> Iterator[Event]:
+        """Run it in simulation.
+
+        Raises:
+            UnknownName, PluginNotLoaded: as set_up.
+        """
+        setup = set_up(
+            self.task,
+            strategy=strategy,
+            estimator=estimator,
+            costs=self.costs,
+            seed=self.key.seed % 2**31,
+            house=self.house,
+        )
+        return setup.events(SimulatedWorld(self.house, self.navigation, known=self.known))
+
 
 EventHook = Callable[[PreparedTrial, str, Estimator, Iterator[Event]], Iterator[Event]]
 """A hook on the events of a run: (trial, strategy name as in its row, estimator, events) -> the same events."""
@@ -76,7 +91,7 @@ def supported_houses(
     for index in indices:
         try:
             house, navigation = _house(houses, index, assets)
-            make_task(scenario, with_scenario_items(scenario, house, seed=seed), seed=seed, travel=navigation.travel)
+            scenario_start(scenario, house, seed=seed, travel=navigation.travel)
             fine.append(index)
         except ScenarioUnsupported as refusal:
             refused.append(refusal)
@@ -118,20 +133,13 @@ def prepare_trial(
     for attempt in range(50):
         seed = (key.seed + attempt) % 2**63
         try:
-            prepared = with_scenario_items(key.scenario, house, seed=seed)
-            task = make_task(key.scenario, prepared, seed=seed, travel=navigation.travel)
+            start = scenario_start(key.scenario, house, seed=seed, travel=navigation.travel)
         except ScenarioUnsupported:
             if attempt == 49:
                 raise
             continue
-        known = known_at_start(prepared.plan, rng=np.random.default_rng(seed))
         return PreparedTrial(
-            key=key,
-            house=prepared,
-            navigation=navigation,
-            task=task,
-            known=known,
-            costs=costs,
+            key=key, house=start.house, navigation=navigation, task=start.task, known=start.known, costs=costs
         )
     raise AssertionError("unreachable")
 
@@ -143,9 +151,7 @@ def run_trial(staged: PreparedTrial, strategy: str, *, estimator: str, tap: Even
     ended: RunEnded | None = None
     believer = estimator_named(estimator, origin=NameOrigin.USER)
     try:
-        made = strategy_named(strategy, origin=NameOrigin.USER, house=staged.house)
-        world = SimulatedWorld(staged.house, staged.navigation, known=staged.known)
-        events = run_task(world, made, believer, staged.task, costs=staged.costs, seed=staged.key.seed % 2**31)
+        events = staged.events(strategy, believer)
         for event in tap(staged, strategy, believer, events) if tap else events:
             if isinstance(event, PlanMade):
                 planned.append(event)

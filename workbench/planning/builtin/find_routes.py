@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from workbench.planning.builtin.move_codes import FloatArray, IntArray
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
+from workbench.arrays import Floats, Ints
+from workbench.tolerances import RELATIVE, SMALLEST_SCALE
 
 
 class FindRoutes(NamedTuple):
@@ -26,13 +26,13 @@ class FindRoutes(NamedTuple):
         begin, end: the places between which the find itself is done; the walks are to the one and from the other.
     """
 
-    metres: FloatArray
-    begin: IntArray
-    end: IntArray
+    metres: Floats
+    begin: Ints
+    end: Ints
 
 
 @njit(cache=True, nogil=True)
-def find_routes(tables: FloatArray, d: FloatArray) -> FindRoutes:
+def find_routes(tables: Floats, d: Floats) -> FindRoutes:
     """The routes; of equal ones (ties.py) that without a walk, else the first in the order of places.
 
     Args:
@@ -60,7 +60,7 @@ def find_routes(tables: FloatArray, d: FloatArray) -> FindRoutes:
 
 
 @njit(cache=True, nogil=True)
-def _cheapest(before: FloatArray, after: FloatArray, own: int) -> int:
+def _cheapest(before: Floats, after: Floats, own: int) -> int:
     """By which place it is cheapest; its own where no other costs less."""
     best = np.inf
     for m in range(len(before)):

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.planning.builtin.move_codes import FloatArray
+from workbench.arrays import Floats
 from workbench.search.ties import first_least, tolerance
 
 MAX_IMPROVEMENTS = 200
@@ -19,7 +19,7 @@ MAX_IMPROVEMENTS = 200
 MAX_SEGMENT = 3
 
 
-def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
+def errand_order(leg: Floats) -> tuple[float, tuple[int, ...]]:
     """A good order of all errands and its cost; infinite if some errand is infeasible.
 
     Args:
@@ -36,7 +36,7 @@ def errand_order(leg: FloatArray) -> tuple[float, tuple[int, ...]]:
     return _cost(leg, order), order
 
 
-def _nearest_first(leg: FloatArray) -> tuple[int, ...]:
+def _nearest_first(leg: Floats) -> tuple[int, ...]:
     left, order, row = list(range(leg.shape[1])), list[int](), 0
     while left:
         nearest = left[first_least(leg[row, left])]
@@ -46,12 +46,12 @@ def _nearest_first(leg: FloatArray) -> tuple[int, ...]:
     return tuple(order)
 
 
-def _cost(leg: FloatArray, order: tuple[int, ...]) -> float:
+def _cost(leg: Floats, order: tuple[int, ...]) -> float:
     rows = [0, *(1 + i for i in order[:-1])]
     return float(leg[rows, list(order)].sum()) if order else 0.0
 
 
-def _improved(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None:
+def _improved(leg: Floats, order: tuple[int, ...]) -> tuple[int, ...] | None:
     """The order with one stretch moved to where it saves most, of equal moves the first; None when nothing saves."""
     now = _cost(leg, order)
     moves: list[tuple[float, tuple[int, ...]]] = []
@@ -71,5 +71,5 @@ def _improved(leg: FloatArray, order: tuple[int, ...]) -> tuple[int, ...] | None
     return best if least < now - tolerance(now) else None
 
 
-def _within_segment(leg: FloatArray, stretch: tuple[int, ...]) -> float:
+def _within_segment(leg: Floats, stretch: tuple[int, ...]) -> float:
     return float(sum(leg[1 + a, b] for a, b in pairwise(stretch)))

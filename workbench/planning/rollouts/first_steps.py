@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.rollouts import kernels as rollouts
 from workbench.planning.rollouts.kernels import FETCH, LOOK
@@ -19,8 +19,6 @@ from workbench.planning.rollouts.situations import Delivery
 from workbench.planning.strategy import Decision, View
 from workbench.search.ties import first_least, ranked, tolerance
 from workbench.worlds.house import ContainerId, Item, LocationId
-
-Array = npt.NDArray[np.float64]
 
 SOLVER = "rollouts"
 SCREENING_FRACTION, REJECT_STANDARD_ERRORS = 6, 2.0
@@ -121,7 +119,7 @@ def best_first_step(
     return steps[first_least(means)]
 
 
-def _sample_worlds(delivery: Delivery, worlds: int, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
+def _sample_worlds(delivery: Delivery, worlds: int, rng: np.random.Generator) -> Bools:
     """Sampled worlds: whether each container holds each wanted type; bool, shape (worlds, wants, containers)."""
     here = delivery.situation
     wants, n = here.chance.shape
@@ -132,7 +130,7 @@ def _sample_worlds(delivery: Delivery, worlds: int, rng: np.random.Generator) ->
     return held
 
 
-def _costs(steps: tuple[FirstStep, ...], delivery: Delivery, held: npt.NDArray[np.bool_]) -> Array:
+def _costs(steps: tuple[FirstStep, ...], delivery: Delivery, held: Bools) -> Floats:
     """Rollout costs in cost units, shape (steps, worlds)."""
     kinds = np.array([step.kind for step in steps], dtype=np.int64)
     targets = np.array([step.target for step in steps], dtype=np.int64)

@@ -16,14 +16,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from workbench.search.ties import RELATIVE, SMALLEST_SCALE
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
+from workbench.arrays import Bools, Floats, Ints
+from workbench.tolerances import NO_CHANCE, RELATIVE, SMALLEST_SCALE
 
 FETCH, LOOK = 0, 1
 """Kinds of first steps: fetch (or go on carrying) a wanted item and deliver it; look into a container."""
@@ -34,9 +30,6 @@ FAILURE_COST = 1e4
 
 MIN_REMAINING_PROBABILITY = 1e-9
 """A find with no more than this chance of coming to a next candidate has none left."""
-
-NO_CHANCE = 1e-12
-"""Added to every chance, so that the nearest comes first of containers that are believed to hold nothing."""
 
 
 class DeliveryState(NamedTuple):
@@ -62,22 +55,22 @@ class DeliveryState(NamedTuple):
         look, handle: action costs in cost units.
     """
 
-    metres: Array
-    containers: Indices
-    targets: Indices
-    ways: Indices
+    metres: Floats
+    containers: Ints
+    targets: Ints
+    ways: Ints
     done: int
     hand: int
     robot: int
-    places: Indices
-    known: Indices
-    sought: Mask
-    chance: Array
-    candidates: Indices
-    number: Indices
-    missing: Array
-    onward: Array
-    beyond: Array
+    places: Ints
+    known: Ints
+    sought: Bools
+    chance: Floats
+    candidates: Ints
+    number: Ints
+    missing: Floats
+    onward: Floats
+    beyond: Floats
     look: float
     handle: float
 
@@ -94,18 +87,18 @@ class Scratch(NamedTuple):
             subset, shape (n + K, K, 2**c); is_known: which entries are filled.
     """
 
-    searched: Mask
-    subset: Indices
-    known: Indices
-    places: Indices
-    legs: Array
-    rest: Array
-    finds: Array
-    is_known: Mask
+    searched: Bools
+    subset: Ints
+    known: Ints
+    places: Ints
+    legs: Floats
+    rest: Floats
+    finds: Floats
+    is_known: Bools
 
 
 @njit(cache=True, nogil=True)
-def remaining_cost_table(missing: Array, between_m: Array, found: Array, beyond: float, look: float) -> Array:
+def remaining_cost_table(missing: Floats, between_m: Floats, found: Floats, beyond: float, look: float) -> Floats:
     """The table of Eq. 1 for one type: reference.cost_table before its last step, shape (2**c, c)."""
     c = len(found)
     everything = (1 << c) - 1
@@ -126,7 +119,7 @@ def remaining_cost_table(missing: Array, between_m: Array, found: Array, beyond:
 
 
 @njit(cache=True, nogil=True)
-def sample_worlds(chance: Array, exists: bool, even: Array, uniform: Array, held: Mask) -> None:
+def sample_worlds(chance: Floats, exists: bool, even: Floats, uniform: Floats, held: Bools) -> None:
     """Sample worlds of one item type.
 
     Args:
@@ -157,7 +150,7 @@ def sample_worlds(chance: Array, exists: bool, even: Array, uniform: Array, held
 
 
 @njit(cache=True, nogil=True)
-def rollout_costs(kinds: Indices, targets: Indices, here: DeliveryState, held: Mask) -> Array:
+def rollout_costs(kinds: Ints, targets: Ints, here: DeliveryState, held: Bools) -> Floats:
     """The cost of each first step, continued by the policy, in each world, shape (steps, worlds).
 
     Args:
@@ -183,7 +176,7 @@ def rollout_costs(kinds: Indices, targets: Indices, here: DeliveryState, held: M
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _rollout(kind: int, target: int, here: DeliveryState, held: Mask, room: Scratch) -> float:
+def _rollout(kind: int, target: int, here: DeliveryState, held: Bools, room: Scratch) -> float:
     searched, subset, known, places, legs, rest, finds, is_known = room
     searched[:] = False
     subset[:] = 0
@@ -228,7 +221,7 @@ def _rollout(kind: int, target: int, here: DeliveryState, held: Mask, room: Scra
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Indices, places: Indices) -> float:
+def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Ints, places: Ints) -> float:
     """Distance in metres through the best known instance to the want's target."""
     best = np.inf
     for i in range(known[want]):
@@ -239,22 +232,22 @@ def _known_instance_cost(here: DeliveryState, want: int, at: int, known: Indices
 
 @njit(cache=True, nogil=True, inline="always")
 def _fill_legs(
-    legs: Array,
+    legs: Floats,
     here: DeliveryState,
     at: int,
     begin: int,
     done: int,
-    known: Indices,
-    places: Indices,
-    subset: Indices,
-    finds: Array,
-    is_known: Mask,
+    known: Ints,
+    places: Ints,
+    subset: Ints,
+    finds: Floats,
+    is_known: Bools,
 ) -> None:
-    """Fill Room.legs: the cost of delivering each want from the robot's location (row 0) and from each remaining
+    """Fill `legs`: the cost of delivering each want from the robot's location (row 0) and from each remaining
     target.
 
     Args:
-        begin: index of the robot's location in Room.finds.
+        begin: index of the robot's location in `finds`.
     """
     wants, n = len(here.targets), len(here.containers)
     for row in range(wants + 1):
@@ -310,7 +303,7 @@ def _slack(cost: float) -> float:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _first_want_of_best_order(legs: Array, rest: Array, ways: Indices, done: int) -> int:
+def _first_want_of_best_order(legs: Floats, rest: Floats, ways: Ints, done: int) -> int:
     """The first want of the cheapest order of the remaining wants, over all ways of meeting the goal, or -1."""
     wants = legs.shape[1]
     for mask in range(1, 1 << wants):
@@ -341,7 +334,7 @@ def _first_want_of_best_order(legs: Array, rest: Array, ways: Indices, done: int
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: Mask) -> int:
+def _next_look(here: DeliveryState, want: int, at: int, subset: int, searched: Bools) -> int:
     """The next candidate by Eq. 1; after the candidates, the container with the largest ratio of probability to
     distance; -1 for none."""
     look = _find_cost(here, want, at, subset)[1]

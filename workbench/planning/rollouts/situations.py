@@ -7,8 +7,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats, Indices, Ints
 from workbench.planning.problem import goal_alternatives
 from workbench.planning.rollouts.kernels import DeliveryState, remaining_cost_table
 from workbench.planning.strategy import View
@@ -16,11 +16,8 @@ from workbench.planning.tasks import Delivered
 from workbench.search.candidates import choose
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.remaining import still_missing_by_subset, unconditioned
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import ContainerId
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.intp]
 
 MAX_WANTS = 5
 CANDIDATES = 10
@@ -100,12 +97,12 @@ def _situation(
     view: View,
     here: SearchSpace,
     *,
-    targets: npt.NDArray[np.int64],
-    ways: npt.NDArray[np.int64],
+    targets: Ints,
+    ways: Ints,
     done: int,
     hand: int,
     standing: list[list[int]],
-    sought: npt.NDArray[np.bool_],
+    sought: Bools,
 ) -> DeliveryState:
     travel, costs = view.knowledge.travel, view.costs
     wants, n = here.probability.shape
@@ -152,10 +149,10 @@ def _situation(
 class _MissingItemRows(NamedTuple):
     """The rows of a Situation for one missing item."""
 
-    chance: Array
+    chance: Floats
     candidates: Indices
-    missing: Array
-    onward: Array
+    missing: Floats
+    onward: Floats
     beyond: float
 
 
@@ -180,12 +177,12 @@ def _missing_item_rows(
     return _MissingItemRows(chance=chance, candidates=chosen[0], missing=missing, onward=onward, beyond=beyond)
 
 
-def _possible(chances: Array) -> Array:
+def _possible(chances: Floats) -> Floats:
     """The chances without those that are, beside the greatest, no more than a rounding."""
     return np.where(chances > RELATIVE * chances.max(initial=0.0), chances, 0.0)
 
 
-def _cost_beyond_candidates(chance: Array, chosen: Indices, between_m: Array, to_m: Array) -> float:
+def _cost_beyond_candidates(chance: Floats, chosen: Indices, between_m: Floats, to_m: Floats) -> float:
     """A rough cost of searching on beyond the candidates, assuming that two in five of the other containers are
     searched."""
     is_other = np.ones(len(chance), dtype=np.bool_)

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import final
 
 from workbench.errors import BadValue
-from workbench.planning.builtin.solver import SolverResult, without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
+from workbench.planning.builtin.solver import SolverResult
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.planning.solvers.fast_downward import best_plan, plan_of, trivial_plan

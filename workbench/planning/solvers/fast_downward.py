@@ -23,7 +23,8 @@ from types import MappingProxyType
 from typing import Literal, final
 
 from workbench.errors import UnknownName
-from workbench.planning.builtin.solver import SolverResult, without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
+from workbench.planning.builtin.solver import SolverResult
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
 from workbench.planning.problem import IllegalStep, Problem, apply, holds, initial_state, unreachable_goal
 from workbench.planning.solvers.outcomes import without_plan

@@ -14,6 +14,7 @@ from workbench.planning.builtin.solver import Clock, SolverResult, solve
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.problem import Problem
 from workbench.search.ties import by_cost
+from workbench.tolerances import TINY
 from workbench.worlds.house import LocationId
 
 STAGES = (6, 16)
@@ -62,7 +63,7 @@ def _with_gap(plan: Plan, places: int) -> Plan:
     """The plan with its proven gap in its note."""
     if plan.status is not PlanStatus.SOLVED or plan.lower_bound is None:
         return plan
-    gap = 0.0 if plan.optimal else 1.0 - plan.lower_bound / max(plan.cost, 1e-9)
+    gap = 0.0 if plan.optimal else 1.0 - plan.lower_bound / max(plan.cost, TINY)
     proven = "optimal" if plan.optimal else f"at most {100 * gap:.1f} % above the best"
     return replace(plan, note=f"{proven} over all {places} places")
 

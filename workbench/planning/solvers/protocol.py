@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol, final
 
 from workbench.planning.actions import prepares
-from workbench.planning.builtin.solver import SolverResult, cost_by_first_slot, solve, without_hypothetical
+from workbench.planning.builtin.plan_writer import without_hypothetical
+from workbench.planning.builtin.solver import SolverResult, cost_by_first_slot, solve
 from workbench.planning.problem import Problem
 
 MAX_ITEMS_FOR_ALTERNATIVES = 6

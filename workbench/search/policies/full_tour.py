@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Floats, Indices, Ints
 from workbench.errors import BadValue
 from workbench.search.candidates import check_limit
 from workbench.search.engine import best_order
@@ -22,7 +22,7 @@ from workbench.search.orders import ExpectedSearch, order_cost
 from workbench.search.places import SearchSpace, search_space
 from workbench.search.policy import SearchQuery
 from workbench.search.remaining import unconditioned
-from workbench.search.ties import RELATIVE
+from workbench.tolerances import RELATIVE
 from workbench.worlds.house import ContainerId
 
 LEADING = 10
@@ -69,7 +69,7 @@ class FullTour:
         order = self._order(here, query.belief.item_types.index(query.item_type), query)
         return here.containers[order[0]] if len(order) else None
 
-    def _order(self, here: SearchSpace, item: int, query: SearchQuery) -> npt.NDArray[np.intp]:
+    def _order(self, here: SearchSpace, item: int, query: SearchQuery) -> Indices:
         n = len(here.containers)
         if n == 0:
             return np.zeros(0, dtype=np.intp)
@@ -92,7 +92,7 @@ class FullTour:
         return local_search.improve(_with_tail(lead, p, here), arrays, self.passes)[0]
 
 
-def _with_tail(lead: npt.NDArray[np.intp], p: npt.NDArray[np.float64], here: SearchSpace) -> npt.NDArray[np.int64]:
+def _with_tail(lead: Indices, p: Floats, here: SearchSpace) -> Ints:
     """The leading order, then always the container of greatest probability against the way from the last.
 
     Of equal ones (ties.py, by the greatest probability) the earlier.

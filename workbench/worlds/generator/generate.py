@@ -7,7 +7,6 @@ house with an inaccessible room is drawn anew. The same seed gives the same hous
 from __future__ import annotations
 
 import gzip
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext
 from pathlib import Path
@@ -17,6 +16,7 @@ import msgspec
 import numpy as np
 
 from workbench.errors import BadValue, Failed
+from workbench.files import atomic
 from workbench.worlds.generator.contents import draw_all_contents
 from workbench.worlds.generator.furniture import PlacedFurniture, furnish
 from workbench.worlds.generator.plan import PlannedHouse, plan_house
@@ -95,17 +95,12 @@ def write_houses(path: Path, houses: Iterable[Mapping[str, Any]]) -> int:
     The file is written atomically. Returns the number of houses.
     """
     count = 0
-    writing = path.with_name(f".{path.name}.writing")
-    try:
-        with writing.open("wb") as raw:
-            packed = gzip.GzipFile("", "wb", 9, raw, mtime=0) if path.name.endswith(".gz") else None
-            with packed or nullcontext():
-                for house in houses:
-                    (packed or raw).write(msgspec.json.encode(house) + b"\n")
-                    count += 1
-        os.replace(writing, path)
-    finally:
-        writing.unlink(missing_ok=True)
+    with atomic(path) as draft, draft.open("wb") as raw:
+        packed = gzip.GzipFile("", "wb", 9, raw, mtime=0) if path.name.endswith(".gz") else None
+        with packed or nullcontext():
+            for house in houses:
+                (packed or raw).write(msgspec.json.encode(house) + b"\n")
+                count += 1
     return count
 
 

@@ -13,6 +13,7 @@ from math import log
 import numpy as np
 
 from workbench.errors import Failed
+from workbench.tolerances import MIN_LENGTH_M, NO_CHANCE
 from workbench.worlds.generator.rooms import PlannedRoom, Rectangle, cut_rooms, draw_areas, draw_kinds, is_livable
 from workbench.worlds.generator.statistics import HouseStatistics, pair_name
 
@@ -128,9 +129,9 @@ def _shared(edge: Edge, other: Rectangle) -> tuple[float, float] | None:
     """The part of an edge that it shares with an edge of another room."""
     along_x, level, low, high = edge
     for other_along_x, other_level, other_low, other_high in _edges(other):
-        if along_x == other_along_x and abs(level - other_level) < 1e-6:
+        if along_x == other_along_x and abs(level - other_level) < MIN_LENGTH_M:
             start, end = max(low, other_low), min(high, other_high)
-            if end - start > 1e-6:
+            if end - start > MIN_LENGTH_M:
                 return (start, end)
     return None
 
@@ -139,10 +140,10 @@ def _rest(edge: Edge, taken: list[tuple[float, float]]) -> list[tuple[float, flo
     _, _, reached, end = edge
     rest: list[tuple[float, float]] = []
     for low, high in sorted(taken):
-        if low - reached > 1e-6:
+        if low - reached > MIN_LENGTH_M:
             rest.append((reached, low))
         reached = max(reached, high)
-    if end - reached > 1e-6:
+    if end - reached > MIN_LENGTH_M:
         rest.append((reached, end))
     return rest
 
@@ -160,7 +161,7 @@ def _join(
     """A random spanning tree of doors over all rooms, likely pairs of kinds first; None if the rooms are not
     adjacent."""
     inner = [side for side in sides if side.second is not None and side.length >= DOOR_M + 0.3]
-    keys = [-log(max(rng.random(), 1e-12)) / _weight(statistics, side) for side in inner]
+    keys = [-log(max(rng.random(), NO_CHANCE)) / _weight(statistics, side) for side in inner]
     group = {room.number: room.number for room in rooms}
     doors: list[Hole] = []
     for _, side in sorted(zip(keys, inner, strict=True), key=lambda pair: pair[0]):

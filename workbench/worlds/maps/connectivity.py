@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import hypot
 
 from workbench.errors import Malformed
+from workbench.tolerances import MIN_LENGTH_M
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import FloorPlan, Room, RoomId, Wall
 
@@ -91,7 +92,7 @@ def rooms_beside(wall: Wall, rooms: Sequence[Room]) -> tuple[RoomId, ...]:
     """The rooms on both sides of a wall, along its length."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
-    if length < 1e-6:
+    if length < MIN_LENGTH_M:
         return ()
     found: dict[RoomId, None] = {}
     normal = (-(y1 - y0) / length * PROBE_M, (x1 - x0) / length * PROBE_M)

@@ -6,13 +6,15 @@ free cell beside them are listed as unreachable. Results are cached on disk per 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import atan2, hypot
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Ints32
+from workbench.caches import PerObject
 from workbench.errors import BadValue, Malformed
+from workbench.tolerances import ROUNDING
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, Container, ContainerId, FloorPlan, LocationId
 from workbench.worlds.maps.occupancy import OccupancyGrid, distance_to_box, occupancy_of, room_labels
@@ -46,11 +48,8 @@ class Navigation:
 
     travel: TravelCosts
     grid: OccupancyGrid
-    free: npt.NDArray[np.bool_]
+    free: Bools
     standing: dict[LocationId, Pose]
-    _ways: dict[tuple[LocationId, LocationId], tuple[Point, ...]] = field(
-        default_factory=dict[tuple[LocationId, LocationId], tuple[Point, ...]], repr=False, compare=False
-    )
 
     def standing_pose(self, location: LocationId) -> Pose | None:
         """The pose at which the robot uses a location, facing it; None if unreachable."""
@@ -61,9 +60,8 @@ class Navigation:
         path."""
         if a not in self.standing or b not in self.standing:
             return None
-        if (a, b) not in self._ways:
-            self._ways[a, b] = self._find_way(self.standing[a].point, self.standing[b].point)
-        return self._ways[a, b]
+        start, end = self.standing[a].point, self.standing[b].point
+        return _WAYS.of(self).get((a, b), lambda: self._find_way(start, end))
 
     def _find_way(self, a: Point, b: Point) -> tuple[Point, ...]:
         from workbench.worlds.maps.shortest_paths import shortest_path
@@ -76,6 +74,10 @@ class Navigation:
         if len(cells) == 1:
             return (a, b)
         return tuple(self.grid.point_at(*cell) for cell in corner_cells(self.free, cells))
+
+
+_WAYS: PerObject[tuple[LocationId, LocationId], tuple[Point, ...]] = PerObject(10_000)
+"""Paths between locations, each found once."""
 
 
 def navigate(plan: FloorPlan, *, resolution_m: float = 0.1, robot_radius_m: float = 0.2) -> Navigation:
@@ -126,7 +128,7 @@ def compute(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> N
     return Navigation(travel=travel, grid=grid, free=free, standing=standing)
 
 
-def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
+def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     """The cells for the robot's centre: far enough from all obstacles, in the largest connected free component."""
     from scipy import ndimage  # imported only if the result is not cached on disk
 
@@ -142,18 +144,18 @@ def free_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.boo
     return free
 
 
-def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> npt.NDArray[np.bool_]:
+def clear_cells(grid: OccupancyGrid, robot_radius_m: float) -> Bools:
     """The cells far enough from all obstacles for the robot's centre, connected or not; bool, shape of the grid."""
     from scipy import ndimage
 
     clearance = np.asarray(ndimage.distance_transform_edt(~grid.occupied), dtype=np.float64) * grid.resolution_m
-    clear = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - 1e-9)
+    clear = np.asarray(clearance >= max(robot_radius_m, grid.resolution_m) - ROUNDING)
     clear[[0, -1], :] = False
     clear[:, [0, -1]] = False
     return clear
 
 
-def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point) -> Point:
+def _nearest_free(grid: OccupancyGrid, free: Bools, point: Point) -> Point:
     """The centre of the free cell nearest to a point."""
     rows, columns = np.nonzero(free)
     x, y = grid.axes()
@@ -164,8 +166,8 @@ def _nearest_free(grid: OccupancyGrid, free: npt.NDArray[np.bool_], point: Point
 
 def _approach(
     grid: OccupancyGrid,
-    free: npt.NDArray[np.bool_],
-    rooms: npt.NDArray[np.int32],
+    free: Bools,
+    rooms: Ints32,
     room: int,
     container: Container,
 ) -> Pose | None:
@@ -213,7 +215,7 @@ def _unpacked(plan: FloorPlan, resolution_m: float, kept: Arrays) -> Navigation 
 def _navigation(plan: FloorPlan, resolution_m: float, kept: Arrays) -> Navigation:
     rows, columns = (int(side) for side in kept["shape"])
 
-    def bits(name: str) -> npt.NDArray[np.bool_]:
+    def bits(name: str) -> Bools:
         return np.unpackbits(kept[name], count=rows * columns).reshape(rows, columns).astype(np.bool_)
 
     reached = [plan.containers[index].id for index in kept["reachable"].tolist()]

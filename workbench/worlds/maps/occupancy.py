@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from math import ceil, hypot
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools, Floats, Ints32
 from workbench.errors import BadValue
+from workbench.tolerances import MIN_LENGTH_M, ROUNDING
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import Container, FloorPlan, Furniture, Wall
 
@@ -34,7 +35,7 @@ class OccupancyGrid:
 
     origin: Point
     resolution_m: float
-    occupied: npt.NDArray[np.bool_]
+    occupied: Bools
 
     def __post_init__(self) -> None:
         occupied = np.array(self.occupied, dtype=np.bool_)
@@ -58,7 +59,7 @@ class OccupancyGrid:
             self.origin[1] + (row + 0.5) * self.resolution_m,
         )
 
-    def axes(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    def axes(self) -> tuple[Floats, Floats]:
         """x of the column centres and y of the row centres, in metres."""
         rows, columns = self.occupied.shape
         x = self.origin[0] + (np.arange(columns) + 0.5) * self.resolution_m
@@ -85,7 +86,7 @@ def occupancy_of(plan: FloorPlan, *, resolution_m: float = 0.1) -> OccupancyGrid
     return OccupancyGrid(origin=grid.origin, resolution_m=resolution_m, occupied=occupied)
 
 
-def room_labels(plan: FloorPlan, grid: OccupancyGrid) -> npt.NDArray[np.int32]:
+def room_labels(plan: FloorPlan, grid: OccupancyGrid) -> Ints32:
     """The index of the room of each cell, -1 outside; shape (rows, columns)."""
     x, y = grid.axes()
     labels = np.full(grid.occupied.shape, -1, dtype=np.int32)
@@ -107,7 +108,7 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
     """The pieces of a wall between the holes of its passable doors."""
     (x0, y0), (x1, y1) = wall.start, wall.end
     length = hypot(x1 - x0, y1 - y0)
-    if length < 1e-6:
+    if length < MIN_LENGTH_M:
         return []
     holes: list[tuple[float, float]] = []
     for door in plan.doors:
@@ -132,7 +133,7 @@ def solid_parts(wall: Wall, plan: FloorPlan) -> list[tuple[Point, Point]]:
 
 def distance_to_box(
     grid: OccupancyGrid, thing: Container | Furniture, *, reach_m: float
-) -> tuple[npt.NDArray[np.float64], tuple[slice, slice]]:
+) -> tuple[Floats, tuple[slice, slice]]:
     """Distances in metres from cells to the footprint of an object (0 inside), in the window of cells
     within reach."""
     pose, (depth, width, _) = thing.pose, thing.size_m
@@ -176,7 +177,7 @@ def _along_and_off(wall: Wall, length: float, point: Point) -> tuple[float, floa
     return (dx * ux + dy * uy, abs(dy * ux - dx * uy))
 
 
-def _draw_segment(occupied: npt.NDArray[np.bool_], grid: OccupancyGrid, start: Point, end: Point) -> None:
+def _draw_segment(occupied: Bools, grid: OccupancyGrid, start: Point, end: Point) -> None:
     """Mark the cells whose centres are within half a cell of a segment."""
     half = grid.resolution_m / 2
     row0, column0 = grid.cell_at((min(start[0], end[0]) - half, min(start[1], end[1]) - half))
@@ -187,4 +188,4 @@ def _draw_segment(occupied: npt.NDArray[np.bool_], grid: OccupancyGrid, start: P
     ux, uy = end[0] - start[0], end[1] - start[1]
     square = ux * ux + uy * uy
     t = np.clip((dx * ux + dy * uy) / square, 0.0, 1.0) if square > 0 else np.zeros(1)
-    occupied[rows, columns] |= np.hypot(dx - t * ux, dy - t * uy) <= half + 1e-9
+    occupied[rows, columns] |= np.hypot(dx - t * ux, dy - t * uy) <= half + ROUNDING

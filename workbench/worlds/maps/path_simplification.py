@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-import numpy.typing as npt
+from workbench.arrays import Bools
 
 Cell = tuple[int, int]
 
 
-def corner_cells(free: npt.NDArray[np.bool_], cells: Sequence[Cell]) -> list[Cell]:
+def corner_cells(free: Bools, cells: Sequence[Cell]) -> list[Cell]:
     """The corners of a path of adjacent cells, both ends included; of the same length and over free cells only."""
     if len(cells) < 2:
         return list(cells)
@@ -48,7 +47,7 @@ def _diagonals(cells: Sequence[Cell], start: int, end: int) -> int:
     return sum(cells[i][0] != cells[i + 1][0] and cells[i][1] != cells[i + 1][1] for i in range(start, end))
 
 
-def _elbow(free: npt.NDArray[np.bool_], a: Cell, b: Cell) -> Cell | None:
+def _elbow(free: Bools, a: Cell, b: Cell) -> Cell | None:
     """The cell between a straight and a diagonal piece (in either order) from a to b, if their cells are free."""
     rows, columns = b[0] - a[0], b[1] - a[1]
     diagonal = min(abs(rows), abs(columns))
@@ -59,7 +58,7 @@ def _elbow(free: npt.NDArray[np.bool_], a: Cell, b: Cell) -> Cell | None:
     return None
 
 
-def _is_free(free: npt.NDArray[np.bool_], a: Cell, b: Cell) -> bool:
+def _is_free(free: Bools, a: Cell, b: Cell) -> bool:
     """Whether a straight or diagonal piece runs over free cells without cutting corners of obstacles."""
     step = (_sign(b[0] - a[0]), _sign(b[1] - a[1]))
     for row, column in _between(a, b, step):

@@ -17,10 +17,9 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
-Cells = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
+from workbench.arrays import Bools, Floats, Ints
+from workbench.tolerances import ROUNDING
 
 SQRT2 = sqrt(2.0)
 DIRECTIONS = np.array([(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)], dtype=np.int64)
@@ -42,7 +41,7 @@ def _compiled(signature: Any) -> Callable[[Function], Function]:
 
 
 @_compiled(numba.float64[::1](_FREE, numba.int64, _CELLS))
-def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> Floats:
+def distances_from(free: Bools, source: int, targets: Ints) -> Floats:
     """Distances in steps from a source cell to every cell, inf if unreached; stops once all targets are final.
 
     Args:
@@ -62,12 +61,9 @@ def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> 
             is_target[target] = True
             left += 1
     stop_early = left > 0
-    buckets = np.empty((3, size), dtype=np.int64)
-    counts = np.zeros(3, dtype=np.int64)
-    distance[source] = 0.0
-    buckets[0, 0] = source
-    counts[0] = 1
-    queued[source] = 0
+    buckets, counts = np.empty((3, size), dtype=np.int64), np.zeros(3, dtype=np.int64)
+    distance[source], queued[source] = 0.0, 0
+    buckets[0, 0], counts[0] = source, 1
     turn = 0
     while counts[0] + counts[1] + counts[2] > 0:
         now = turn % 3
@@ -90,9 +86,9 @@ def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> 
                         continue
                     length = SQRT2
                 longer = base + length
-                if longer < distance[other] - 1e-9:
+                if longer < distance[other] - ROUNDING:
                     distance[other] = longer
-                    bucket = np.int64(longer + 1e-9)
+                    bucket = np.int64(longer + ROUNDING)
                     if queued[other] != bucket:
                         queued[other] = bucket
                         slot = bucket % 3
@@ -106,7 +102,7 @@ def distances_from(free: npt.NDArray[np.bool_], source: int, targets: Cells) -> 
 
 
 @_compiled(numba.float64[:, ::1](_FREE, _CELLS))
-def pairwise_steps(free: npt.NDArray[np.bool_], cells: Cells) -> Floats:
+def pairwise_steps(free: Bools, cells: Ints) -> Floats:
     """Distances in steps between all pairs of cells, shape (cells, cells), inf if there is no path."""
     count = len(cells)
     result = np.zeros((count, count))
@@ -118,7 +114,7 @@ def pairwise_steps(free: npt.NDArray[np.bool_], cells: Cells) -> Floats:
     return result
 
 
-def shortest_path(free: npt.NDArray[np.bool_], source: int, target: int) -> list[tuple[int, int]] | None:
+def shortest_path(free: Bools, source: int, target: int) -> list[tuple[int, int]] | None:
     """The cells of a shortest path as (row, column), both ends included; None if there is none."""
     columns = free.shape[1]
     left = distances_from(free, target, np.array([source], dtype=np.int64))
@@ -134,7 +130,7 @@ def shortest_path(free: npt.NDArray[np.bool_], source: int, target: int) -> list
     return cells
 
 
-def _next_cell(free: npt.NDArray[np.bool_], left: Floats, cell: int, heading: tuple[int, int]) -> tuple[int, int]:
+def _next_cell(free: Bools, left: Floats, cell: int, heading: tuple[int, int]) -> tuple[int, int]:
     """The next cell of a shortest path, preferring the current direction."""
     columns = free.shape[1]
     row, column = divmod(cell, columns)

@@ -8,24 +8,22 @@ are ignored.
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from pathlib import Path
-from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import AnyArray
 from workbench.cache import cache_folder
+from workbench.files import atomic
 from workbench.worlds.house import FloorPlan
 
 VERSION = 1
 """Version of the computation of travel costs; part of the file names."""
 
 
-Arrays = dict[str, npt.NDArray[Any]]
+Arrays = dict[str, AnyArray]
 
 
 def load_arrays(plan: FloorPlan, *, resolution_m: float, robot_radius_m: float) -> Arrays | None:
@@ -47,14 +45,8 @@ def store_arrays(arrays: Arrays, plan: FloorPlan, *, resolution_m: float, robot_
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".writing-")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                np.savez(stream, allow_pickle=False, **arrays)
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with atomic(path) as draft, draft.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **arrays)
     except OSError:
         return
 

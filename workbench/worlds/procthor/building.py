@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import hypot
 
 from workbench.errors import BadValue
+from workbench.tolerances import MIN_LENGTH_M
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import Opening, Room, RoomId, Wall
 from workbench.worlds.procthor.schema import HoleJson, RoomJson, WallJson
@@ -72,7 +73,7 @@ def opening_of(
         point_from_unity(corner, f"holePolygon of {record.id} in {name}")
     (x0, y0), (x1, y1) = walls[record.wall0]
     length = hypot(x1 - x0, y1 - y0)
-    if length < 1e-6:
+    if length < MIN_LENGTH_M:
         raise BadValue(f"length of wall {record.wall0} in {name}", length, f"long enough for {record.id}")
     along = [min(max(corner.x, 0.0), length) for corner in record.corners]
     heights = [corner.y for corner in record.corners]

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import numpy.typing as npt
+
+from workbench.arrays import Floats, Ints8
 
 if TYPE_CHECKING:
     from PIL import Image
 
-Floats = npt.NDArray[np.float64]
 MapMode = Literal["trinary", "scale", "raw"]
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """Values of nav_msgs/OccupancyGrid."""
@@ -60,7 +60,7 @@ def grey_pixels(picture: Image.Image) -> GreyPixels:
     return GreyPixels(brightness=brightness, opacity=channels[..., 3] if transparent else None)
 
 
-def cell_values(pixels: GreyPixels, rules: PixelRules) -> npt.NDArray[np.int8]:
+def cell_values(pixels: GreyPixels, rules: PixelRules) -> Ints8:
     """Values of nav_msgs/OccupancyGrid, shape (rows, columns), row 0 on top as in the image."""
     shade = pixels.brightness
     if rules.mode == "raw":

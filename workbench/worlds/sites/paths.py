@@ -13,15 +13,14 @@ from types import MappingProxyType
 from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
+from workbench.arrays import Bools
 from workbench.worlds.geometry import Point, Pose
 from workbench.worlds.house import START, Container, FloorPlan, LocationId
 from workbench.worlds.maps.navigation import free_cells
 from workbench.worlds.maps.occupancy import OccupancyGrid, distance_to_box, room_labels
 from workbench.worlds.travel import TravelCosts
 
-Bools = npt.NDArray[np.bool_]
 Cell = tuple[int, int]
 
 REACH_M = 1.2

@@ -44,12 +44,13 @@ UNSURVEYED = "unsurveyed"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotProfile:
-    """The robot's shape and speed by the survey file."""
+    """The robot's shape, speed and dock (its number; None for none) by the survey file."""
 
     name: str = "spot"
     arm: bool = True
     radius_m: float = 0.3
     speed_mps: float = 0.5
+    dock: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,7 +126,11 @@ def _site(found: Path, file: SiteFile) -> Site:
             {number: Item(id=ItemId(t.item), type=ItemType(t.type)) for number, t in sorted(file.tags.items())}
         ),
         robot=RobotProfile(
-            name=file.robot.name, arm=file.robot.arm, radius_m=file.robot.radius_m, speed_mps=file.robot.speed_mps
+            name=file.robot.name,
+            arm=file.robot.arm,
+            radius_m=file.robot.radius_m,
+            speed_mps=file.robot.speed_mps,
+            dock=file.robot.dock,
         ),
         frames=MappingProxyType({"map": file.frames.map, "odom": file.frames.odom, "body": file.frames.body}),
         seed=pose_of(file.seed),

@@ -74,6 +74,7 @@ class RobotEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     arm: bool = True
     radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=2.0)] = 0.3
     speed_mps: Annotated[float, msgspec.Meta(gt=0.0, le=1.6)] = 0.5
+    dock: Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)] | None = None
 
 
 class FrameEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

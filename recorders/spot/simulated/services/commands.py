@@ -13,6 +13,7 @@ from bosdyn.api import (
     mobility_command_pb2,
     robot_command_pb2,
     robot_command_service_pb2_grpc,
+    robot_state_pb2,
     synchronized_command_pb2,
 )
 from google.protobuf.timestamp_pb2 import Timestamp
@@ -24,6 +25,8 @@ from recorders.spot.simulated.robot import PLACE_S, RobotState
 from workbench.log_schema.events import NANO
 
 PROCESSING = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_PROCESSING
+FRONT_M = 0.6
+"""Distance in metres from the body's centre beyond which the hand is over what the robot stands at."""
 OVERRIDDEN = basic_command_pb2.RobotCommandFeedbackStatus.STATUS_COMMAND_OVERRIDDEN
 
 
@@ -48,6 +51,9 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
                 return response
             if state.behaviour_fault and not full.HasField("safe_power_off_request"):
                 response.status = answer.STATUS_BEHAVIOR_FAULT
+                return response
+            if state.dock is not None and not full.HasField("safe_power_off_request"):
+                response.status = answer.STATUS_DOCKED
                 return response
             number = self._obey(state, request.command)
             response.status = answer.STATUS_UNSUPPORTED if number is None else answer.STATUS_OK
@@ -82,6 +88,8 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
     def _obey(self, state: RobotState, command: robot_command_pb2.RobotCommand) -> int | None:
         body, full, sync = state.body, command.full_body_command, command.synchronized_command
         if full.HasField("safe_power_off_request"):
+            if state.held is not None and state.arm_deployed:
+                state.arm_mishaps.append("sat down on what it held")
             body.power_off()
             return state.number("safe-power-off")
         if full.HasField("stop_request") or full.HasField("freeze_request"):
@@ -91,20 +99,11 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
         if sync.HasField("mobility_command"):
             number = self._move(state, sync.mobility_command)
         if sync.HasField("arm_command"):
-            state.arm_deployed = not sync.arm_command.HasField("named_arm_position_command") or (
-                sync.arm_command.named_arm_position_command.position
-                != arm_command_pb2.NamedArmPositionsCommand.POSITIONS_STOW
-            )
-            state.arm_busy_until_s = body.lived_s + PLACE_S
-            number = state.number("arm")
-            if sync.arm_command.HasField("arm_cartesian_command"):
-                sent = sync.arm_command.arm_cartesian_command
-                to = sent.pose_trajectory_in_task.points[-1].pose.position
-                state.arm_goal = (sent.root_frame_name, to.x, to.y, to.z)
-                state.commands[number] = "arm-pose"
+            number = _move_arm(state, sync.arm_command)
         if sync.HasField("gripper_command"):
             points = sync.gripper_command.claw_gripper_command.trajectory.points
             if points and abs(points[-1].point) > 0.2:
+                state.released_at, state.released_goal = state.arm_at, state.arm_goal
                 state.open_gripper()
             else:
                 state.gripper_open = False
@@ -132,6 +131,34 @@ class Commands(robot_command_service_pb2_grpc.RobotCommandServiceServicer):
             body.halt(WalkState.STOPPED)
             return state.number("stop")
         return None
+
+
+def _move_arm(state: RobotState, command: arm_command_pb2.ArmCommand.Request) -> int:
+    """Move the arm; what a careless motion would run into is noted."""
+    named = arm_command_pb2.NamedArmPositionsCommand
+    state.arm_busy_until_s = state.body.lived_s + PLACE_S
+    number = state.number("arm")
+    if not command.HasField("arm_cartesian_command"):
+        stow = command.named_arm_position_command.position == named.POSITIONS_STOW
+        stowable = robot_state_pb2.ManipulatorState.CARRY_STATE_CARRIABLE_AND_STOWABLE
+        if stow and state.held is not None and state.carry_state != stowable:
+            state.commands[number] = "arm-frozen"
+            return number
+        if state.arm_at is not None and stow and state.arm_at == state.released_at:
+            state.arm_mishaps.append("stowed from where it let go, through what stands there")
+        state.arm_deployed, state.arm_at = not stow, None
+        return number
+    sent = command.arm_cartesian_command
+    to = sent.pose_trajectory_in_task.points[-1].pose.position
+    goal = (to.x, to.y, to.z)
+    if not sent.HasField("max_linear_velocity") or not sent.HasField("max_angular_velocity"):
+        state.arm_mishaps.append("moved without a speed limit")
+    if state.arm_at is None and state.held is not None and to.x > FRONT_M:
+        state.arm_mishaps.append("reached straight in")
+    state.arm_deployed, state.arm_at = True, goal
+    state.arm_goal = (sent.root_frame_name, *goal)
+    state.commands[number] = "arm-pose"
+    return number
 
 
 def lasts_s(state: RobotState, end_time: Timestamp) -> float:
@@ -168,6 +195,11 @@ def _feedback(state: RobotState, kind: str, number: int) -> synchronized_command
         there = claw.STATUS_AT_GOAL if done else claw.STATUS_IN_PROGRESS
         feedback.gripper_command_feedback.status = PROCESSING
         feedback.gripper_command_feedback.claw_gripper_feedback.status = there
+    elif kind == "arm-frozen":
+        feedback.arm_command_feedback.status = PROCESSING
+        feedback.arm_command_feedback.named_arm_position_feedback.status = (
+            arm_command_pb2.NamedArmPositionsCommand.Feedback.STATUS_STALLED_HOLDING_ITEM
+        )
     elif kind == "arm":
         arm = arm_command_pb2
         feedback.arm_command_feedback.status = PROCESSING

@@ -31,7 +31,7 @@ class GraphNav(graph_nav_service_pb2_grpc.GraphNavServiceServicer):
 
     def __init__(self, state: RobotState) -> None:
         self._state = state
-        self._map = GraphMap(state.site)
+        self._map = GraphMap(state.site, state.fiducials)
 
     def GetLocalizationState(
         self, request: graph_nav_pb2.GetLocalizationStateRequest, context: grpc.ServicerContext
@@ -257,6 +257,9 @@ def _navigation_feedback(
         WalkState.NO_LEASE: answer.STATUS_LEASE_ERROR,
         WalkState.IMPAIRED: answer.STATUS_ROBOT_IMPAIRED,
     }[walk.state]
+    if state.navigation_status is not None:
+        state.body.halt(WalkState.STOPPED)
+        response.status = state.navigation_status
     if walk.state is WalkState.STUCK:
         response.stuck_reason = answer.STUCK_REASON_OBSTACLE
     return response

@@ -6,13 +6,13 @@ from functools import cached_property
 
 import grpc
 import numpy as np
-import numpy.typing as npt
 from bosdyn.api import local_grid_pb2, local_grid_service_pb2_grpc
 from scipy.ndimage import distance_transform_edt
 
 from recorders.spot.simulated.basic_services import header_of
 from recorders.spot.simulated.frames import frame_tree, height_of, se3, stamp
 from recorders.spot.simulated.robot import RobotState
+from workbench.arrays import Floats, Ints, Ints16
 
 GRID_CELLS, GRID_CELL_M = 128, 0.03
 GRIDS = ("obstacle_distance", "no_step")
@@ -72,7 +72,7 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
             cell_value_offset=0.0,
         )
 
-    def _clearance(self, state: RobotState, axis: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def _clearance(self, state: RobotState, axis: Floats) -> Floats:
         """Distances in metres to the nearest obstacle, shape (cells along y, cells along x) in the body frame."""
         grid = state.site.grid
         if grid is None:
@@ -87,12 +87,12 @@ class LocalGrids(local_grid_service_pb2_grpc.LocalGridServiceServicer):
         return np.minimum(self._far[row, column], 3.0)
 
     @cached_property
-    def _far(self) -> npt.NDArray[np.float64]:
+    def _far(self) -> Floats:
         grid = self._state.site.grid
         assert grid is not None
         return np.asarray(distance_transform_edt(~grid.occupied)) * grid.resolution_m
 
 
-def _run_lengths(cells: npt.NDArray[np.int16]) -> tuple[npt.NDArray[np.int16], npt.NDArray[np.int64]]:
+def _run_lengths(cells: Ints16) -> tuple[Ints16, Ints]:
     starts = np.flatnonzero(np.concatenate(([True], cells[1:] != cells[:-1])))
     return cells[starts], np.diff(np.concatenate((starts, [cells.size])))

@@ -66,4 +66,7 @@ class Manipulation(manipulation_api_service_pb2_grpc.ManipulationApiServiceServi
     def OverrideGrasp(
         self, request: manipulation_api_pb2.ApiGraspOverrideRequest, context: grpc.ServicerContext
     ) -> manipulation_api_pb2.ApiGraspOverrideResponse:
+        with self._state.alive() as state:
+            if state.held is not None:
+                state.carry_state = request.carry_state_override.override_request
         return manipulation_api_pb2.ApiGraspOverrideResponse(header=header_of(self._state, request))

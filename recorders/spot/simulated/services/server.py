@@ -22,6 +22,7 @@ from bosdyn.api import (
     estop_service_pb2_grpc,
     image_service_pb2_grpc,
     lease_service_pb2_grpc,
+    license_service_pb2_grpc,
     local_grid_service_pb2_grpc,
     manipulation_api_service_pb2_grpc,
     power_service_pb2_grpc,
@@ -31,8 +32,10 @@ from bosdyn.api import (
     time_sync_service_pb2_grpc,
     world_object_service_pb2_grpc,
 )
+from bosdyn.api.docking import docking_service_pb2_grpc
 from bosdyn.api.graph_nav import graph_nav_service_pb2_grpc
 
+from recorders.certificate import new_identity
 from recorders.spot.client.time_source import RobotClock, RunningClock
 from recorders.spot.simulated.basic_services import (
     AUTHORITIES,
@@ -45,10 +48,11 @@ from recorders.spot.simulated.basic_services import (
 from recorders.spot.simulated.faults import Fault, FaultKind
 from recorders.spot.simulated.robot import RobotState, new_state
 from recorders.spot.simulated.sensing import State, WorldObjects
-from recorders.spot.simulated.services.certificate import new_identity
 from recorders.spot.simulated.services.commands import Commands
+from recorders.spot.simulated.services.docking import Docking
 from recorders.spot.simulated.services.graph_nav import GraphNav
 from recorders.spot.simulated.services.images import Images
+from recorders.spot.simulated.services.licences import Licences
 from recorders.spot.simulated.services.local_grids import LocalGrids
 from recorders.spot.simulated.services.manipulation import Manipulation
 from recorders.spot.simulated.services.permission import Estops, Leases, Power
@@ -237,3 +241,5 @@ def _register(server: grpc.Server, state: RobotState, auth: Auth, time_sync: Tim
     world_object_service_pb2_grpc.add_WorldObjectServiceServicer_to_server(WorldObjects(state), server)
     image_service_pb2_grpc.add_ImageServiceServicer_to_server(Images(state), server)
     local_grid_service_pb2_grpc.add_LocalGridServiceServicer_to_server(LocalGrids(state), server)
+    docking_service_pb2_grpc.add_DockingServiceServicer_to_server(Docking(state), server)
+    license_service_pb2_grpc.add_LicenseServiceServicer_to_server(Licences(state), server)

@@ -1,0 +1,1 @@
+"""Paths of the robot: walked, measured by odometry, and planned."""

@@ -1,0 +1,31 @@
+// The timeline stays below the house and beside the panel, and the house has all that is left: Viser docks panels to the
+// sides only, so that the picture is told here how high the timeline is.
+(() => {
+  const root = document.documentElement.style;
+  const watch = new ResizeObserver(() => place());
+  let canvas = null;
+  let timeline = null;
+  function place() {
+    if (!canvas?.isConnected || !timeline?.isConnected) return;
+    const all = canvas.parentElement.getBoundingClientRect();
+    const free = canvas.getBoundingClientRect();
+    root.setProperty("--lios-left", `${free.left - all.left}px`);
+    root.setProperty("--lios-right", `${all.right - free.right}px`);
+    root.setProperty("--lios-dock", `${timeline.getBoundingClientRect().height}px`);
+  }
+  function find() {
+    if (!canvas?.isConnected || !timeline?.isConnected) {
+      const picture = [...document.querySelectorAll("canvas")].find((c) => c.clientWidth > 300);
+      canvas = picture?.parentElement ?? null;
+      timeline = document.querySelector(".lios-timeline")?.closest(".mantine-Paper-root") ?? null;
+      if (canvas && timeline) {
+        canvas.classList.add("lios-canvas");
+        watch.disconnect();
+        [canvas, timeline].forEach((part) => watch.observe(part));
+        place();
+      }
+    }
+    setTimeout(find, 500);
+  }
+  find();
+})();

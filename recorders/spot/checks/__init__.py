@@ -1,0 +1,1 @@
+"""Checks of a robot, its map and this computer before anything moves."""

@@ -1,0 +1,1 @@
+"""Parts of the `lios log` commands: their shared options, `cat` and `note`."""

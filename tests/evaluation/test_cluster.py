@@ -1,0 +1,95 @@
+"""Work on a Dask cluster of this machine: what comes back, and one line for what can be wrong with it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from workbench.errors import BadValue, InputError
+from workbench.evaluation import cluster
+from workbench.evaluation.cluster import (
+    FolderNotShared,
+    NotInstalledThere,
+    OtherVersion,
+    in_order_on_cluster,
+    on_cluster,
+)
+
+pytest.importorskip("distributed", reason="dask.distributed is not installed")
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+
+def negated(number: int) -> int:
+    return -number
+
+
+def slept(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def without_a_package(number: int) -> int:
+    raise ModuleNotFoundError(f"no module for {number}")
+
+
+def refused(number: int) -> int:
+    raise BadValue("the number", number, "another")
+
+
+class NobodyThere:
+    """A client of a scheduler that has no worker, then one."""
+
+    def __init__(self, workers: Sequence[int]) -> None:
+        self._workers = list(workers)
+
+    def scheduler_info(self) -> dict[str, dict[str, int]]:
+        now = self._workers.pop(0) if len(self._workers) > 1 else self._workers[0]
+        return {"workers": {str(i): i for i in range(now)}}
+
+
+@pytest.mark.slow
+def test_results_carry_the_index_of_their_unit() -> None:
+    assert sorted(on_cluster(negated, [3, 1, 2], scheduler="local", workers=1)) == [(0, -3), (1, -1), (2, -2)]
+
+
+@pytest.mark.slow
+def test_results_come_in_the_order_of_the_units() -> None:
+    made = in_order_on_cluster(slept, [0.5, 0.0, 0.1], scheduler="local", workers=2)
+    assert list(made) == [0.5, 0.0, 0.1]
+
+
+def test_a_worker_without_the_folder_says_so(tmp_path: Path) -> None:
+    with pytest.raises(FolderNotShared, match="not-there"):
+        cluster._in_folder(str(tmp_path / "not-there"), negated, 1)
+
+
+@pytest.mark.slow
+def test_errors_of_the_work_arrive_as_they_are() -> None:
+    with pytest.raises(BadValue, match="the number"):
+        list(on_cluster(refused, [1], scheduler="local", workers=1))
+    with pytest.raises(NotInstalledThere, match="Install lios-workbench"):
+        list(on_cluster(without_a_package, [1], scheduler="local", workers=1))
+
+
+@pytest.mark.slow
+def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "__version__", "99.0")
+    with pytest.raises(OtherVersion, match=r"this machine 99\.0"):
+        list(on_cluster(negated, [1], scheduler="local", workers=1))
+
+
+def test_an_address_without_a_scheduler_is_one_line() -> None:
+    with pytest.raises(InputError, match="no Dask scheduler answers at nowhere"):
+        list(on_cluster(negated, [1], scheduler="nowhere://127.0.0.1:1", workers=1))
+
+
+def test_a_word_while_no_worker_is_there(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(cluster, "LOOK_EVERY_S", 0.01)
+    with cluster._told_without_workers(NobodyThere([2, 0, 0, 1]), "tcp://here"):
+        said = ""
+        while "again" not in said:
+            said += capsys.readouterr().err
+    assert said.count("No worker is at tcp://here: waiting for one.") == 1

@@ -1,0 +1,24 @@
+"""Names for the types of NumPy arrays in annotations; shapes stand in the docstrings of what uses them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Floats32 = npt.NDArray[np.float32]
+Ints = npt.NDArray[np.int64]
+Ints32 = npt.NDArray[np.int32]
+Ints16 = npt.NDArray[np.int16]
+Ints8 = npt.NDArray[np.int8]
+Uints32 = npt.NDArray[np.uint32]
+Uints16 = npt.NDArray[np.uint16]
+Uints8 = npt.NDArray[np.uint8]
+"""Pictures, bins of features and bytes."""
+Indices = npt.NDArray[np.intp]
+"""What NumPy takes as an index: positions in another array."""
+Bools = npt.NDArray[np.bool_]
+AnyArray = npt.NDArray[Any]
+"""An array of any kind, as a file holds it."""

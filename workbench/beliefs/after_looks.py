@@ -1,0 +1,32 @@
+"""Beliefs after looks that can miss: the posterior chance of what n looks did not show (Bayes), never zero."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.beliefs.belief import Belief
+from workbench.worlds.knowledge import Knowledge
+from workbench.worlds.perception import Perception
+
+
+def after_looks(belief: Belief, knowledge: Knowledge, perception: Perception) -> Belief:
+    """The belief given that earlier looks into its containers did not show what is sought.
+
+    With the prior P, the chance p that one look detects, and n looks in vain:
+
+        P (1 - p)^n / (1 - P + P (1 - p)^n)
+
+    A belief over containers that nobody looked into is returned as it is. Where perception is not perfect, the answer
+    also says how surely a look detects each of its types.
+    """
+    if perception.perfect:
+        return belief
+    looks = np.array([knowledge.looks(c) for c in belief.containers], dtype=np.float64)
+    detect = np.array([perception.of(t) for t in belief.item_types], dtype=np.float64)
+    unseen = belief.probability * (1.0 - detect[:, None]) ** looks[None, :]
+    posterior = np.divide(
+        unseen, 1.0 - belief.probability + unseen, out=belief.probability.copy(), where=looks[None, :] > 0
+    )
+    return replace(belief, probability=posterior, p_detect=tuple(float(p) for p in detect))

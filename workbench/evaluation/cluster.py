@@ -1,0 +1,203 @@
+"""Runs units of work on a Dask cluster, with retries, and with a word while no worker is there."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing import current_process
+from typing import Any, TypeVar, cast
+
+from workbench import __version__
+from workbench.errors import Failed, InputError, MissingExtra
+from workbench.terminal import say
+
+Unit = TypeVar("Unit")
+Result = TypeVar("Result")
+
+RETRIES = 5
+"""Number of retries of a unit whose worker died."""
+LOOK_EVERY_S = 5.0
+"""How often it is asked whether there are workers."""
+
+
+class ClusterLost(Failed):
+    """The connection to a Dask cluster was lost, or its workers died too often on one unit."""
+
+    def __init__(self, scheduler: str, error: BaseException) -> None:
+        super().__init__(
+            f"the Dask cluster at {scheduler} was lost ({type(error).__name__}). "
+            "What is done is kept in -o: start the cluster and give the same command again."
+        )
+
+
+class OtherVersion(InputError):
+    """A worker has another version of this package, and could give other results."""
+
+    def __init__(self, worker: str, version: str) -> None:
+        super().__init__(
+            f"the Dask worker {worker} has lios-workbench {version}, this machine {__version__}. "
+            "Install the same version on both."
+        )
+
+
+class NotInstalledThere(InputError):
+    """A worker cannot import what the work needs."""
+
+    def __init__(self, scheduler: str, error: ImportError) -> None:
+        super().__init__(
+            f"a Dask worker of {scheduler} cannot import what this needs ({error}). "
+            f"Install lios-workbench {__version__} there."
+        )
+
+
+class FolderNotShared(InputError):
+    """A worker does not see the folder in which the command was given."""
+
+    def __init__(self, folder: str) -> None:
+        super().__init__(f"a Dask worker has no folder {folder}: files and planners must be in a shared one.")
+
+
+def in_order_on_cluster(
+    work: Callable[[Unit], Result], units: Sequence[Unit], *, scheduler: str, workers: int
+) -> Iterator[Result]:
+    """Yield the results of all units in their order; as on_cluster otherwise.
+
+    Workers work in the folder in which the command was given: names of files, and plug-ins from the working folder,
+    mean the same there.
+
+    Raises:
+        FolderNotShared: a worker does not see that folder.
+    """
+    early: dict[int, Result] = {}
+    due = 0
+    here = partial(_in_folder, os.getcwd(), work)
+    for index, result in on_cluster(here, units, scheduler=scheduler, workers=workers):
+        early[index] = result
+        while due in early:
+            yield early.pop(due)
+            due += 1
+
+
+def _in_folder(folder: str, work: Callable[[Unit], Result], unit: Unit) -> Result:
+    try:
+        os.chdir(folder)
+    except OSError as error:
+        raise FolderNotShared(folder) from error
+    return work(unit)
+
+
+def on_cluster(
+    work: Callable[[Unit], Result], units: Sequence[Unit], *, scheduler: str, workers: int
+) -> Iterator[tuple[int, Result]]:
+    """Yield each unit's index and result, in the order of completion.
+
+    Args:
+        work: a function of a module that workers can import; units and results are pickled.
+        scheduler: a Dask scheduler's address, or "local" for a Dask cluster of `workers` on this machine.
+
+    Raises:
+        MissingExtra: dask.distributed is not installed.
+        InputError: the scheduler does not answer.
+        OtherVersion, NotInstalledThere: a worker has another version of this package, or none.
+        ClusterLost: the connection to the scheduler was lost.
+    """
+    try:
+        import distributed
+        from distributed.comm.core import CommClosedError
+    except ImportError as error:
+        raise MissingExtra("a Dask cluster", "cluster") from error
+    lost = (CancelledError, distributed.KilledWorker, CommClosedError)
+    with (
+        one_thread_each(),
+        _client(distributed, scheduler, workers) as client,
+        _told_without_workers(client, scheduler),
+    ):
+        futures = [client.submit(partial(_worked, work), unit, pure=False, retries=RETRIES) for unit in units]
+        index = {future.key: i for i, future in enumerate(futures)}
+        for future in distributed.as_completed(futures):
+            try:
+                version, worker, result = future.result()
+            except lost as error:
+                logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it would log every unit
+                raise ClusterLost(scheduler, error) from error
+            except ImportError as error:
+                raise NotInstalledThere(scheduler, error) from error
+            if version != __version__:
+                raise OtherVersion(worker, version)
+            yield index[future.key], result
+
+
+def _worked(work: Callable[[Unit], Result], unit: Unit) -> tuple[str, str, Result]:
+    """Runs on a worker: the version of this package there, the worker, and the result.
+
+    Dask makes its workers daemons, which may not start processes; a user's planner has a process of its own, for its
+    time limit, and that one ends with the worker.
+    """
+    process = current_process()
+    cast(Any, process)._config["daemon"] = False
+    return __version__, process.name, work(unit)
+
+
+@contextmanager
+def _client(distributed: Any, scheduler: str, workers: int) -> Generator[Any]:
+    if scheduler == "local":
+        with (
+            distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+            ) as cluster,
+            distributed.Client(cluster) as client,
+        ):
+            yield client
+        return
+    try:
+        client = distributed.Client(scheduler, timeout="15s")
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"no Dask scheduler answers at {scheduler}: {error}. Start one: dask scheduler") from error
+    with client:
+        yield client
+
+
+@contextmanager
+def _told_without_workers(client: Any, scheduler: str) -> Generator[None]:
+    """Meanwhile says when no worker is left, and when there are some again."""
+    ended = threading.Event()
+
+    def watch() -> None:
+        there = True
+        while not ended.wait(LOOK_EVERY_S):
+            try:
+                now = bool(client.scheduler_info()["workers"])
+            except (OSError, ValueError, RuntimeError, KeyError, TimeoutError):
+                return  # the scheduler is gone, which the results tell
+            if now != there:
+                say("There are workers again." if now else f"No worker is at {scheduler}: waiting for one.")
+            there = now
+
+    watcher = threading.Thread(target=watch, name="workers", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watcher.join(timeout=LOOK_EVERY_S)
+
+
+@contextmanager
+def one_thread_each() -> Generator[None]:
+    """Workers use one thread each: many processes with many threads are slower than many processes."""
+    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update({name: os.environ.get(name, "1") for name in names})
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,106 @@
+"""Atomic writes of files, and file names made from other names.
+
+A file is written under a hidden name beside its own, .NAME.THREAD.PROCESS.part, and renamed when it is complete, so
+that readers see the old file or the new one, and never a half. What a killed process left is known by its number.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import threading
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from glob import escape
+from pathlib import Path
+
+MAX_FILE_NAME = 100
+"""Longest file name in bytes that is made from another name, without the hash."""
+
+
+def draft_path(path: Path) -> Path:
+    """The hidden name under which this thread writes a file until it is complete."""
+    return path.with_name(f".{path.name}.{threading.get_ident()}.{os.getpid()}.part")
+
+
+@contextmanager
+def atomic(path: Path) -> Generator[Path]:
+    """The draft to write, which takes the file's place when the block ends, and is removed if it raises.
+
+    A link is followed. What is no file, such as /dev/stdout, is itself given to be written.
+
+    Raises:
+        OSError: the draft cannot be written or renamed; it names the file.
+    """
+    target = path.resolve() if path.is_symlink() else path
+    if target.exists() and not target.is_file():
+        yield target
+        return
+    draft = draft_path(target)
+    try:
+        yield draft
+        replace(draft, target)
+    except OSError as error:
+        if error.filename == str(draft):
+            error.filename = str(path)
+        raise
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Write a whole file, in place of an existing one.
+
+    Raises:
+        OSError: as write_bytes; an existing file is untouched then.
+    """
+    with atomic(path) as draft:
+        draft.write_bytes(data)
+
+
+def replace(draft: Path, path: Path) -> None:
+    """Give a complete draft its final name, in place of an existing file."""
+    os.replace(draft, path)
+
+
+def remove_abandoned_drafts(path: Path) -> None:
+    """Remove the drafts that killed commands left beside an output.
+
+    A file that cannot be removed stays: it is in nobody's way.
+    """
+    for draft in path.parent.glob(f".{escape(path.name)}.*.part"):
+        process = draft.name.removesuffix(".part").rpartition(".")[2]
+        if process.isascii() and process.isdecimal() and draft.is_file() and not _runs(int(process)):
+            with suppress(OSError):
+                draft.unlink()
+
+
+def file_name_of(name: str, *, shown: str | None = None) -> str:
+    """A file name for a name, the same wherever one is made; different names have different file names.
+
+    Letters and digits of any script stay, others become "-"; a name that must be changed or cut gets a hash.
+
+    Args:
+        shown: the part of the name that is recognised, such as the last of a path; the whole by default.
+    """
+    plain = plain_file_name(name if shown is None else shown)
+    if name and plain == name:
+        return name
+    return f"{plain}-{hashlib.sha256(name.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+
+
+def plain_file_name(name: str) -> str:
+    """As file_name_of, without the hash, for names that differ anyway, such as those of houses; may be empty."""
+    plain = re.sub(r"[^\w+.@-]+", "-", name).strip("-.")
+    return plain.encode("utf-8", "ignore")[:MAX_FILE_NAME].decode("utf-8", "ignore")
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True  # somebody else's
+    return True
