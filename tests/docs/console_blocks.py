@@ -2,7 +2,7 @@
 
 A block is ```console with lines "$ command" and, below each, what it prints; or ```python, a program of its own,
 where `<!-- run: python -->` stands before it.
-All blocks of a page run in order, in one empty folder with `logs/`, `examples/` and `tools/` of the checkout in it, and
+All blocks of a page run in order, in one folder that has `logs/`, `examples/` and `tools/` of the checkout in it, and
 `procthor/` where the real houses are at hand. A comment before a block changes that:
 
     <!-- run: loose -->          what is printed changes from run to run and is not compared
