@@ -88,6 +88,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "replay {log} -s opt-greedy --worlds 0 -o {out}/replays",
     ),
     "select": ("select {log} -s opt-greedy,pes-greedy --worlds 0",),
+    "certify": ("certify {log} -o {out}/claim.lios.zip",),
     "compare": ("replay {log} -s opt-greedy,pes-greedy --worlds 0 -o {out}/kept", "compare {out}/kept"),
     "figures": ("figures {log} -o {out}/figures --format png",),
     "capsule": ("capsule {log} -o {out}/run.html",),

@@ -47,6 +47,7 @@ __all__ = [
     "replay",
     "replay_on",
     "replay_strategy",
+    "run_tree_of",
 ]
 
 WORLDS = ("best", "worst", "drawn")
@@ -151,7 +152,7 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
     evidence, settings = ground.evidence, ground.settings
     alone = over_log_alone(ground, planner)
     ended = _undetermined_if_contradicted(_ended(alone), ground)
-    tree = _tree(ground, planner)
+    tree = run_tree_of(ground, planner)
     bounds = bounds_of(tree, budget=settings.budget, memory=ground.memory)
     standing = None
     if not bounds.complete and not (ground.steady and ground.exact_beliefs):
@@ -190,7 +191,7 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
     return _without_bounds(made, why_broken) if why_broken else made
 
 
-def _tree(ground: PreparedLog, planner: Strategy) -> RunTree:
+def run_tree_of(ground: PreparedLog, planner: Strategy) -> RunTree:
     """The strategy's runs over the log, to be unfolded."""
     evidence, built_in = ground.evidence, canonical_name(planner.name)
     drove = built_in is not None and built_in == canonical_name(evidence.info.strategy)

@@ -232,6 +232,11 @@ class RunTree:
         )
         return tuple(self._events(world, planner=told_by))
 
+    def segment_events(self, node: Node) -> tuple[Event, ...]:
+        """The events of a node's segment: what its run does up to the next unobserved look or to its end."""
+        world = LoggedWorld(self.evidence, with_ways=False, knowledge=node.knowledge)
+        return tuple(self._events(world, begin_with=node.knowledge, steps_left=self.max_steps - node.steps))
+
     def _imputed(self, answer: Answer, container: ContainerId) -> tuple[Item, ...]:
         return imputed_items(answer, container, self.evidence.contents.get(container))
 

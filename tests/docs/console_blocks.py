@@ -2,7 +2,7 @@
 
 A block is ```console with lines "$ command" and, below each, what it prints; or ```python, a program of its own,
 where `<!-- run: python -->` stands before it.
-All blocks of a page run in order, in one empty folder that has `logs/` and `examples/` of the checkout in it, and
+All blocks of a page run in order, in one folder that has `logs/`, `examples/` and `tools/` of the checkout in it, and
 `procthor/` where the real houses are at hand. A comment before a block changes that:
 
     <!-- run: loose -->          what is printed changes from run to run and is not compared
@@ -103,7 +103,7 @@ def needs_procthor(page: Path) -> bool:
 
 def prepare(folder: Path) -> None:
     """What a page finds in its folder."""
-    for name in ("logs", "examples"):
+    for name in ("logs", "examples", "tools"):
         (folder / name).symlink_to(ROOT / name)
     if PROCTHOR.exists():
         (folder / "procthor").symlink_to(PROCTHOR)

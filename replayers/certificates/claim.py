@@ -1,0 +1,146 @@
+"""The certificate of what a strategy costs over one log, as JSON in a zip file: docs/certificates.md says each field.
+
+Written here, and checked by tools/check_claim.py, which imports nothing of this project.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from workbench.errors import OutputExists
+
+CLAIM_VERSION = 1
+CLAIM_MEMBER = "claim.json"
+STAMP = (1980, 1, 1, 0, 0, 0)
+"""The time of the member in the zip file: the same claim gives the same bytes."""
+
+
+class ClaimedItem(msgspec.Struct, frozen=True, kw_only=True):
+    id: str
+    type: str
+
+
+class ClaimedStep(msgspec.Struct, frozen=True, kw_only=True):
+    """One action of the run, with what it costs."""
+
+    action: str
+    origin: str
+    target: str
+    items: tuple[str, ...]
+    cost: float
+
+
+class ClaimedEnd(msgspec.Struct, frozen=True, kw_only=True):
+    """The end of a run: whether the goal is met, and what is charged for the whole run."""
+
+    done: bool
+    charged: float
+
+
+class ClaimedOuter(msgspec.Struct, frozen=True, kw_only=True):
+    """A branch that was not followed: it costs at least this, and nothing says how much at most."""
+
+    least: float
+    why: str
+
+
+class ClaimedLook(msgspec.Struct, frozen=True, kw_only=True):
+    """A look into a container that nobody opened, and what follows each of its answers.
+
+    Attributes:
+        live: the item types that still matter.
+        cost: of the look.
+        others: what follows all answers besides the listed ones; None where the list holds every one.
+    """
+
+    container: str
+    live: tuple[str, ...]
+    cost: float
+    answers: tuple[ClaimedAnswer, ...]
+    others: ClaimedOuter | None = None
+
+
+class ClaimedNode(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A stretch of the run; then a look, an end, or an outer bound: exactly one of them."""
+
+    steps: tuple[ClaimedStep, ...] = ()
+    look: ClaimedLook | None = None
+    end: ClaimedEnd | None = None
+    outer: ClaimedOuter | None = None
+
+
+class ClaimedAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    items: tuple[ClaimedItem, ...]
+    then: ClaimedNode
+
+
+class ClaimedBound(msgspec.Struct, frozen=True, kw_only=True):
+    """One end of the claim.
+
+    Attributes:
+        cost: None where no bound is known.
+        kind: "leaf" where a run ends with it, "outer" where it follows from outer bounds.
+        world: per container that is opened, the item types in it; None for an outer bound.
+    """
+
+    cost: float | None
+    kind: str
+    world: dict[str, tuple[str, ...]] | None
+
+
+class Claim(msgspec.Struct, frozen=True, kw_only=True):
+    """What a strategy costs over one log, with everything that shows it.
+
+    Attributes:
+        log, log_sha256: the log's file name and hash.
+        strategy, strategy_version, estimator: who was run; nobody but this program can run them again.
+        types: the item types that matter in containers that nobody opened.
+        seal: SHA-256 of all the rest.
+    """
+
+    version: int = CLAIM_VERSION
+    log: str
+    log_sha256: str
+    strategy: str
+    strategy_version: str
+    estimator: str
+    types: tuple[str, ...]
+    failure_cost: float
+    lower: ClaimedBound
+    upper: ClaimedBound
+    tree: ClaimedNode
+    seal: str = ""
+
+
+def sealed(claim: Claim) -> dict[str, Any]:
+    """The claim as JSON values, with its seal."""
+    values: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(claim))
+    values["seal"] = seal_of(values)
+    return values
+
+
+def seal_of(values: dict[str, Any]) -> str:
+    """SHA-256 over the canonical JSON of everything but the seal."""
+    rest = {name: value for name, value in values.items() if name != "seal"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def write_claim(path: Path, values: dict[str, Any], *, force: bool = False) -> None:
+    """Writes a sealed claim; the same claim gives the same bytes.
+
+    Raises:
+        OutputExists: the file exists and force is not given.
+    """
+    if path.exists() and not force:
+        raise OutputExists(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = path.with_name(path.name + ".part")
+    with zipfile.ZipFile(aside, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr(zipfile.ZipInfo(CLAIM_MEMBER, STAMP), json.dumps(values, indent=1), zipfile.ZIP_DEFLATED)
+    aside.replace(path)

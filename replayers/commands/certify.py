@@ -1,0 +1,58 @@
+"""`lios certify`: writes the certificate of what a strategy costs over a log, for readers to check on their own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from workbench.options import Force, Json
+from workbench.parameters import Argument, Option
+
+
+def certify(
+    log: Annotated[Path, Argument(help="A log.")],
+    output: Annotated[Path, Option("--output", "-o", help="The certificate, such as claim.lios.zip.")],
+    strategy: Annotated[
+        str, Option("--strategy", "-s", help="Whose cost; default: the strategy that was driven.")
+    ] = "",
+    branches: Annotated[
+        int, Option("--branches", min=1, help="Branches written out; those beyond get outer bounds.")
+    ] = 5000,
+    force: Force = False,
+    json: Json = False,
+) -> None:
+    """Certify what a strategy costs over a log, so that others can check it without this program.
+
+    The certificate holds the log's hash, every branch of the strategy's run with its actions and their costs, and the
+    worlds at both ends. tools/check_claim.py checks it against the log; it imports nothing of this project.
+
+    Examples:
+
+        lios certify run.mcap -s pes-lios -o claim.lios.zip && python tools/check_claim.py claim.lios.zip run.mcap
+    """
+    from replayers.certificates.build import certificate
+    from replayers.certificates.claim import sealed, write_claim
+    from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+    from replayers.runs.run import read
+    from workbench.errors import OutputExists
+    from workbench.planning.strategies import strategy as strategy_named
+    from workbench.plugins import NameOrigin
+    from workbench.terminal import emit_json, say
+
+    if output.exists() and not force:
+        raise OutputExists(output)
+    run = read(log)
+    origin = NameOrigin.USER if strategy else NameOrigin.LOG
+    planner = strategy_named(strategy or run.info.strategy, origin=origin)
+    claim = certificate(prepare_log(run, ReplaySettings(worlds=0), with_ways=False), planner, most_branches=branches)
+    values = sealed(claim)
+    write_claim(output, values, force=force)
+    lower, upper = claim.lower, claim.upper
+    if json:
+        ends = {"lower": lower.cost, "lower_kind": lower.kind, "upper": upper.cost, "upper_kind": upper.kind}
+        names = {"strategy": claim.strategy, "log": claim.log, "seal": values["seal"]}
+        emit_json({"file": str(output), **names, **ends})
+        return
+    most = "no upper bound" if upper.cost is None else f"{upper.cost:.2f} ({upper.kind})"
+    say(f"{claim.strategy} over {claim.log}: {lower.cost:.2f} ({lower.kind}) to {most}")
+    say(f"Wrote {output}; check it: python tools/check_claim.py {output} {log}")

@@ -1,0 +1,191 @@
+"""Certificates against the checker, which imports nothing of this project: it accepts true ones, and refuses all in
+which one number, branch or world was changed."""
+
+from __future__ import annotations
+
+import ast
+import copy
+import importlib.util
+import json
+import random
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from replayers.certificates.build import NotCertifiable, certificate
+from replayers.certificates.claim import seal_of, sealed, write_claim
+from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
+from replayers.counterfactual.replay import replay_strategy
+from replayers.runs.run import read
+from workbench.cli import run as lios
+from workbench.planning.strategies import strategy
+
+ROOT = Path(__file__).resolve().parents[3]
+CHECKER = ROOT / "tools" / "check_claim.py"
+LOGS = ROOT / "logs"
+CASES = (("find-greedy", "opt-lios"), ("spot-home-A", "opt-lios"), ("spot-home-A", "pes-greedy"))
+
+MOST_LINES = 300
+
+
+@lru_cache
+def checker() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("check_claim", CHECKER)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@lru_cache
+def facts(log: str) -> Any:
+    return checker().Log(str(LOGS / f"{log}.mcap"))
+
+
+@lru_cache
+def claimed(log: str, name: str, most: int = 5000) -> str:
+    ground = prepare_log(read(LOGS / f"{log}.mcap"), ReplaySettings(worlds=0))
+    return json.dumps(sealed(certificate(ground, strategy(name), most_branches=most)))
+
+
+def is_refused(log: str, values: Any) -> bool:
+    try:
+        checker().check(values, {facts(log).sha256: facts(log)})
+    except checker().Refused:
+        return True
+    return False
+
+
+def test_the_checker_is_short_and_imports_nothing_of_this_project() -> None:
+    text = CHECKER.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= MOST_LINES
+    names = {alias.name for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import) for alias in node.names}
+    names |= {str(node.module) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)}
+    assert {name.partition(".")[0] for name in names} - set(sys.stdlib_module_names) == {"mcap"}
+
+
+@pytest.mark.parametrize(("log", "name"), CASES)
+def test_certificates_hold_and_say_what_replay_says(log: str, name: str) -> None:
+    values = json.loads(claimed(log, name))
+    lower, upper = checker().check(values, {facts(log).sha256: facts(log)})
+    made = replay_strategy(prepare_log(read(LOGS / f"{log}.mcap"), ReplaySettings(worlds=0)), strategy(name))
+    assert made.bounds is not None
+    assert (lower, upper) == pytest.approx((made.bounds.lower, made.bounds.upper))
+    assert values["lower"]["kind"] == values["upper"]["kind"] == "leaf"
+
+
+def test_what_is_not_followed_is_outer_and_named_so() -> None:
+    values = json.loads(claimed("spot-home-A", "opt-lios", 3))
+    assert values["lower"]["kind"] == values["upper"]["kind"] == "outer"
+    assert values["upper"]["cost"] is None
+    assert not is_refused("spot-home-A", values)
+
+
+def places(value: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], Any]]:
+    yield at, value
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, below in inside:
+        yield from places(below, (*at, key))
+
+
+def holder(values: Any, at: tuple[Any, ...]) -> Any:
+    for key in at[:-1]:
+        values = values[key]
+    return values
+
+
+def mutant(values: Any, rng: random.Random) -> Any:
+    """The certificate with one number, branch or world changed, and sealed again: only its content can betray it."""
+    changed = copy.deepcopy(values)
+    every = [(at, v) for at, v in places(changed) if at]
+    kind = rng.choice(("number", "branch", "step", "world", "place"))
+    if kind == "number":
+        at, old = rng.choice([(a, v) for a, v in every if type(v) in (int, float)])
+        holder(changed, at)[at[-1]] = old + rng.choice((-1, 1)) * rng.choice((0.001, 1, 50))
+    elif kind == "branch":
+        at, answers = rng.choice([(a, v) for a, v in every if a[-1] == "answers"])
+        rng.choice((answers.pop, lambda i: answers.append(copy.deepcopy(answers[i]))))(rng.randrange(len(answers)))
+    elif kind == "step":
+        # A look that costs nothing and finds nothing may be left out: the rest is still a run, of another strategy.
+        at, _ = rng.choice([(a, v) for a, v in every if a[-2:-1] == ("steps",) and v["action"] != "search"])
+        holder(changed, at).pop(at[-1])
+    elif kind == "world":
+        at, world = rng.choice([(a, v) for a, v in every if a[-1] == "world" and v])
+        world[rng.choice(sorted(world))].append(rng.choice([*changed["types"], "Alien"]))
+    else:
+        at, old = rng.choice([(a, v) for a, v in every if a[-1] in ("target", "container", "type") and v])
+        holder(changed, at)[at[-1]] = rng.choice(("start", "nowhere", f"{old}|9"))
+    if changed != values:
+        changed["seal"] = seal_of(changed)
+    return changed
+
+
+def accepted_mutants(count: int, seed: int) -> list[Any]:
+    rng = random.Random(seed)
+    wrong: list[Any] = []
+    for number in range(count):
+        log, name = CASES[number % len(CASES)]
+        values = json.loads(claimed(log, name))
+        changed = mutant(values, rng)
+        while changed == values:  # a certificate that is still the same is no mutant
+            changed = mutant(values, rng)
+        if not is_refused(log, changed):
+            wrong.append((log, name, changed))
+    return wrong
+
+
+def test_changed_certificates_are_refused() -> None:
+    assert accepted_mutants(50, seed=1) == []
+
+
+@pytest.mark.slow
+def test_a_thousand_changed_certificates_are_refused() -> None:
+    assert accepted_mutants(1000, seed=2) == []
+
+
+def test_anything_changed_breaks_the_seal() -> None:
+    for name, value in (("strategy", "another"), ("strategy_version", "0"), ("tree", {}), ("seal", "")):
+        values = json.loads(claimed("find-greedy", "opt-lios"))
+        values[name] = value
+        assert is_refused("find-greedy", values)
+
+
+@pytest.mark.parametrize("values", [{}, [], {"version": 2}, {"version": 1}, None])
+def test_what_is_no_claim_is_refused(values: Any) -> None:
+    with pytest.raises(checker().Refused):
+        checker().check(values, {})
+
+
+def test_from_log_to_verdict_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, out = str(LOGS / "spot-home-D.mcap"), tmp_path / "claim.lios.zip"
+    assert lios(["certify", log, "-s", "pes-greedy", "-o", str(out)]) == 0
+    assert lios(["certify", log, "-s", "opt-lios", "-o", str(tmp_path / "other.lios.zip"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lower_kind"] == "leaf"
+    assert lios(["certify", log, "-s", "opt-lios", "-o", str(out)]) == 2  # not overwritten
+    said = subprocess.run(
+        [sys.executable, CHECKER, out, tmp_path / "other.lios.zip", log], capture_output=True, text=True, check=True
+    ).stdout  # fmt: skip
+    assert "pes-greedy beats opt-lios on these 1 trials" in said
+    with zipfile.ZipFile(out, "a") as packed:
+        assert packed.namelist() == ["claim.json"]
+
+
+def test_the_same_certificate_is_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_claim(tmp_path / name, json.loads(claimed("find-greedy", "opt-lios")))
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+@pytest.mark.parametrize("log", ["cut-off", "breakfast"])
+def test_logs_that_certificates_do_not_cover_are_refused_in_one_line(log: str, tmp_path: Path) -> None:
+    ground = prepare_log(read(LOGS / f"{log}.mcap"), ReplaySettings(worlds=0))
+    with pytest.raises(NotCertifiable, match="certificates do not cover"):
+        certificate(ground, strategy("opt-greedy"))
