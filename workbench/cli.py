@@ -26,7 +26,7 @@ from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train"),
-    "Replay": ("replay", "compare", "select"),
+    "Replay": ("replay", "compare", "select", "certify"),
     "Look": ("view", "serve", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
     "Places": ("houses", "site", "spot"),

@@ -38,8 +38,6 @@ from workbench.planning.strategy import Strategy
 MAX_BRANCHES = 5000
 """Branches written out; those beyond get outer bounds."""
 
-NEAR = 1e-6
-
 
 class NotCertifiable(Unsupported):
     """A log or a strategy that certificates do not cover."""

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 
 from workbench.errors import OutputExists
+from workbench.files import atomic
 
 CLAIM_VERSION = 1
 CLAIM_MEMBER = "claim.json"
@@ -140,7 +141,5 @@ def write_claim(path: Path, values: dict[str, Any], *, force: bool = False) -> N
     if path.exists() and not force:
         raise OutputExists(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(path.name + ".part")
-    with zipfile.ZipFile(aside, "w", zipfile.ZIP_DEFLATED) as packed:
+    with atomic(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr(zipfile.ZipInfo(CLAIM_MEMBER, STAMP), json.dumps(values, indent=1), zipfile.ZIP_DEFLATED)
-    aside.replace(path)
