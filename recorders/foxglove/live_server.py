@@ -1,4 +1,4 @@
-"""A server that shows messages to Foxglove, Lichtblick and PlotJuggler as they come, through the Foxglove SDK."""
+"""A server that shows messages to Foxglove, Lichtblick and other viewers as they come, through the Foxglove SDK."""
 
 from __future__ import annotations
 

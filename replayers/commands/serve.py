@@ -1,4 +1,4 @@
-"""`lios serve`: plays logs to Foxglove, Lichtblick or PlotJuggler."""
+"""`lios serve`: plays logs to Foxglove, Lichtblick and other viewers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def serve(
         Option("--origin", help="A website besides Foxglove's whose pages may connect; may be repeated."),
     ] = None,
 ) -> None:
-    """Play logs to Foxglove, Lichtblick or PlotJuggler over Foxglove's WebSocket protocol.
+    """Play logs to Foxglove, Lichtblick and others over Foxglove's WebSocket protocol.
 
     Playing starts when the first viewer subscribes; viewers with controls can pause, seek and change the speed.
 

@@ -1,1 +1,1 @@
-"""Logs played to viewers such as Foxglove, Lichtblick and PlotJuggler."""
+"""Logs played to viewers such as Foxglove and Lichtblick."""
