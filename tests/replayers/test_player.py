@@ -139,6 +139,8 @@ def test_a_viewer_without_controls_gets_the_log_by_subscribing(log: Path) -> Non
         player.close()
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(60)
 def test_at_the_end_it_begins_again_where_asked(log: Path) -> None:
     last = max(m.log_time for m in messages(log))
     player = Player([log], ServedAt(port=0), speed=20.0, loop=True)
