@@ -7,6 +7,7 @@ made when a node started.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, final
@@ -160,8 +161,10 @@ class ClockSurvey:
             for name in CLOCKS
         }
         started = {name: _with_start(clock, topics) for name, clock in facts.items()}
-        uses = {name: _use_of(started[name], topics, sum(jumps), interleaved=interleaved) for name in CLOCKS}
-        usable: frozenset[ClockName] = frozenset(name for name, use in uses.items() if use.kind is ClockUse.USABLE)
+        uses: dict[ClockName, Result[ClockUse]] = {
+            name: _use_of(started[name], topics, sum(jumps), interleaved=interleaved) for name in CLOCKS
+        }
+        usable = [name for name in CLOCKS if uses[name].kind is ClockUse.USABLE]
         chosen: ClockName = requested or ("record" if differ or "header" not in usable else "header")
         if requested is None and chosen not in usable and "header" in usable:
             chosen = "header"
@@ -217,7 +220,7 @@ def _with_start(clock: BagClock, topics: list[Ints]) -> BagClock:
     return replace(clock, start_ns=max(first - SLACK_NS, int(_times(clock, topics).min())))
 
 
-def _way_out(chosen: ClockName, usable: frozenset[ClockName]) -> str:
+def _way_out(chosen: ClockName, usable: Collection[ClockName]) -> str:
     other: ClockName = "header" if chosen == "record" else "record"
     if other in usable:
         return f"Import with --clock {other}"
