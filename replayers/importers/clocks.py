@@ -164,7 +164,7 @@ class ClockSurvey:
         uses: dict[ClockName, Result[ClockUse]] = {
             name: _use_of(started[name], topics, sum(jumps), interleaved=interleaved) for name in CLOCKS
         }
-        usable = [name for name in CLOCKS if uses[name].kind is ClockUse.USABLE]
+        usable: list[ClockName] = [name for name in CLOCKS if uses[name].kind is ClockUse.USABLE]
         chosen: ClockName = requested or ("record" if differ or "header" not in usable else "header")
         if requested is None and chosen not in usable and "header" in usable:
             chosen = "header"
