@@ -77,6 +77,7 @@ class Answer:
         return str(self.content)
 
 
+NOT_LOADED = Answer(AnswerKind.BROKEN, "it was not loaded")
 WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are no tuple")
 
 
@@ -182,8 +183,9 @@ class InThisProcess:
 
     def decide(self, view: View) -> Decision:
         planner = self._planner
-        answer = self.fault or _tried(lambda: planner.decide(view) if planner is not None else None)
-        return _decision(answer, self.name)
+        if self.fault is not None or planner is None:
+            return _decision(self.fault or NOT_LOADED, self.name)
+        return _decision(_tried(lambda: planner.decide(view)), self.name)
 
     def __enter__(self) -> Self:
         return self
