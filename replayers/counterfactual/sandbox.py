@@ -166,8 +166,8 @@ class InThisProcess:
         found = strategy_plugin(name, origin=origin)
         with found.import_path():
             made = _tried(lambda: load_foreign(found))
-        self.fault = None if made.kind is AnswerKind.OK else made
-        self._planner = cast("Strategy | None", made.content if self.fault is None else None)
+        self.fault: Answer | None = None if made.kind is AnswerKind.OK else made
+        self._planner: Strategy | None = cast("Strategy | None", made.content if self.fault is None else None)
         self.name = self._planner.name if self._planner is not None else name
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
