@@ -22,6 +22,7 @@ from recorders.mcap_io.writer import DiskFull
 from recorders.sinks.files import LogFiles, Sink, Split
 from recorders.sinks.mirrored import Audience, MirroredSink
 from recorders.sinks.threaded import ThreadedSink
+from workbench.errors import LiosError
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, PlanMade, RunEnded
 from workbench.log_schema.codec import encode, ground_truth, to_wire
 from workbench.log_schema.events import DomainEvent, GroundTruth, Outcome, RunInfo
@@ -125,10 +126,9 @@ class RunRecorder:
         return self._background or self._files
 
     @property
-    def trouble(self) -> str:
-        """Why nothing is recorded any more; "" while recording goes on."""
-        stopped = None if self._background is None else self._background.trouble
-        return "" if stopped is None else str(stopped)
+    def trouble(self) -> LiosError | None:
+        """Why nothing is recorded any more; None while recording goes on."""
+        return None if self._background is None else self._background.trouble
 
     @property
     def path(self) -> Path:

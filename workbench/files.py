@@ -1,4 +1,4 @@
-"""Atomic writes of files, and file names made from other names.
+"""Atomic writes of files, file names made from other names, and the folder of the on-disk cache.
 
 A file is written under a hidden name beside its own, .NAME.THREAD.PROCESS.part, and renamed when it is complete, so
 that readers see the old file or the new one, and never a half. What a killed process left is known by its number.
@@ -104,3 +104,19 @@ def _runs(process: int) -> bool:
     except OSError:
         return True  # somebody else's
     return True
+
+
+def cache_folder() -> Path | None:
+    """The folder of results that can be recomputed: ~/.cache/lios-workbench, or what LIOS_CACHE names.
+
+    None if caching is off (LIOS_CACHE=off) or no home directory is known.
+    """
+    chosen = os.environ.get("LIOS_CACHE", "")
+    if chosen.lower() == "off":
+        return None
+    if chosen:
+        return Path(chosen)
+    try:
+        return Path.home() / ".cache" / "lios-workbench"
+    except RuntimeError:
+        return None

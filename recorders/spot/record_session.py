@@ -167,7 +167,7 @@ def record_session(
         began = time.monotonic()
         until = began + plan.for_s if plan.for_s is not None else float("inf")
         with stop_on_signals(stop), session, keys:
-            while not ending.over and not stop.is_pressed and not recorder.trouble and time.monotonic() < until:
+            while not ending.over and not stop.is_pressed and recorder.trouble is None and time.monotonic() < until:
                 time.sleep(POLL_S)
         seconds = time.monotonic() - began
         ended = derived.end(status=ending.status, reason=ending.reason)

@@ -18,7 +18,7 @@ from replayers.batch.replay_all import LogFailed, Outcome, ReplayRequest, logs_a
 from replayers.batch.split_runs import join_first, parts_of_one_run
 from replayers.batch.store import StoredReplay, replays_in
 from replayers.counterfactual.prepared_log import ReplaySettings
-from replayers.counterfactual.sandbox import is_foreign, require_planner, why_not_loaded
+from replayers.counterfactual.sandbox import is_foreign, loading_fault, require_planner
 from replayers.runs.run import Run
 from workbench.errors import BadValue
 from workbench.planning.strategies import StrategyNotLoaded
@@ -174,7 +174,8 @@ def _not_loaded(names: tuple[str, ...], settings: ReplaySettings) -> dict[str, s
         require_planner(name)
     foreign = [name for name in names if is_foreign(name, origin=NameOrigin.USER)]
     in_process = settings.in_process
-    found = {name: why for name in foreign if (why := why_not_loaded(name, in_process=in_process))}
+    faults = {name: loading_fault(name, in_process=in_process) for name in foreign}
+    found = {name: fault.reason for name, fault in faults.items() if fault is not None}
     if len(found) == len(names):
         name, why = next(iter(found.items()))
         raise StrategyNotLoaded(name, why)

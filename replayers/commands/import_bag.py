@@ -104,7 +104,7 @@ def _emit(report: ImportReport, plan: ImportPlan, output: Path) -> None:
             },
             "transforms": {"static": report.static_transforms, "late": report.detections_late},
             "poses_not_placed": report.poses_not_placed,
-            "clock": asdict(report.clock),
+            "clock": report.clock.as_json(),
             "moves": report.moves,
             "messages": report.messages,
             "unmapped": list(report.unmapped),

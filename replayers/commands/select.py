@@ -145,7 +145,7 @@ def _group_row(group: TrialGroup, verdicts: Sequence[SelectionVerdict]) -> dict[
         "logs": [str(log) for log in group.logs],
         "broke": [{"strategy": name, "logs": logs, "reason": why} for name, (logs, why) in group.broke.items()],
         "next": verdicts[-1].next,
-        "settled": verdicts[-1].settled or None,
+        "settled": verdicts[-1].settled.value or None,
         "after": [_verdict(v) for v in verdicts],
     }
 
@@ -158,7 +158,7 @@ def _verdict(v: SelectionVerdict) -> dict[str, Any]:
     return {
         "trials": v.trials,
         "next": v.next,
-        "settled": v.settled or None,
+        "settled": v.settled.value or None,
         "trials_to_settle": v.trials_to_settle,
         "regret_so_far_at_most": finite(v.regret_so_far),
         "regret_to_come_at_most": v.regret_to_come
@@ -219,6 +219,8 @@ def _words(name: str, proof: Elimination | None, last: SelectionVerdict) -> str:
 
 
 def _summary(last: SelectionVerdict, alpha: float) -> str:
+    from replayers.selection.verdict import Settled
+
     words = (
         f"Drive {last.next} next. On the trials so far it cost at most {_most(last.regret_so_far)} a trial more than "
         f"any other"
@@ -228,7 +230,7 @@ def _summary(last: SelectionVerdict, alpha: float) -> str:
             f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({_percent(alpha)} confidence)"
         )
     words += "."
-    if last.settled:
+    if last.settled is not Settled.NO:
         return f"{words} Settled {last.settled}: more trials do not change the answer."
     if last.trials_to_settle is not None and last.trials_to_settle > 0:
         return f"{words} Not settled; about {last.trials_to_settle} more trials like these would settle it."

@@ -24,7 +24,7 @@ from replayers.counterfactual.evidence_rules import (
     refused_targets,
     successful_manipulations,
 )
-from replayers.runs.gaps import Gaps, gaps_of
+from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
 from workbench.errors import Unsupported
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
@@ -171,8 +171,8 @@ def evidence_of(run: Run) -> Evidence:
     gaps = gaps_of(run)
     if run.part and (run.part != "0" or not run.complete or gaps.lost):
         raise PartOfRun(run)
-    if gaps.start_unknown:
-        raise StartUnknown(run, gaps.start_unknown)
+    if gaps.start.kind is not StartKnowledge.KNOWN:
+        raise StartUnknown(run, gaps.start.message)
     containers = tuple(c.id for c in run.place.plan.containers)
     seen = tuple(o for o in run.observations if _is_certain(o, gaps))
     contents, odd = contents_at_start(seen, run.actions, containers)

@@ -22,9 +22,10 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.prepared_log import PreparedLog, ReplaySettings, prepare_log
 from replayers.counterfactual.relevance import relevance_of
 from replayers.counterfactual.results import Estimate, Proof
-from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, Node, RunTree, TreeOptions, zero_clock
+from replayers.counterfactual.run_tree import MAX_STEPS, Leaf, RunTree, TreeOptions, zero_clock
 from replayers.counterfactual.sandbox import foreign_planner, is_foreign, is_from_outside
 from replayers.counterfactual.strategy_traits import looks_empty_handed, looks_nearest_first, uses_beliefs
+from replayers.counterfactual.world_failure import failure_in_worlds
 from replayers.runs.run import Run
 from workbench.arrays import Floats
 from workbench.errors import Unsupported
@@ -187,8 +188,10 @@ def replay_strategy(ground: PreparedLog, planner: Strategy, *, worlds: Sequence[
         worlds=MappingProxyType(dict(_events_in_worlds(worlds, ground, tree, planner, bounds, drawn))),
         notes=(*ground.notes, *_nondeterminism_note(tree, _first_question(ground, planner) or ended)),
     )
-    why_broken = ended.reason if ended.status is RunStatus.PLANNER_FAILED else _failure_in_worlds(tree)
-    return _without_bounds(made, why_broken) if why_broken else made
+    if ended.status is RunStatus.PLANNER_FAILED:
+        return _without_bounds(made, ended.reason)
+    failure = failure_in_worlds(tree)
+    return made if failure is None else _without_bounds(made, failure.message)
 
 
 def run_tree_of(ground: PreparedLog, planner: Strategy) -> RunTree:
@@ -353,23 +356,6 @@ def _not_reproduced(ground: PreparedLog, name: str) -> Replay:
         events=(),
         notes=ground.notes,
     )
-
-
-def _failure_in_worlds(tree: RunTree) -> str:
-    """Why the strategy broke in the first explored world in which it did; empty if it broke in none."""
-    waiting: list[tuple[Node, str]] = [(tree.root, "")]
-    met: set[int] = set()
-    for node, where in waiting:
-        stretch = node.stretch
-        if stretch is None or id(node) in met:
-            continue
-        met.add(id(node))
-        if stretch.ended is not None and stretch.ended.status is RunStatus.PLANNER_FAILED:
-            return f"{stretch.ended.reason}{where or ' (asked again)'}"
-        if stretch.question is not None:
-            after = f" (after it looked into {stretch.question.container}, which nobody opened)"
-            waiting += [(child, after) for child in node.children.values()]
-    return ""
 
 
 def _without_bounds(made: Replay, why: str) -> Replay:

@@ -13,6 +13,8 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
+from enum import StrEnum
 from importlib.machinery import PathFinder
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
@@ -21,7 +23,7 @@ from typing import Any, Self, cast, final
 
 from workbench.debugging import show_traceback
 from workbench.errors import LiosError
-from workbench.planning.guarded import decision_error, exception_text
+from workbench.planning.guarded import checked_decision, exception_text
 from workbench.planning.plans import Plan, PlanStatus
 from workbench.planning.strategies import StrategyNotLoaded, canonical_name, is_strategy, strategy_plugin
 from workbench.planning.strategy import Decision, Strategy, View
@@ -46,6 +48,37 @@ def _read_only_mapping(mapping: MappingProxyType[Any, Any]) -> tuple[Any, ...]:
 
 ForkingPickler.register(MappingProxyType, _read_only_mapping)
 """Read-only mappings may cross the pipe."""
+
+
+class AnswerKind(StrEnum):
+    """What came of asking a planner.
+
+    Attributes:
+        OK: it answered. RAISED: its code raised. ASKED_FOR_TRUTH: it wants the contents of the house.
+        GONE: its process died, or took too long. BROKEN: it is not asked any more, or answered with the wrong type.
+    """
+
+    OK = "ok"
+    RAISED = "raised"
+    ASKED_FOR_TRUTH = "asked-for-truth"
+    GONE = "gone"
+    BROKEN = "broken"
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """An answer of a planner; its content is the reason, in words, where the kind is not OK."""
+
+    kind: AnswerKind
+    content: object
+
+    @property
+    def reason(self) -> str:
+        return str(self.content)
+
+
+NOT_LOADED = Answer(AnswerKind.BROKEN, "it was not loaded")
+WRONG_TYPES = Answer(AnswerKind.BROKEN, "its relevant_types are no tuple")
 
 
 class AskedForTruth(Exception):
@@ -91,14 +124,15 @@ def require_planner(name: str) -> None:
             raise StrategyNotLoaded(name, f"there is no module {top} here or installed")
 
 
-def why_not_loaded(name: str, *, in_process: bool = False) -> str:
-    """Why no planner loads under a user's name: a misspelt class, a module that raises; empty where one does.
+def loading_fault(name: str, *, in_process: bool = False) -> Answer | None:
+    """What keeps a planner from loading under a user's name, as a misspelt class does; None if nothing does.
 
     One that asks for the truth is there; what becomes of it is a replay's status.
     """
     kind = InThisProcess if in_process else Sandboxed
     with kind(name, origin=NameOrigin.USER) as planner:
-        return "" if planner.asked_for_truth else planner.why_broken
+        fault = planner.fault
+    return None if fault is None or fault.kind is AnswerKind.ASKED_FOR_TRUTH else fault
 
 
 def foreign_planner(
@@ -123,35 +157,35 @@ class InThisProcess:
 
     Args:
         name, origin: as for Sandboxed.
+
+    Attributes:
+        fault: as of Sandboxed.
     """
 
     def __init__(self, name: str, *, origin: NameOrigin) -> None:
         found = strategy_plugin(name, origin=origin)
         with found.import_path():
-            kind, made = _tried(lambda: load_foreign(found))
-        self._planner = cast("Strategy | None", made if kind == "ok" else None)
+            made = _tried(lambda: load_foreign(found))
+        self.fault: Answer | None = None if made.kind is AnswerKind.OK else made
+        self._planner: Strategy | None = cast("Strategy | None", made.content if self.fault is None else None)
         self.name = self._planner.name if self._planner is not None else name
-        self.why_broken = "" if kind == "ok" else str(made)
-        self.asked_for_truth = kind == "cheated"
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         """The types for which it requests beliefs; none if it cannot say."""
         planner = self._planner
         if planner is None:
             return ()
-        kind, answer = _tried(lambda: planner.relevant_types(task))
-        if kind != "ok" or not isinstance(answer, tuple):
-            self.why_broken = self.why_broken or (str(answer) if kind != "ok" else "its relevant_types are no tuple")
-            return ()
-        return tuple(ItemType(str(t)) for t in cast("tuple[object, ...]", answer))
+        answer = _tried(lambda: planner.relevant_types(task))
+        types = _types_in(answer)
+        if types is None:
+            self.fault = self.fault or _fault_of_types(answer)
+        return types or ()
 
     def decide(self, view: View) -> Decision:
         planner = self._planner
-        if planner is None or self.why_broken:
-            kind, answer = "broken", self.why_broken
-        else:
-            kind, answer = _tried(lambda: planner.decide(view))
-        return _decision(kind, answer, self.name)
+        if self.fault is not None or planner is None:
+            return _decision(self.fault or NOT_LOADED, self.name)
+        return _decision(_tried(lambda: planner.decide(view)), self.name)
 
     def __enter__(self) -> Self:
         return self
@@ -170,7 +204,7 @@ class Sandboxed:
         timeout_s: the longest that one decision may take.
 
     Attributes:
-        asked_for_truth: it could not be made without the house.
+        fault: what keeps it from deciding anything at all, such as asking for the truth when made; None while it can.
     """
 
     def __init__(self, name: str, *, origin: NameOrigin, timeout_s: float = 10.0) -> None:
@@ -180,9 +214,8 @@ class Sandboxed:
         self._process: Any = None
         self._pipe: Connection | None = None
         self._restarts = 0
-        self._broken = ""
+        self.fault: Answer | None = None
         self._name = name
-        self.asked_for_truth = False
         self._start()
 
     @property
@@ -190,22 +223,16 @@ class Sandboxed:
         """The planner's own name; the name by which it was requested if it cannot be loaded."""
         return self._name
 
-    @property
-    def why_broken(self) -> str:
-        """Why it cannot decide anything at all; empty while it can."""
-        return self._broken
-
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         """The types for which it requests beliefs; none if it cannot say."""
-        kind, answer = self._ask("types", task, self._timeout_s)
-        if kind != "ok" or not isinstance(answer, tuple):
-            self._broken = self._broken or (str(answer) if kind != "ok" else "its relevant_types are no tuple")
-            return ()
-        return tuple(ItemType(str(t)) for t in answer)
+        answer = self._ask("types", task, self._timeout_s)
+        types = _types_in(answer)
+        if types is None:
+            self.fault = self.fault or _fault_of_types(answer)
+        return types or ()
 
     def decide(self, view: View) -> Decision:
-        kind, answer = self._ask("decide", view, self._timeout_s)
-        return _decision(kind, answer, self._name)
+        return _decision(self._ask("decide", view, self._timeout_s), self._name)
 
     def close(self) -> None:
         """Ends its process. Safe to call twice."""
@@ -228,49 +255,59 @@ class Sandboxed:
         self._process = context.Process(target=_serve, args=(far, self._spec, self._origin, os.getcwd()), daemon=True)
         self._process.start()
         far.close()
-        kind, answer = self._await(LOADING_S)
-        if kind != "ok":
-            self._broken = str(answer)
-            self.asked_for_truth = kind == "cheated"
-            self.close()
+        answer = self._await(LOADING_S)
+        if answer.kind is AnswerKind.OK:
+            self._name = str(answer.content)
         else:
-            self._name = str(answer)
+            self.fault = answer
+            self.close()
 
-    def _ask(self, what: str, value: object, timeout_s: float) -> tuple[str, Any]:
-        if self._broken:
-            return "broken", self._broken
-        if self._pipe is None:
+    def _ask(self, what: str, value: object, timeout_s: float) -> Answer:
+        if self.fault is None and self._pipe is None:
             self._start()
-            if self._broken or self._pipe is None:
-                return "broken", self._broken
+        if self.fault is not None:
+            return Answer(AnswerKind.BROKEN, self.fault.reason)
+        assert self._pipe is not None, "a planner without a fault has a process"
         try:
             self._pipe.send((what, value))
         except OSError:
             return self._stopped("its process died")
-        kind, answer = self._await(timeout_s)
-        return self._stopped(str(answer)) if kind == "gone" else (kind, answer)
+        answer = self._await(timeout_s)
+        return self._stopped(answer.reason) if answer.kind is AnswerKind.GONE else answer
 
-    def _await(self, timeout_s: float) -> tuple[str, Any]:
+    def _await(self, timeout_s: float) -> Answer:
         assert self._pipe is not None, "awaited without a process"
         if not self._pipe.poll(timeout_s):
-            return "gone", f"it made no decision within {timeout_s:g} s"
+            return Answer(AnswerKind.GONE, f"it made no decision within {timeout_s:g} s")
         try:
             return self._pipe.recv()
         except (EOFError, OSError):
-            return "gone", "its process died"
+            return Answer(AnswerKind.GONE, "its process died")
 
-    def _stopped(self, why: str) -> tuple[str, Any]:
+    def _stopped(self, why: str) -> Answer:
         self.close()
         self._restarts += 1
         if self._restarts >= MAX_RESTARTS:
-            self._broken = f"{why} ({self._restarts} times; not tried again)"
-        return "gone", why
+            self.fault = Answer(AnswerKind.GONE, f"{why} ({self._restarts} times; not tried again)")
+        return Answer(AnswerKind.GONE, why)
 
 
-def _decision(kind: str, answer: Any, name: str) -> Decision:
+def _types_in(answer: Answer) -> tuple[ItemType, ...] | None:
+    """The item types of an answer; None where it has none."""
+    if answer.kind is not AnswerKind.OK or not isinstance(answer.content, tuple):
+        return None
+    return tuple(ItemType(str(t)) for t in cast("tuple[object, ...]", answer.content))
+
+
+def _fault_of_types(answer: Answer) -> Answer:
+    return WRONG_TYPES if answer.kind is AnswerKind.OK else answer
+
+
+def _decision(answer: Answer, name: str) -> Decision:
     """The answer, or a decision without a plan that says why it is none."""
-    why = str(answer) if kind != "ok" else decision_error(answer)
-    return answer if not why else Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=why, solver=name))
+    if answer.kind is not AnswerKind.OK:
+        return Decision(plan=Plan(status=PlanStatus.SOLVER_FAILED, note=answer.reason, solver=name))
+    return checked_decision(answer.content, name)
 
 
 def _serve(pipe: Connection, spec: str, origin: NameOrigin, folder: str) -> None:
@@ -286,7 +323,7 @@ def _serve(pipe: Connection, spec: str, origin: NameOrigin, folder: str) -> None
     try:
         found = strategy_plugin(spec, origin=origin)
     except LiosError as error:
-        pipe.send(("raised", str(error)))
+        pipe.send(Answer(AnswerKind.RAISED, str(error)))
         return
     with found.import_path():
         _answer(pipe, found)
@@ -316,17 +353,17 @@ def _answer(pipe: Connection, found: Plugin) -> None:
         try:
             pipe.send(answer)
         except (TypeError, AttributeError, ValueError) as error:
-            pipe.send(("raised", f"its answer cannot be sent: {error}"))
+            pipe.send(Answer(AnswerKind.RAISED, f"its answer cannot be sent: {error}"))
 
 
-def _tried(ask: Callable[[], object]) -> tuple[str, object]:
+def _tried(ask: Callable[[], object]) -> Answer:
     try:
-        return "ok", ask()
+        return Answer(AnswerKind.OK, ask())
     except AskedForTruth as error:
-        return "cheated", str(error)
+        return Answer(AnswerKind.ASKED_FOR_TRUTH, str(error))
     except (Exception, KeyboardInterrupt, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
         show_traceback(error)
-        return "raised", exception_text(error)
+        return Answer(AnswerKind.RAISED, exception_text(error))
 
 
 def load_foreign(found: Plugin) -> Strategy:

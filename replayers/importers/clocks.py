@@ -7,7 +7,8 @@ made when a node started.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, final
 
@@ -16,6 +17,7 @@ import numpy as np
 from workbench.arrays import Ints
 from workbench.errors import Malformed
 from workbench.log_schema.events import NANO
+from workbench.message_enum import MessageEnum, Result
 
 ClockName = Literal["record", "header"]
 CLOCKS: tuple[ClockName, ...] = ("record", "header")
@@ -31,6 +33,23 @@ INTERLEAVED = 3
 another."""
 SLACK_NS = NANO
 """How long before the first record time a message may have been made."""
+
+
+class ClockUse(MessageEnum):
+    """Whether a clock gives an order of events, and if not, why."""
+
+    USABLE = ""
+    RECORD_SET_BACK = "header stamps jump back {jumps} times in the order of recording: the record clock was set back"
+    HEADER_JUMPS_BACK = "header stamps jump back {times} inside the bag"
+    GAP = "{stamps} leave a gap of {days} days, so the clock was set inside the bag"
+
+
+class ClockReason(MessageEnum):
+    """Why there was a choice of clocks."""
+
+    APART = "header stamps and record times are {seconds} s apart"
+    JUMPS_BACK = "header stamps jump back ({jumps})"
+    ZERO_STAMPS = "header stamps of zero ({zeros})"
 
 
 class BrokenClocks(Malformed):
@@ -53,7 +72,8 @@ class BagClock:
         apart_s: median difference of header and record times in seconds, of the topic where it is largest.
         zero_stamps: messages whose header stamp is zero, as before the first message on /clock.
         jumps_back: how often header stamps jump back on a topic.
-        note: what was chosen and why, where there was a choice; "" otherwise.
+        reasons: why there was a choice of clocks; empty where there was none.
+        requested: whether the user named the clock.
     """
 
     name: ClockName
@@ -62,7 +82,29 @@ class BagClock:
     apart_s: float = 0.0
     zero_stamps: int = 0
     jumps_back: int = 0
-    note: str = ""
+    reasons: tuple[Result[ClockReason], ...] = ()
+    requested: bool = False
+
+    @property
+    def note(self) -> str:
+        """What was chosen and why, as a line of the report; "" where there was no choice."""
+        if not self.reasons:
+            return ""
+        times, other = ("record times", "header") if self.name == "record" else ("header stamps", "record")
+        way = "" if self.requested else f" (--clock {other} for the other)"
+        return f"{'; '.join(reason.message for reason in self.reasons)}: {times} are used throughout{way}"
+
+    def as_json(self) -> dict[str, str | int | float]:
+        """The clock as an entry of a report."""
+        return {
+            "name": self.name,
+            "offset_ns": self.offset_ns,
+            "start_ns": self.start_ns,
+            "apart_s": self.apart_s,
+            "zero_stamps": self.zero_stamps,
+            "jumps_back": self.jumps_back,
+            "note": self.note,
+        }
 
     def time_of(self, record_ns: int, header_ns: int, *, latched: bool = False) -> int:
         """A message's time in nanoseconds.
@@ -119,28 +161,30 @@ class ClockSurvey:
             for name in CLOCKS
         }
         started = {name: _with_start(clock, topics) for name, clock in facts.items()}
-        faults: dict[ClockName, str] = {
-            name: self._fault(started[name], topics, sum(jumps), interleaved=interleaved) for name in CLOCKS
+        uses: dict[ClockName, Result[ClockUse]] = {
+            name: _use_of(started[name], topics, sum(jumps), interleaved=interleaved) for name in CLOCKS
         }
-        chosen: ClockName = requested or ("record" if differ or faults["header"] else "header")
-        if requested is None and faults[chosen] and not faults["header"]:
+        usable: list[ClockName] = [name for name in CLOCKS if uses[name].kind is ClockUse.USABLE]
+        chosen: ClockName = requested or ("record" if differ or "header" not in usable else "header")
+        if requested is None and chosen not in usable and "header" in usable:
             chosen = "header"
-        if faults[chosen]:
-            raise BrokenClocks(path, faults[chosen], _way_out(chosen, faults))
+        if chosen not in usable:
+            raise BrokenClocks(path, uses[chosen].message, _way_out(chosen, usable))
         return _explained(started[chosen], differ=differ, requested=requested is not None)
 
-    def _fault(self, clock: BagClock, topics: list[Ints], jumps: int, *, interleaved: bool) -> str:
-        """Why a clock cannot be used; "" if it can."""
-        if interleaved:
-            return f"header stamps jump back {jumps} times in the order of recording: the record clock was set back"
-        if clock.name == "header" and jumps:
-            return f"header stamps jump back {jumps} {'time' if jumps == 1 else 'times'} inside the bag"
-        times = np.sort(_times(clock, topics))
-        gap = int(np.diff(times).max(initial=0))
-        if gap > GAP_NS:
-            of = "header stamps" if clock.name == "header" else "record times"
-            return f"{of} leave a gap of {gap / NANO / 86400:.0f} days, so the clock was set inside the bag"
-        return ""
+
+def _use_of(clock: BagClock, topics: list[Ints], jumps: int, *, interleaved: bool) -> Result[ClockUse]:
+    """Whether a clock gives an order of events."""
+    if interleaved:
+        return ClockUse.RECORD_SET_BACK.result(jumps=str(jumps))
+    if clock.name == "header" and jumps:
+        return ClockUse.HEADER_JUMPS_BACK.result(times=f"{jumps} {'time' if jumps == 1 else 'times'}")
+    times = np.sort(_times(clock, topics))
+    gap = int(np.diff(times).max(initial=0))
+    if gap > GAP_NS:
+        stamps = "header stamps" if clock.name == "header" else "record times"
+        return ClockUse.GAP.result(stamps=stamps, days=f"{gap / NANO / 86400:.0f}")
+    return ClockUse.USABLE.result()
 
 
 def _offset(times: Ints) -> int:
@@ -172,32 +216,23 @@ def _times(clock: BagClock, topics: list[Ints]) -> Ints:
 
 
 def _with_start(clock: BagClock, topics: list[Ints]) -> BagClock:
-    from dataclasses import replace
-
     first = min(int(times[:, 0].min()) for times in topics) + clock.offset_ns
     return replace(clock, start_ns=max(first - SLACK_NS, int(_times(clock, topics).min())))
 
 
-def _way_out(chosen: ClockName, faults: dict[ClockName, str]) -> str:
+def _way_out(chosen: ClockName, usable: Collection[ClockName]) -> str:
     other: ClockName = "header" if chosen == "record" else "record"
-    if not faults[other]:
+    if other in usable:
         return f"Import with --clock {other}"
     return "Cut the bag where the clock was set, and import the parts"
 
 
 def _explained(clock: BagClock, *, differ: bool, requested: bool) -> BagClock:
-    from dataclasses import replace
-
-    other = "header" if clock.name == "record" else "record"
-    reasons: list[str] = []
+    reasons: list[Result[ClockReason]] = []
     if differ:
-        reasons.append(f"header stamps and record times are {abs(clock.apart_s):,.0f} s apart")
+        reasons.append(ClockReason.APART.result(seconds=f"{abs(clock.apart_s):,.0f}"))
     if clock.jumps_back:
-        reasons.append(f"header stamps jump back ({clock.jumps_back})")
+        reasons.append(ClockReason.JUMPS_BACK.result(jumps=str(clock.jumps_back)))
     if clock.zero_stamps:
-        reasons.append(f"header stamps of zero ({clock.zero_stamps})")
-    if not reasons:
-        return clock
-    times = "record times" if clock.name == "record" else "header stamps"
-    way = "" if requested else f" (--clock {other} for the other)"
-    return replace(clock, note=f"{'; '.join(reasons)}: {times} are used throughout{way}")
+        reasons.append(ClockReason.ZERO_STAMPS.result(zeros=str(clock.zero_stamps)))
+    return replace(clock, reasons=tuple(reasons), requested=requested)

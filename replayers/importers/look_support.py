@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import final
 
+from recorders.spot.session.inferred_actions import LookFinding
 from replayers.importers.frames import FrameBuffer
 from workbench.log_schema.events import NANO
+from workbench.message_enum import Result
 from workbench.worlds.geometry import Point
 from workbench.worlds.house import LocationId
 from workbench.worlds.sites.site import Site
@@ -60,17 +62,17 @@ class LookSupport:
         self.not_placed[reason] = self.not_placed.get(reason, 0) + 1
         self._lost.append((stamp_ns, number, reason))
 
-    def doubt(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> str:
-        """Why a look is inconclusive; "" for one that is supported.
+    def judge(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> Result[LookFinding]:
+        """Whether a look is supported by the bag.
 
         A detection that could not be placed does not matter where the same tag was placed during the same look, as
         when transforms begin a moment after detections.
         """
         if not self.detects:
-            return "nothing in the bag detects tags"
+            return LookFinding.NOTHING_DETECTS.result()
         standing = self.site.paths.standing_pose(at)
         if standing is not None and hypot(standing.x_m - robot[0], standing.y_m - robot[1]) > AT_CONTAINER_M:
-            return "the robot was localised elsewhere"
+            return LookFinding.ROBOT_ELSEWHERE.result()
         lost = {
             number: reason
             for stamp_ns, number, reason in self._lost
@@ -78,7 +80,9 @@ class LookSupport:
             and not any(start_ns <= placed <= end_ns for placed in self._placed_at.get(number, ()))
         }
         if lost:
-            return f"detections could not be placed: {min(lost.values())}"
+            return LookFinding.NOT_PLACED.result(reason=min(lost.values()))
         away = sorted(f for f in self.detected_in if self.frames.lookup(self.map_frame, f) is None)
         away = [frame for frame in away if frame != self.map_frame]
-        return f"tags are detected in {away[0]}, which does not lead to {self.map_frame}" if away else ""
+        if away:
+            return LookFinding.FRAME_APART.result(frame=away[0], map_frame=self.map_frame)
+        return LookFinding.SUPPORTED.result()

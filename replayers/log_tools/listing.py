@@ -19,9 +19,9 @@ import msgspec
 from recorders.sinks.files import PART_METADATA
 from replayers.log_tools.log_paths import shown
 from replayers.log_tools.metadata_names import RECOVERED_METADATA
-from workbench.cache import cache_folder
 from workbench.errors import LiosError
-from workbench.files import write_atomically
+from workbench.files import cache_folder, write_atomically
+from workbench.message_enum import MessageEnum, Result
 
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
@@ -32,6 +32,16 @@ REPLAY, OBSERVATIONS, IMPUTED = "replay", "/search/observation", "imputed"
 """The source of a replay's log, the topic of what was seen, and the support of what nobody saw."""
 UNDECIDED = "undetermined"
 """The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
+
+
+class Completeness(MessageEnum):
+    """Whether a log is a whole run, as far as its index and its metadata tell, and if not, why."""
+
+    WHOLE = ""
+    NOT_ONE_RUN = "holds {runs}"
+    DAMAGED = "{places} could not be read"
+    RECOVERED = "recovered: {damages} places were lost"
+    PART = "part {part} of a split run"
 
 
 class LogRow(msgspec.Struct, frozen=True, kw_only=True):
@@ -121,23 +131,22 @@ def row_of(path: Path) -> LogRow:
         run_id=info.run_id if info else "",
         started_ns=info.started.ns if info else 0,
         imputed=len(imputed),
-        problem=_problem(found),
+        problem=_completeness(found).message,
     )
 
 
-def _problem(found: Description) -> str:
-    """What keeps a log from being a whole run, as far as its index and its metadata tell."""
+def _completeness(found: Description) -> Result[Completeness]:
     if found.info is None:
-        return f"holds {found.runs or 'no'} run{'s' if found.runs else ''}"
+        return Completeness.NOT_ONE_RUN.result(runs=f"{found.runs} runs" if found.runs else "no run")
     recovered, part = found.metadata.get(RECOVERED_METADATA, {}), found.metadata.get(PART_METADATA, {})
     damages = sum(damage.loses_content and not damage.cut_off for damage in found.loss.damages)
     if damages:
-        return f"{damages} place{'' if damages == 1 else 's'} could not be read"
+        return Completeness.DAMAGED.result(places=f"{damages} place{'' if damages == 1 else 's'}")
     if recovered.get("lossy") == "true":
-        return f"recovered: {recovered.get('damages', '?')} places were lost"
+        return Completeness.RECOVERED.result(damages=recovered.get("damages", "?"))
     if part and (part.get("part") != "0" or not found.outcome):
-        return f"part {shown(part.get('part', '?'))} of a split run"
-    return ""
+        return Completeness.PART.result(part=shown(part.get("part", "?")))
+    return Completeness.WHOLE.result()
 
 
 def _imputed(path: Path) -> frozenset[str]:

@@ -9,12 +9,13 @@ by damage, by a filter, or because the log is one part of several.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from replayers.runs.run import Run, read
 from workbench.errors import LiosError
 from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
+from workbench.message_enum import MessageEnum, Result
 from workbench.worlds.house import LocationId
 
 NEAR_COST = 1e-2
@@ -22,6 +23,14 @@ NEAR_COST = 1e-2
 NEEDED = frozenset({TOPIC_OF[kind] for kind in (ActionFinished, BeliefUpdate, Observation, PlanComputed)})
 """Topics that a replay rests on."""
 SIMULATED_SOURCES = ("simulation", "replay")
+
+
+class StartKnowledge(MessageEnum):
+    """Whether it can be told what the robot knew at the start, and if not, what is missing."""
+
+    KNOWN = ""
+    NO_FIRST_BELIEFS = "the beliefs of the first decision are missing, and with them what was known at the start"
+    CONTAINERS_MISSING = "what was known at the start of {containers} is missing"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,14 +43,14 @@ class Gaps:
         actions_after_ns: actions may be missing after this time, in nanoseconds since the epoch; None where none is.
         not_looked: containers whose first observation is lost.
         beliefs: whether beliefs of some decisions are missing.
-        start_unknown: why it cannot be told what the robot knew at the start; empty where it can.
+        start: whether it can be told what the robot knew at the start.
     """
 
     lost: tuple[str, ...] = ()
     actions_after_ns: int | None = None
     not_looked: frozenset[str] = frozenset()
     beliefs: bool = False
-    start_unknown: str = ""
+    start: Result[StartKnowledge] = field(default_factory=StartKnowledge.KNOWN.result)
 
 
 def gaps_of(run: Run) -> Gaps:
@@ -73,15 +82,15 @@ def gaps_of(run: Run) -> Gaps:
     not_looked = _first_looks_lost(run)
     if not_looked:
         lost.append(f"what was seen in {', '.join(sorted(not_looked)[:3])} is missing")
-    unknown = _start_unknown(run, certain=not lost)
-    if unknown:
-        lost.append(unknown)
+    start = _start_knowledge(run, certain=not lost)
+    if start.kind is not StartKnowledge.KNOWN:
+        lost.append(start.message)
     return Gaps(
         lost=tuple(lost),
         actions_after_ns=after_ns,
         not_looked=not_looked,
         beliefs=bool(lost and made - {belief.decision for belief in run.beliefs}) or bool(undecided),
-        start_unknown=unknown,
+        start=start,
     )
 
 
@@ -157,18 +166,19 @@ def _ends_the_log(run: Run, action: ActionFinished) -> bool:
     return run.outcome is None and action.index == max(a.index for a in run.actions)
 
 
-def _start_unknown(run: Run, *, certain: bool) -> str:
-    """Why it cannot be told what the robot knew at the start; empty where it can."""
+def _start_knowledge(run: Run, *, certain: bool) -> Result[StartKnowledge]:
+    """Whether it can be told what the robot knew at the start."""
+    known = StartKnowledge.KNOWN.result()
     first = min(run.beliefs, key=lambda belief: belief.decision, default=None)
     if certain:
-        return ""
+        return known
     if first is None and not run.plans and not run.actions and any(o.known_at_start for o in run.observations):
-        return ""  # broken off before the first decision
+        return known  # broken off before the first decision
     if first is None or first.decision != 1:
-        return "the beliefs of the first decision are missing, and with them what was known at the start"
+        return StartKnowledge.NO_FIRST_BELIEFS.result()
     seen = {o.container for o in run.observations if o.known_at_start or o.stamp.ns <= first.stamp.ns}
     reached = {c.id for c in run.place.plan.containers if run.place.travel.reaches(LocationId(c.id))}
     absent = sorted(reached - seen - set(first.containers))
     if not absent or not (run.observations or run.actions) or not first.containers:
-        return ""
-    return f"what was known at the start of {', '.join(absent[:3])} is missing"
+        return known
+    return StartKnowledge.CONTAINERS_MISSING.result(containers=", ".join(absent[:3]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from math import ceil, inf, log
 
 import numpy as np
@@ -59,6 +60,19 @@ class StrategyStanding:
     chance_best: float | None
 
 
+class Settled(StrEnum):
+    """Whether more trials can change the answer.
+
+    Attributes:
+        BY_SEQUENCE: no, but for alpha, if they are like these.
+        BY_PROOF: no, whatever the trials to the horizon bring.
+    """
+
+    NO = ""
+    BY_SEQUENCE = "by sequence"
+    BY_PROOF = "by proof"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SelectionVerdict:
     """What is known after some trials.
@@ -73,8 +87,7 @@ class SelectionVerdict:
         regret_to_come: by how much it costs more at most in the mean of coming trials, with a probability of
             1 - alpha, where they are like these and failures count with their cost.
         regret_to_come_unknown: the failure cost: a regret_to_come as great says nothing.
-        settled: no more trials change the answer: "by sequence" (but for alpha, if they are like these), "by proof"
-            (whatever the trials to the horizon bring), or empty.
+        settled: whether more trials can change the answer.
         trials_to_settle: about how many more trials like these settle it by sequence; None where nothing tells.
     """
 
@@ -87,7 +100,7 @@ class SelectionVerdict:
     regret_so_far: float
     regret_to_come: float
     regret_to_come_unknown: float
-    settled: str
+    settled: Settled
     trials_to_settle: int | None
 
 
@@ -122,13 +135,14 @@ def history(trials: Sequence[TrialCosts], settings: SelectionSettings) -> tuple[
 
 def _settled(
     trials: Sequence[TrialCosts], leader: int, rivals: Sequence[int], out: set[str], settings: SelectionSettings
-) -> str:
+) -> Settled:
     if settings.horizon is not None and len(trials) >= 1:
         left = max(0, settings.horizon - len(trials)) * max(t.limit for t in trials)
         leads = [sum(least_difference(t, k, leader) for t in trials) for k in rivals]
         if all(lead > left + NEAR for lead in leads):
-            return "by proof"
-    return "by sequence" if rivals and all(trials[0].strategies[k] in out for k in rivals) else ""
+            return Settled.BY_PROOF
+    beaten = bool(rivals) and all(trials[0].strategies[k] in out for k in rivals)
+    return Settled.BY_SEQUENCE if beaten else Settled.NO
 
 
 def _trials_to_settle(trials: Sequence[TrialCosts], leader: int, rivals: Sequence[int], alpha: float) -> int | None:

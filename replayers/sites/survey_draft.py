@@ -94,7 +94,7 @@ class _Heard:
     stamps: list[int] = field(default_factory=list)
     poses: list[Pose] = field(default_factory=list)
     tags: dict[int, list[tuple[float, float, float]]] = field(default_factory=dict)
-    waypoints: list[tuple[int, str]] = field(default_factory=list)
+    waypoints: list[tuple[int, str | None]] = field(default_factory=list)
     grid: OccupancyGrid | None = None
 
 

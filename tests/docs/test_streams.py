@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from console_blocks import ROOT, environment
 
-from workbench.cache import cache_folder
+from workbench.files import cache_folder
 
 LOG = ROOT / "logs" / "find-lios.mcap"
 pytestmark = pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")

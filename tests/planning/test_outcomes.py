@@ -86,7 +86,7 @@ def test_the_word_of_an_engine_is_a_proof_only_where_it_is_one() -> None:
 
 @pytest.mark.parametrize("make", [installed_solver, solver_of_extra])
 def test_an_engine_without_costs_is_refused_with_the_reason(make: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    engines = {"fast-downward": "", "pyperplan": external.NO_COSTS}
+    engines = {"fast-downward": external.EngineUse.OFFERED, "pyperplan": external.EngineUse.NO_COSTS}
     monkeypatch.setattr(external, "_engines", lambda: engines)
     external.engines_here.cache_clear()
     try:

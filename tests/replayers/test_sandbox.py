@@ -73,7 +73,8 @@ def test_a_process_that_died_is_started_again_but_not_for_ever(tmp_path: Path) -
         view = None
         for _ in range(5):
             assert planner.decide(view).plan.note.startswith("its process died")  # type: ignore[arg-type]
-        assert "not tried again" in planner.why_broken
+        assert planner.fault is not None
+        assert "not tried again" in planner.fault.reason
 
 
 def test_loading_tells_asking_for_the_truth_from_other_mistakes() -> None:

@@ -9,7 +9,7 @@ from procthor_house import thing, two_rooms
 
 from workbench.worlds.house import Container, FloorPlan
 from workbench.worlds.maps.navigation import compute
-from workbench.worlds.maps.reach import RoomReach, rooms_reached
+from workbench.worlds.maps.reach import RoomAccess, RoomReach, rooms_reached
 from workbench.worlds.procthor.load import house_from_json
 
 
@@ -44,7 +44,7 @@ def test_rooms_joined_by_a_door() -> None:
     assert bedroom.joined == (("room|2", "door"),)
     assert 5 < kitchen.free_m2 < 16
     assert not kitchen.cut_off
-    assert (kitchen.why, bedroom.unreachable) == ("", ())
+    assert (kitchen.access.kind, bedroom.unreachable) == (RoomAccess.WHOLE, ())
 
 
 def test_rooms_joined_by_an_open_wall_and_no_door() -> None:
@@ -69,7 +69,7 @@ def test_a_room_behind_furniture_is_cut_off_and_says_by_what(gap_m: float, why: 
     """A shelf across the kitchen, a metre before the door, with a gap beside the wall."""
     across = shelf(2.8, (gap_m + 4) / 2, 0.3, 4 - gap_m)
     cut = [reach for reach in reach_of(two_rooms(), across).values() if reach.cut_off]
-    assert [(reach.room, reach.why) for reach in cut] == [("room|2", why)]
+    assert [(reach.room, reach.access.message) for reach in cut] == [("room|2", why)]
     assert cut[0].unreachable
 
 
@@ -79,4 +79,4 @@ def test_a_container_without_free_floor_beside_it_says_so() -> None:
     wall_of_shelves = shelf(0.0, 1.0, 3.2, 1.2)
     reached = reach_of(record, wall_of_shelves)
     for reach in reached.values():
-        assert bool(reach.unreachable) == ("no free floor" in reach.why)
+        assert bool(reach.unreachable) == ("no free floor" in reach.access.message)

@@ -25,7 +25,7 @@ from workbench.execution.events import (
     RunStatus,
 )
 from workbench.execution.goal_check import is_met
-from workbench.execution.legality import illegality_reason
+from workbench.execution.legality import Legality, legality
 from workbench.execution.looking_again import worth_another_look
 from workbench.planning.actions import facts_after, relevant_types
 from workbench.planning.plans import PlanStatus, PlanStep
@@ -210,9 +210,9 @@ class _Run:
             self._end(RunStatus.PLANNER_FAILED, "the plan is empty, but the goal is not met")
             return
         for step in made.plan.steps[: made.steps_now]:
-            wrong = illegality_reason(step, self.knowledge, made)
-            if wrong is not None:
-                self._end(RunStatus.PLANNER_FAILED, f"illegal step '{step}': {wrong}")
+            checked = legality(step, self.knowledge, made)
+            if checked.kind is not Legality.LEGAL:
+                self._end(RunStatus.PLANNER_FAILED, f"illegal step '{step}': {checked.message}")
                 return
             if step.action == "find":
                 yield from self._look(made.search_order[0].container, step.item_types, why="")

@@ -37,11 +37,11 @@ class GuardedStrategy:
 
     Attributes:
         strategy: the wrapped third-party strategy.
-        why: what went wrong when its relevant types were requested; it then makes no decisions.
+        fault: what went wrong when its relevant types were requested; it then makes no decisions.
     """
 
     strategy: Strategy
-    why: str = ""
+    fault: str | None = None
 
     @property
     def name(self) -> str:
@@ -49,25 +49,25 @@ class GuardedStrategy:
 
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         """The item types that the strategy wants beliefs about; empty if it fails to say."""
-        self.why = ""
+        self.fault = None
         try:
             with _redirected_and_timed(task.budget_s):
                 types: object = self.strategy.relevant_types(task)
         except _TimeLimitReached:
-            self.why = f"it did not say within {task.budget_s:g} s which item types matter"
+            self.fault = f"it did not say within {task.budget_s:g} s which item types matter"
             return ()
         except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
             show_traceback(error)
-            self.why = exception_text(error)
+            self.fault = exception_text(error)
             return ()
         if not _all_isinstance(types, str):
-            self.why = f"its relevant_types are {_type_text(types)}, not a tuple of item types"
+            self.fault = f"its relevant_types are {_type_text(types)}, not a tuple of item types"
             return ()
         return tuple(sorted(cast("set[ItemType]", set(cast("tuple[Any, ...]", types)))))
 
     def decide(self, view: View) -> Decision:
-        if self.why:
-            return _without_plan(PlanStatus.SOLVER_FAILED, self.why, self.name)
+        if self.fault is not None:
+            return _without_plan(PlanStatus.SOLVER_FAILED, self.fault, self.name)
         try:
             with _redirected_and_timed(view.budget_s):
                 made: object = self.strategy.decide(view)
@@ -77,20 +77,24 @@ class GuardedStrategy:
         except (Exception, SystemExit) as error:  # noqa: BLE001  a stranger's code may raise anything
             show_traceback(error)
             return _without_plan(PlanStatus.SOLVER_FAILED, exception_text(error), self.name)
-        wrong = decision_error(made)
-        if wrong:
-            return _without_plan(PlanStatus.SOLVER_FAILED, wrong, self.name)
-        return made
+        return checked_decision(made, self.name)
 
 
-def decision_error(made: object) -> str:
-    """Why an answer is not a decision that can be executed and recorded; empty if it is valid."""
+def checked_decision(made: object, solver: str) -> Decision:
+    """An answer if it is a decision that can be executed and recorded; else one without a plan that says why not."""
     if not isinstance(made, Decision):
-        return f"it returned {'nothing' if made is None else type(made).__name__} instead of a Decision"
+        what = f"it returned {'nothing' if made is None else type(made).__name__} instead of a Decision"
+        return _without_plan(PlanStatus.SOLVER_FAILED, what, solver)
     plan = made.plan
     if not _isinstance(plan, Plan):
-        return f"its plan is {_type_text(plan)}, not a Plan"
-    checks: tuple[tuple[str, bool], ...] = (
+        return _without_plan(PlanStatus.SOLVER_FAILED, f"its plan is {_type_text(plan)}, not a Plan", solver)
+    wrong = next((what for what, fine in _checks(made, plan) if not fine), None)
+    return made if wrong is None else _without_plan(PlanStatus.SOLVER_FAILED, f"its {wrong}", solver)
+
+
+def _checks(made: Decision, plan: Plan) -> tuple[tuple[str, bool], ...]:
+    """What can be wrong with the parts of a decision, and whether it is fine."""
+    return (
         ("plan's status is no PlanStatus", _isinstance(plan.status, PlanStatus)),
         ("plan's steps are no tuple of PlanStep", _all_isinstance(plan.steps, PlanStep)),
         ("plan's steps are not made of names and a cost", all(map(_is_valid_step, _each(plan.steps)))),
@@ -103,7 +107,6 @@ def decision_error(made: object) -> str:
         ("alternatives are no tuple of Alternative", _all_isinstance(made.alternatives, Alternative)),
         ("look_on_the_way is no tuple of containers", _all_isinstance(made.look_on_the_way, str)),
     )
-    return next((f"its {wrong}" for wrong, fine in checks if not fine), "")
 
 
 def _is_valid_step(step: object) -> bool:
@@ -150,7 +153,7 @@ class _TimeLimitReached(BaseException):
 
 @contextmanager
 def _redirected_and_timed(budget_s: float) -> Generator[None]:
-    """Redirect prints to standard error and raise _TooLate when the time is up."""
+    """Redirect prints to standard error and raise _TimeLimitReached when the time is up."""
     with redirect_stdout(sys.stderr), _time_limit(budget_s):
         yield
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import MappingProxyType
 
+from workbench.message_enum import MessageEnum, Result
 from workbench.planning.actions import BY_NAME, relevant_types
 from workbench.planning.matching import has_perfect_matching
 from workbench.planning.plans import PlanStep
@@ -269,10 +270,17 @@ def problem_of(
     )
 
 
-def unreachable_goal(problem: Problem) -> str:
-    """Which goal locations cannot be reached, if that rules out every way of meeting the goal; otherwise ""."""
+class GoalReach(MessageEnum):
+    """Whether some way of meeting the goal has all its locations within reach."""
+
+    REACHABLE = ""
+    UNREACHABLE = "{places} cannot be reached"
+
+
+def goal_reach(problem: Problem) -> Result[GoalReach]:
+    """Whether a way of meeting the goal is within reach; if none is, the goal locations that cannot be reached."""
     for way in goal_alternatives(problem.goal):
         if all(problem.travel.reaches(want.at) for want in way):
-            return ""
+            return GoalReach.REACHABLE.result()
     places = sorted({place for place in goal_locations(problem.goal) if not problem.travel.reaches(place)})
-    return f"{', '.join(places)} cannot be reached"
+    return GoalReach.UNREACHABLE.result(places=", ".join(places))

@@ -28,7 +28,7 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 from recorders.spot.client.battery import START_PERCENT, charge_percent
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
-from recorders.spot.client.docking import docked_at, undock
+from recorders.spot.client.docking import DockOutcome, docked_at, undock
 from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady, RobotUnreachable
 
 GIVE_BACK_S = 20.0
@@ -206,9 +206,9 @@ class Control:
         """Leave the dock, where the site names it: standing up on it is refused."""
         if self._dock is None or docked_at(self._connection) is None:
             return
-        reason = undock(self._connection)
-        if reason:
-            raise NotReady(str(self._connection.address), f"it did not leave its dock ({reason})")
+        ended = undock(self._connection)
+        if ended.kind is not DockOutcome.DONE:
+            raise NotReady(str(self._connection.address), f"it did not leave its dock ({ended.message})")
 
     def _power_on(self) -> None:
         client, state = self._connection.client("power"), self._connection.client("robot-state")

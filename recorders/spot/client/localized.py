@@ -36,8 +36,8 @@ def is_localized(state: graph_nav_pb2.GetLocalizationStateResponse) -> bool:
     return bool(state.localization.waypoint_id) and not state.lost_detector_state.is_lost
 
 
-def waypoint_of(data: bytes) -> str:
-    """The waypoint at which the robot is; "" if at none, or without the Spot SDK.
+def waypoint_of(data: bytes) -> str | None:
+    """The id of the waypoint at which the robot is; None if it is at none, or without the Spot SDK.
 
     Args:
         data: a serialised bosdyn.api.graph_nav.Localization.
@@ -45,7 +45,7 @@ def waypoint_of(data: bytes) -> str:
     try:
         from bosdyn.api.graph_nav import nav_pb2
     except ImportError:
-        return ""
+        return None
     place = nav_pb2.Localization.FromString(data)
     at = place.waypoint_tform_body.position
-    return place.waypoint_id if hypot(at.x, at.y) < ON_WAYPOINT_M else ""
+    return place.waypoint_id if hypot(at.x, at.y) < ON_WAYPOINT_M else None

@@ -17,6 +17,7 @@ from bosdyn.client.frame_helpers import GRAV_ALIGNED_BODY_FRAME_NAME, VISION_FRA
 from bosdyn.client.math_helpers import Quat, SE3Pose
 from bosdyn.client.robot_command import RobotCommandBuilder
 
+from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import Container
@@ -36,6 +37,19 @@ HIGHEST_M, FLOOR_M = 1.1, 0.15
 """Limits in metres of the placing height above the floor (closed furniture is higher than its shelf)."""
 GRASP_TOLERANCE_RAD = 0.35
 """Tolerance of a prescribed direction of a grasp."""
+
+
+class ArmOutcome(MessageEnum):
+    """How a command to the arm or the gripper ended; RUNNING until then."""
+
+    DONE = ""
+    RUNNING = "the arm is on its way"
+    ENDED = "the arm's command ended with {status}"
+    STALLED = "the arm stalled on the way"
+    STALLED_HOLDING = "the arm cannot go there while it holds something"
+    REFUSED = "the arm refuses ({reason})"
+    LATE = "the arm did not get there in {limit_s} s"
+    STILL_HOLDS = "the gripper did not let go"
 
 
 def hand_to(position: Position) -> robot_command_pb2.RobotCommand:
@@ -100,24 +114,25 @@ def place_on(container: Container, here: Pose, height_m: float) -> tuple[float, 
     return (x / away * far, y / away * far, max(top, FLOOR_M) + ABOVE_M - height_m)
 
 
-def command_result(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> str | None:
-    """The result of an arm or gripper command: None while running, "" on success, else the reason of the failure."""
+def command_result(feedback: synchronized_command_pb2.SynchronizedCommand.Feedback) -> Result[ArmOutcome]:
+    """The outcome of an arm or gripper command, RUNNING if it has not ended."""
     arm, claw = feedback.arm_command_feedback, feedback.gripper_command_feedback.claw_gripper_feedback
     going = basic_command_pb2.RobotCommandFeedbackStatus
     if arm.status not in (going.STATUS_PROCESSING, going.STATUS_UNKNOWN):
-        return f"the arm's command ended with {going.Status.Name(arm.status).removeprefix('STATUS_').lower()}"
+        return ArmOutcome.ENDED.result(status=going.Status.Name(arm.status).removeprefix("STATUS_").lower())
     named, cartesian = arm_command_pb2.NamedArmPositionsCommand.Feedback, arm_command_pb2.ArmCartesianCommand.Feedback
     match arm.WhichOneof("feedback"):
         case "arm_cartesian_feedback":
             status = arm.arm_cartesian_feedback.status
             if status in (cartesian.STATUS_TRAJECTORY_CANCELLED, cartesian.STATUS_TRAJECTORY_STALLED):
-                return "the arm stalled on the way"
-            return "" if status == cartesian.STATUS_TRAJECTORY_COMPLETE else None
+                return ArmOutcome.STALLED.result()
+            done = status == cartesian.STATUS_TRAJECTORY_COMPLETE
         case "named_arm_position_feedback":
             status = arm.named_arm_position_feedback.status
             if status == named.STATUS_STALLED_HOLDING_ITEM:
-                return "the arm cannot go there while it holds something"
-            return "" if status == named.STATUS_COMPLETE else None
+                return ArmOutcome.STALLED_HOLDING.result()
+            done = status == named.STATUS_COMPLETE
         case _:
             claws = gripper_command_pb2.ClawGripperCommand.Feedback
-            return "" if claw.status in (claws.STATUS_AT_GOAL, claws.STATUS_APPLYING_FORCE) else None
+            done = claw.status in (claws.STATUS_AT_GOAL, claws.STATUS_APPLYING_FORCE)
+    return ArmOutcome.DONE.result() if done else ArmOutcome.RUNNING.result()

@@ -25,6 +25,7 @@ from recorders.spot.client.tags import TagSighting
 from recorders.spot.run.arm_motion import (
     AHEAD_M,
     FLOOR_M,
+    ArmOutcome,
     Position,
     command_result,
     grasp_from,
@@ -33,6 +34,7 @@ from recorders.spot.run.arm_motion import (
     place_on,
 )
 from workbench.errors import LiosError
+from workbench.message_enum import MessageEnum, Result
 from workbench.tolerances import TINY
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, ItemId
@@ -49,20 +51,35 @@ BODY_M = 0.52
 DOWN = (0.0, 0.0, -1.0)
 
 
+class Handling(MessageEnum):
+    """How picking, placing or preparing ended."""
+
+    DONE = ""
+    NO_HELPER = "nobody was there to {action}"
+    NOT_OPENED = "nobody opened {container}"
+    NOT_SEEN = "the tag of {item} is not seen here"
+    POSE_UNSURE = "the pose of the tag of {item} is unsure (ambiguous, or of high error)"
+    GRASP_REFUSED = "the grasp was refused ({reason})"
+    GRASP_FAILED = "the grasp ended with {state}"
+    GRASP_EMPTY = "the gripper closed on nothing"
+    DROPPED = "the gripper no longer holds {item}"
+    NOT_PUT_DOWN = "{item} could not be put down: {reason}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picked:
-    """How a pick ended: `reason` is "" on success; `item_remains` says that it failed with the item still there."""
+    """How a pick ended; `item_remains` says that it failed with the item still there."""
 
-    reason: str = ""
+    result: Result[Handling]
     item_remains: bool = False
 
 
 class Manipulator(Protocol):
-    """Pick and place; `place` returns the reason of a failure, or ""."""
+    """Picks and places."""
 
     def pick(self, item: ItemId) -> Picked: ...
 
-    def place(self, item: ItemId) -> str: ...
+    def place(self, item: ItemId) -> Result[Handling]: ...
 
     def check_holding(self) -> bool:
         """Whether what is carried had been dropped, for which the robot was stopped; it is held again.
@@ -82,11 +99,13 @@ class HelperManipulator:
 
     def pick(self, item: ItemId) -> Picked:
         done = self._world.operator.confirm(f"Put {item} on the robot, then press y.")
-        return Picked() if done else Picked(reason=f"nobody was there to hand over {item}", item_remains=True)
+        if done:
+            return Picked(result=Handling.DONE.result())
+        return Picked(result=Handling.NO_HELPER.result(action=f"hand over {item}"), item_remains=True)
 
-    def place(self, item: ItemId) -> str:
+    def place(self, item: ItemId) -> Result[Handling]:
         done = self._world.operator.confirm(f"Take {item} off and put it down here, then press y.")
-        return "" if done else f"nobody was there to put down {item}"
+        return Handling.DONE.result() if done else Handling.NO_HELPER.result(action=f"put down {item}")
 
     def check_holding(self) -> bool:
         return False
@@ -108,36 +127,37 @@ class ArmManipulator:
             lambda _: DOWN,
             self._from_the_robot,
         )
-        grasps, reason, there = 0, "", False
+        grasps, result, there = 0, Handling.NOT_SEEN.result(item=item), False
         for attempt, side in enumerate(sides):
-            if attempt == len(sides) - 1 and not self._turned(item, reason):
+            if attempt == len(sides) - 1 and not self._turned(item, result.message):
                 break
-            sighting, why = self._find(item)
-            if sighting is None:
-                reason, there = why or reason or f"the tag of {item} is not seen here", there or bool(why)
+            sighting = self._find(item)
+            if isinstance(sighting, Result):
+                if sighting.kind is Handling.POSE_UNSURE:
+                    result, there = sighting, True
                 if not there:
                     break
                 continue
             grasps, there = grasps + 1, True
-            reason = self._grasp(sighting, side(sighting))
-            if not reason:
+            result = self._grasp(sighting, side(sighting))
+            if result.kind is Handling.DONE:
                 self._carry(item)
-                return Picked()
-            self._world.tell(f"Grasp {grasps} of {item} failed: {reason}")
+                return Picked(result=result)
+            self._world.tell(f"Grasp {grasps} of {item} failed: {result.message}")
         self._command(RobotCommandBuilder.arm_stow_command())
-        return Picked(reason=reason, item_remains=there)
+        return Picked(result=result, item_remains=there)
 
-    def place(self, item: ItemId) -> str:
+    def place(self, item: ItemId) -> Result[Handling]:
         if not self._holds():
             self._carrying = None
-            return f"the gripper no longer holds {item}"
+            return Handling.DROPPED.result(item=item)
         self._carrying = None
-        reason = self._put_down(self._free_place())
-        if reason:
+        ended = self._put_down(self._free_place())
+        if ended.kind is not ArmOutcome.DONE:
             self._carrying = item
             self._command(RobotCommandBuilder.arm_carry_command())
-            return f"{item} could not be put down: {reason}"
-        return ""
+            return Handling.NOT_PUT_DOWN.result(item=item, reason=ended.message)
+        return Handling.DONE.result()
 
     def check_holding(self) -> bool:
         item = self._carrying
@@ -151,8 +171,9 @@ class ArmManipulator:
         if not world.operator.confirm(asked):
             raise RunStopped(f"{item} was dropped on the way")
         again = self.pick(item)
-        if again.reason:
-            raise RunStopped(f"{item} was dropped on the way, and could not be grasped again: {again.reason}")
+        if again.result.kind is not Handling.DONE:
+            reason = again.result.message
+            raise RunStopped(f"{item} was dropped on the way, and could not be grasped again: {reason}")
         return True
 
     def secure(self) -> None:
@@ -166,7 +187,7 @@ class ArmManipulator:
                 if self._state().manipulator_state.stow_state == robot_state_pb2.ManipulatorState.STOWSTATE_DEPLOYED:
                     self._command(RobotCommandBuilder.arm_stow_command())
                 return
-            if self._command(RobotCommandBuilder.arm_stow_command()):
+            if self._command(RobotCommandBuilder.arm_stow_command()).kind is not ArmOutcome.DONE:
                 self._put_down((AHEAD_M, 0.0, FLOOR_M - BODY_M))
         except (*ROBOT_ERRORS, LiosError) as error:
             self._world.tell(f"The arm was left as it is: {error}")
@@ -207,28 +228,30 @@ class ArmManipulator:
         self._command(RobotCommandBuilder.arm_carry_command())
         self._carrying = item
 
-    def _put_down(self, at: Position) -> str:
+    def _put_down(self, at: Position) -> Result[ArmOutcome]:
         """Put down what is held, by way of a point in front of the place, and go back by it before stowing."""
         before = in_front_of(at)
-        reason = self._command(hand_to(before)) or self._command(hand_to(at))
-        if reason:
+        ended = self._command(hand_to(before))
+        if ended.kind is ArmOutcome.DONE:
+            ended = self._command(hand_to(at))
+        if ended.kind is not ArmOutcome.DONE:
             self._command(hand_to(before))
-            return reason
+            return ended
         self._command(RobotCommandBuilder.claw_gripper_open_command())
         stays = self._holds()
         self._command(hand_to(before))
         if stays:
-            return "the gripper did not let go"
+            return ArmOutcome.STILL_HOLDS.result()
         self._command(RobotCommandBuilder.claw_gripper_close_command())
         self._command(RobotCommandBuilder.arm_stow_command())
-        return ""
+        return ended
 
-    def _find(self, item: ItemId) -> tuple[TagSighting | None, str]:
-        """A sighting of the item's tag within the last FRESH_S, of a pose that is sure, and "".
+    def _find(self, item: ItemId) -> TagSighting | Result[Handling]:
+        """A sighting of the item's tag within the last FRESH_S, of a pose that is sure.
 
-        After FIND_S None, and why it was not good enough; "" where there was none.
+        After FIND_S, whether there was none or its pose was unsure.
         """
-        world, why = self._world, ""
+        world, failure = self._world, Handling.NOT_SEEN.result(item=item)
         end_ns = world.now_ns() + round(FIND_S * 1e9)
         while True:
             for sighting in world.sightings() or ():
@@ -236,13 +259,13 @@ class ArmManipulator:
                 if known is None or known.id != item or world.now_ns() - sighting.stamp_ns > round(FRESH_S * 1e9):
                     continue
                 if sighting.reliable:
-                    return sighting, ""
-                why = f"the pose of the tag of {item} is unsure (ambiguous, or of high error)"
+                    return sighting
+                failure = Handling.POSE_UNSURE.result(item=item)
             if world.now_ns() > end_ns:
-                return None, why
+                return failure
             world.wait(world.settings.poll_s)
 
-    def _grasp(self, sighting: TagSighting, direction: Position | None) -> str:
+    def _grasp(self, sighting: TagSighting, direction: Position | None) -> Result[Handling]:
         world, client = self._world, self._world.connection.client("manipulation")
         request = manipulation_api_pb2.ManipulationApiRequest(pick_object=grasp_from(sighting.in_vision, direction))
         try:
@@ -250,7 +273,7 @@ class ArmManipulator:
                 lambda: client.manipulation_api_command(request, timeout=world.connection.timeout_s)
             )
         except ResponseError as error:
-            return f"the grasp was refused ({reason_of(error)})"
+            return Handling.GRASP_REFUSED.result(reason=reason_of(error))
         asked = manipulation_api_pb2.ManipulationApiFeedbackRequest(manipulation_cmd_id=answer.manipulation_cmd_id)
         end_ns = world.now_ns() + round(GRASP_LIMIT_S * 1e9)
         state = manipulation_api_pb2.MANIP_STATE_UNKNOWN
@@ -261,11 +284,11 @@ class ArmManipulator:
             )
             state = feedback.current_state
             if state == manipulation_api_pb2.MANIP_STATE_GRASP_SUCCEEDED:
-                return "" if self._holds() else "the gripper closed on nothing"
+                return Handling.DONE.result() if self._holds() else Handling.GRASP_EMPTY.result()
             if state in _FAILED:
                 break
         name = manipulation_api_pb2.ManipulationFeedbackState.Name(state)
-        return f"the grasp ended with {name.removeprefix('MANIP_STATE_').lower()}"
+        return Handling.GRASP_FAILED.result(state=name.removeprefix("MANIP_STATE_").lower())
 
     def _holds(self) -> bool:
         return self._state().manipulator_state.is_gripper_holding_item
@@ -289,14 +312,14 @@ class ArmManipulator:
             lambda: world.connection.client("robot-state").get_robot_state(timeout=world.connection.timeout_s)
         )
 
-    def _command(self, command: robot_command_pb2.RobotCommand) -> str:
-        """Execute an arm command and wait for it; returns the reason of a failure, or ""."""
+    def _command(self, command: robot_command_pb2.RobotCommand) -> Result[ArmOutcome]:
+        """Execute an arm command and wait for its end."""
         world, client = self._world, self._world.connection.client("robot-command")
         world.connection.clock.refresh()
         try:
             number: int = world.call(lambda: client.robot_command(command, timeout=world.connection.timeout_s))
         except ResponseError as error:
-            return f"the arm refuses ({reason_of(error)})"
+            return ArmOutcome.REFUSED.result(reason=reason_of(error))
         end_ns = world.now_ns() + round(ARM_LIMIT_S * 1e9)
         while world.now_ns() < end_ns:
             world.wait(world.settings.poll_s)
@@ -304,9 +327,9 @@ class ArmManipulator:
                 lambda: client.robot_command_feedback(number, timeout=world.connection.timeout_s)
             )
             ended = command_result(answer.feedback.synchronized_feedback)
-            if ended is not None:
+            if ended.kind is not ArmOutcome.RUNNING:
                 return ended
-        return f"the arm did not get there in {ARM_LIMIT_S:g} s"
+        return ArmOutcome.LATE.result(limit_s=f"{ARM_LIMIT_S:g}")
 
 
 _FAILED = (

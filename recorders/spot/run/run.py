@@ -14,7 +14,7 @@ from recorders.sinks.mirrored import Audience
 from recorders.spot.client.clock import Stepped
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.control import Control
-from recorders.spot.client.docking import dock
+from recorders.spot.client.docking import DockOutcome, dock
 from recorders.spot.client.errors import NotLocalized
 from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
@@ -271,17 +271,21 @@ def _settings(run: RobotRun) -> dict[str, object]:
 
 def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
     """After a run that was not broken off, go back to the start and dock, where the site names a dock."""
-    number, ended = world.site.robot.dock, outcome_of(seen)
-    if number is None or ended.status is RunStatus.ABORTED or world.hands.check_holding():
+    number = world.site.robot.dock
+    if number is None or outcome_of(seen).status is RunStatus.ABORTED or world.hands.check_holding():
         return
     try:
         went = world.go_to(START)
-        reason = went.reason if isinstance(went, ActionRefused) else dock(world.connection, number)
+        if isinstance(went, ActionRefused):
+            failure = f"The robot is not docked: {went.reason}"
+        else:
+            docked = dock(world.connection, number)
+            failure = None if docked.kind is DockOutcome.DONE else f"The robot is not docked: {docked.message}"
     except (*ROBOT_ERRORS, LiosError) as error:
-        reason = str(error)
-    world.tell(f"Docked at {number}" if not reason else f"The robot is not docked: {reason}")
-    if reason:
-        say(f"The robot is not docked: {reason}")
+        failure = f"The robot is not docked: {error}"
+    world.tell(failure or f"Docked at {number}")
+    if failure is not None:
+        say(failure)
 
 
 def _as_found(world: SpotWorld) -> dict[str, object]:

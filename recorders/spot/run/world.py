@@ -29,12 +29,14 @@ from recorders.spot.client.localized import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
 from recorders.spot.client.tags import TagSighting, read_tags, within
-from recorders.spot.run.manipulation import ArmManipulator, HelperManipulator, Manipulator
+from recorders.spot.run.manipulation import ArmManipulator, Handling, HelperManipulator, Manipulator, Picked
 from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.session.foxglove import map_from_odom
+from workbench.errors import LiosError
 from workbench.log_schema.events import NANO
+from workbench.message_enum import Result
 from workbench.worlds.geometry import Pose
 from workbench.worlds.house import START, ContainerId, Contents, FloorPlan, Item, ItemId, LocationId
 from workbench.worlds.sites.site import Site, starting_at
@@ -60,7 +62,7 @@ class SpotWorld:
 
     Attributes:
         tell: called with what the log should say in words.
-        recording_trouble: why nothing is recorded any more; "" while it is.
+        recording_trouble: why nothing is recorded any more; None while it is.
         ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
             about.
         opened_by: who opened which closed furniture.
@@ -77,7 +79,7 @@ class SpotWorld:
     at: LocationId | None = None
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
-    recording_trouble: Callable[[], str] = field(default=lambda: "")
+    recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
     ending: bool = False
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
@@ -160,23 +162,18 @@ class SpotWorld:
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
-        if not self._may_reach():
-            return replace(_refused(start_ns, self.now_ns(), f"nobody opened {self.at}"), item_remains=True)
-        picked = self.hands.pick(item)
-        if not picked.reason:
-            return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
-        refused = _refused(start_ns, self.now_ns(), picked.reason)
-        return replace(refused, item_remains=picked.item_remains)
+        picked = self.hands.pick(item) if self._may_reach() else Picked(result=self._not_opened(), item_remains=True)
+        answer = self._handled(start_ns, picked.result)
+        return replace(answer, item_remains=picked.item_remains) if isinstance(answer, ActionRefused) else answer
 
     def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
-        reason = self.hands.place(item) if self._may_reach() else f"nobody opened {self.at}"
-        return self._handled(start_ns, reason)
+        return self._handled(start_ns, self.hands.place(item) if self._may_reach() else self._not_opened())
 
     def prepare(self, action: str, items: tuple[ItemId, ...]) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
         done = self.operator.confirm(f"Please {action} {', '.join(items)}, then press y.")
-        return self._handled(start_ns, "" if done else f"nobody was there to {action}")
+        return self._handled(start_ns, Handling.DONE.result() if done else Handling.NO_HELPER.result(action=action))
 
     def know_the_map(self) -> None:
         """Look up the site's waypoints on the robot's map, by id or by name.
@@ -250,7 +247,7 @@ class SpotWorld:
             raise RunStopped(LEASE_LOST)
         if not self.ending:
             trouble = self.recording_trouble()
-            if trouble:
+            if trouble is not None:
                 raise RunStopped(f"recording stopped: {trouble}")
 
     def call(self, ask: Callable[[], Answer]) -> Answer:
@@ -328,9 +325,9 @@ class SpotWorld:
         """The SDK's client of GraphNav; its methods have no types."""
         return self.connection.client("graph-nav-service")
 
-    def _handled(self, start_ns: int, reason: str) -> ActionDone | ActionRefused:
-        if reason:
-            return _refused(start_ns, self.now_ns(), reason)
+    def _handled(self, start_ns: int, result: Result[Handling]) -> ActionDone | ActionRefused:
+        if result.kind is not Handling.DONE:
+            return _refused(start_ns, self.now_ns(), result.message)
         return ActionDone(start_ns=start_ns, end_ns=self.now_ns())
 
     def _stands_open(self, container: ContainerId) -> bool:
@@ -344,6 +341,9 @@ class SpotWorld:
             elif self.operator.confirm(f"Open {container}, then press y."):
                 self.opened_by[place] = "operator"
         return place in self.opened_by
+
+    def _not_opened(self) -> Result[Handling]:
+        return Handling.NOT_OPENED.result(container=str(self.at))
 
     def _may_reach(self) -> bool:
         return self.at is None or self.at == START or self._stands_open(ContainerId(self.at))

@@ -18,6 +18,7 @@ from recorders.spot.client.odometer import WalkLog
 from workbench.execution.events import ActionEnded, ContainerObserved, Event, RunEnded, RunStatus
 from workbench.execution.goal_check import is_met
 from workbench.log_schema.events import NANO
+from workbench.message_enum import MessageEnum, Result
 from workbench.planning.plans import PlanStep
 from workbench.planning.tasks import AllOf, Task
 from workbench.search.costs import ActionCosts
@@ -37,12 +38,21 @@ DWELL_S, LOOK_S = 2.0, 4.0
 MARGIN_M = 0.35
 
 
+class LookFinding(MessageEnum):
+    """Whether what was recorded supports a look, and if not, why the look is inconclusive."""
+
+    SUPPORTED = ""
+    NOTHING_DETECTS = "nothing in the bag detects tags"
+    ROBOT_ELSEWHERE = "the robot was localised elsewhere"
+    NOT_PLACED = "detections could not be placed: {reason}"
+    FRAME_APART = "tags are detected in {frame}, which does not lead to {map_frame}"
+    MAY_BE_SHUT = "it is closed furniture, nothing was seen in it, and nobody said that it was opened"
+
+
 class LookJudge(Protocol):
     """Judges whether a look is supported by what was recorded."""
 
-    def doubt(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> str:
-        """Why a look is inconclusive; "" for one that is supported."""
-        ...
+    def judge(self, at: LocationId, start_ns: int, end_ns: int, robot: Point) -> Result[LookFinding]: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -268,14 +278,18 @@ class ActionDeriver:
         visit = (self.knowledge.robot_at, self.visits)
         if visit == self._doubted_on:
             return True
-        reason = "" if self.judge is None else self.judge.doubt(visit[0], self._still_ns, now_ns, robot)
-        if not reason and self._may_be_shut(container):
-            reason = "it is closed furniture, nothing was seen in it, and nobody said that it was opened"
-        if reason:
-            self._doubted_on = visit
-            look = InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=reason)
-            self.inconclusive.append(look)
-        return bool(reason)
+        found = LookFinding.SUPPORTED.result()
+        if self.judge is not None:
+            found = self.judge.judge(visit[0], self._still_ns, now_ns, robot)
+        if found.kind is LookFinding.SUPPORTED and self._may_be_shut(container):
+            found = LookFinding.MAY_BE_SHUT.result()
+        if found.kind is LookFinding.SUPPORTED:
+            return False
+        self._doubted_on = visit
+        self.inconclusive.append(
+            InconclusiveLook(container=container.id, start_ns=self._still_ns, end_ns=now_ns, reason=found.message)
+        )
+        return True
 
     def _may_be_shut(self, container: Container) -> bool:
         closed = any(entry.closed for entry in self.site.file.containers if entry.id == container.id)

@@ -27,7 +27,7 @@ from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.record_session import SessionPlan, record_session
-from recorders.spot.run.arm_motion import command_result, place_on
+from recorders.spot.run.arm_motion import ArmOutcome, command_result, place_on
 from recorders.spot.run.navigate import navigation_goal, renew_navigation, speed_limit
 from recorders.spot.run.operator import StopSwitch, stop_on_signals
 from recorders.spot.run.run import first_decision, run_and_record
@@ -242,14 +242,14 @@ def test_an_arm_that_stalls_keeps_what_it_holds(tmp_path: Path) -> None:
 
 def test_how_an_arm_ended_is_read_from_its_feedback() -> None:
     feedback = synchronized_command_pb2.SynchronizedCommand.Feedback()
-    assert command_result(feedback) is None
+    assert command_result(feedback).kind is ArmOutcome.RUNNING
     feedback.gripper_command_feedback.claw_gripper_feedback.status = 2
-    assert command_result(feedback) in (None, "")
+    assert command_result(feedback).kind in (ArmOutcome.RUNNING, ArmOutcome.DONE)
     feedback.arm_command_feedback.status = 2
-    assert "overridden" in str(command_result(feedback))
+    assert "overridden" in command_result(feedback).message
     feedback.arm_command_feedback.status = 1
     feedback.arm_command_feedback.named_arm_position_feedback.status = 3
-    assert "holds something" in str(command_result(feedback))
+    assert "holds something" in command_result(feedback).message
 
 
 def test_a_camera_that_the_robot_does_not_have_is_said_before_recording(tmp_path: Path) -> None:

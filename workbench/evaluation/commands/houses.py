@@ -211,14 +211,14 @@ def _reach_row(reach: RoomReach) -> dict[str, Any]:
         "cut_off": reach.cut_off,
         "containers": reach.containers,
         "unreachable": list(reach.unreachable),
-        "why": reach.why,
+        "why": reach.access.message,
     }
 
 
 def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
     from workbench.terminal import progress
     from workbench.worlds.maps.navigation import navigate
-    from workbench.worlds.maps.reach import rooms_reached
+    from workbench.worlds.maps.reach import RoomAccess, rooms_reached
     from workbench.worlds.procthor.load import iter_houses
 
     houses = rooms = containers = items = open_plan = rooms_cut_off = 0
@@ -234,7 +234,11 @@ def _summary(path: Path, assets: Path | None) -> dict[str, Any]:
         open_plan += any(_joined_by_open_wall_alone(reach) for reach in reached)
         rooms_cut_off += sum(reach.cut_off for reach in reached)
         if unreachable or any(reach.cut_off for reach in reached):
-            why = "; ".join(f"{reach.kind} {reach.room}: {reach.why}" for reach in reached if reach.why)
+            why = "; ".join(
+                f"{reach.kind} {reach.room}: {reach.access.message}"
+                for reach in reached
+                if reach.access.kind is not RoomAccess.WHOLE
+            )
             lost.append(
                 {
                     "house": house.plan.name,

@@ -23,7 +23,7 @@ from workbench.planning.builtin.attempts import (
 from workbench.planning.builtin.plan_writer import steps_of
 from workbench.planning.builtin.search_interface import LIMIT, SOLVED
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
-from workbench.planning.problem import Problem, holds, initial_state, unreachable_goal
+from workbench.planning.problem import GoalReach, Problem, goal_reach, holds, initial_state
 from workbench.planning.strategy import Alternative
 from workbench.search.ties import by_cost, tolerance
 from workbench.tolerances import NEAR_COST
@@ -85,9 +85,9 @@ def solve(
     """
     if holds(problem.goal, initial_state(problem), problem):
         return SolverResult(plan=_plan_of((), lower_bound=0.0))
-    unreachable = unreachable_goal(problem)
-    if unreachable:
-        return SolverResult(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=unreachable))
+    reach = goal_reach(problem)
+    if reach.kind is GoalReach.UNREACHABLE:
+        return SolverResult(plan=Plan(status=PlanStatus.NO_PLAN, solver=SOLVER, note=reach.message))
     given = at_most.cost if at_most is not None and at_most.status is PlanStatus.SOLVED else float("inf")
     began = clock()
     enough = began + MAX_BUDGET_SHARE * budget_s

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
+from workbench.message_enum import MessageEnum, Result
 from workbench.planning.actions import producers
 from workbench.planning.problem import goal_alternatives
 from workbench.planning.tasks import Delivered, Goal, Holding
@@ -15,37 +16,46 @@ from workbench.worlds.house import ItemType
 from workbench.worlds.names import readable_name
 
 
-def missing_support(goal: Goal, things: Mapping[ItemType, int]) -> str:
-    """What the first way of meeting the goal lacks, if every way lacks something; otherwise "".
+class Support(MessageEnum):
+    """Whether the items of a house can meet a goal, and if not, what is lacking."""
+
+    COMPLETE = ""
+    NO_ITEM = "no {item_type}"
+    TOO_FEW = "{have} {item_type}, and the goal asks for {wanted}"
+    NO_PREPARATION = "nothing that makes a {item_type} {prop}"
+
+
+def support(goal: Goal, things: Mapping[ItemType, int]) -> Result[Support]:
+    """What the first way of meeting the goal lacks, if every way lacks something; otherwise COMPLETE.
 
     A contradictory way (two items in one hand) lacks nothing: proving that no plan exists is left to the planner.
 
     Args:
         things: number of items of each type.
     """
-    first = ""
+    first: Result[Support] | None = None
     for way in goal_alternatives(goal):
-        lacks = _missing_in_alternative(way, things)
-        if not lacks:
-            return ""
-        first = first or lacks
-    return first
+        found = _support_of_alternative(way, things)
+        if found.kind is Support.COMPLETE:
+            return found
+        first = first or found
+    return first or Support.COMPLETE.result()
 
 
-def _missing_in_alternative(way: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int]) -> str:
+def _support_of_alternative(way: tuple[Delivered | Holding, ...], things: Mapping[ItemType, int]) -> Result[Support]:
     contradicts = sum(isinstance(want, Holding) for want in way) > 1
     wanted = Counter(want.item_type for want in way)
     for item_type, number in wanted.items():
         have = things.get(item_type, 0)
         if not have:
-            return f"no {readable_name(item_type)}"
+            return Support.NO_ITEM.result(item_type=readable_name(item_type))
         if have < number and not contradicts:
-            return f"{have} {readable_name(item_type)}, and the goal asks for {number}"
+            return Support.TOO_FEW.result(have=str(have), item_type=readable_name(item_type), wanted=str(number))
     for want in way:
         for prop in getattr(want, "properties", ()):
             if not _can_provide(want.item_type, prop, things):
-                return f"nothing that makes a {readable_name(want.item_type)} {prop}"
-    return ""
+                return Support.NO_PREPARATION.result(item_type=readable_name(want.item_type), prop=prop)
+    return Support.COMPLETE.result()
 
 
 def _can_provide(item_type: ItemType, prop: str, things: Mapping[ItemType, int]) -> bool:

@@ -34,7 +34,7 @@ import yaml
 from workbench.errors import FileMissing, MalformedFile, UnknownName
 from workbench.planning.actions import EFFECTS, producers
 from workbench.planning.scenarios.house_items import SERVING_TYPES, ScenarioUnsupported, add_item, was_added
-from workbench.planning.scenarios.support import missing_support
+from workbench.planning.scenarios.support import Support, support
 from workbench.planning.tasks import Added, AllOf, AnyOf, Delivered, Goal, Holding, Task
 from workbench.worlds.house import START, Container, House, ItemType, LocationId
 from workbench.worlds.names import can_carry, readable_name, type_named, vocabulary
@@ -91,9 +91,9 @@ class _Reader:
             available=tuple(sorted(held)),
             added=tuple(each for each in self.added() if was_added(self.house, each.item_type)),
         )
-        lacks = missing_support(goal, held)
-        if lacks:
-            raise ScenarioUnsupported(self.house.plan.name, self.name, lacks)
+        found = support(goal, held)
+        if found.kind is not Support.COMPLETE:
+            raise ScenarioUnsupported(self.house.plan.name, self.name, found.message)
         return task
 
     def prepared(self) -> House:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import final
 
 from workbench.errors import BadValue
+from workbench.message_enum import MessageEnum
 from workbench.planning.builtin.plan_writer import without_hypothetical
 from workbench.planning.builtin.solver import SolverResult
 from workbench.planning.plans import Plan, PlanStatus
@@ -88,34 +89,42 @@ class UnifiedPlanning:
 def engines_here() -> tuple[str, ...] | None:
     """The installed engines of unified-planning that plan with costs, sorted; None without unified-planning.
 
-    Left out are its meta-engines, such as "oversubscription[symk]", and those that refusal gives a reason for.
+    Left out are its meta-engines, such as "oversubscription[symk]", and those that are not offered.
     """
     found = _engines()
-    return None if found is None else tuple(sorted(name for name, why in found.items() if not why))
+    return None if found is None else tuple(sorted(name for name, use in found.items() if use is EngineUse.OFFERED))
 
 
-def refusal(engine: str) -> str:
-    """Why an installed engine of unified-planning is not offered; empty for one that is, or is not installed."""
-    return (_engines() or {}).get(engine, "")
+def engine_use(engine: str) -> EngineUse:
+    """Whether an engine of unified-planning is offered; so is one that is not installed, which is refused later."""
+    return (_engines() or {}).get(engine, EngineUse.OFFERED)
 
 
 @lru_cache(maxsize=1)
-def _engines() -> dict[str, str] | None:
-    """Each installed engine that produces plans, with the reason why it is not offered, or none."""
+def _engines() -> dict[str, EngineUse] | None:
+    """Each installed engine that produces plans; None without unified-planning."""
     if installed_module("unified_planning") is None:
         return None
     factory = import_module("unified_planning.shortcuts").get_environment().factory
-    found: dict[str, str] = {}
+    found: dict[str, EngineUse] = {}
     for name in factory.engines:
         engine = factory.engine(name)
         if engine.is_oneshot_planner() and "[" not in name:
             costs = ANY_COST in engine.supported_kind().features
-            found[name] = REFUSED.get(name, "") if costs else NO_COSTS
+            found[name] = REFUSED.get(name, EngineUse.OFFERED) if costs else EngineUse.NO_COSTS
     return found
 
 
-REFUSED = {"aries": "it reads whole numbers alone, and unified-planning reads the costs of PDDL as real ones"}
-NO_COSTS = "it does not plan with action costs, so that its plans would be cheap only by chance"
+class EngineUse(MessageEnum):
+    """Whether an engine of unified-planning is offered as a solver, and if not, why."""
+
+    OFFERED = ""
+    NO_COSTS = "it does not plan with action costs, so that its plans would be cheap only by chance"
+    NO_REAL_COSTS = "it reads whole numbers alone, and unified-planning reads the costs of PDDL as real ones"
+
+
+REFUSED = {"aries": EngineUse.NO_REAL_COSTS}
+"""Engines that say that they plan with costs, and do not with ours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

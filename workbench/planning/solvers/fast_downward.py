@@ -26,7 +26,7 @@ from workbench.errors import UnknownName
 from workbench.planning.builtin.plan_writer import without_hypothetical
 from workbench.planning.builtin.solver import SolverResult
 from workbench.planning.plans import Plan, PlanStatus, PlanStep
-from workbench.planning.problem import IllegalStep, Problem, apply, holds, initial_state, unreachable_goal
+from workbench.planning.problem import GoalReach, IllegalStep, Problem, apply, goal_reach, holds, initial_state
 from workbench.planning.solvers.outcomes import without_plan
 from workbench.planning.solvers.pddl import pddl_of
 from workbench.planning.solvers.sas import COST_SCALE, sas_of
@@ -116,9 +116,9 @@ def trivial_plan(problem: Problem, solver: str) -> Plan | None:
     """The plan where nothing needs to be searched: the goal holds already, or its places cannot be reached."""
     if holds(problem.goal, initial_state(problem), problem):
         return Plan(status=PlanStatus.SOLVED, lower_bound=0.0, optimal=True, solver=solver)
-    unreachable = unreachable_goal(problem)
-    if unreachable:
-        return Plan(status=PlanStatus.NO_PLAN, solver=solver, note=unreachable)
+    reach = goal_reach(problem)
+    if reach.kind is GoalReach.UNREACHABLE:
+        return Plan(status=PlanStatus.NO_PLAN, solver=solver, note=reach.message)
     return None
 
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import cast
 
 from workbench.errors import MissingExtra, Unsupported
-from workbench.planning.solvers.external import PddlCommand, UnifiedPlanning, engines_here, refusal
+from workbench.planning.solvers.external import EngineUse, PddlCommand, UnifiedPlanning, engine_use, engines_here
 from workbench.planning.solvers.fast_downward import FastDownward, downward_home
 from workbench.planning.solvers.protocol import BuiltIn, Solver
 from workbench.plugins import SOLVER, NameOrigin, NotFromLog, Plugin, PluginNotLoaded, import_path, plugin
@@ -109,9 +109,9 @@ def solver_of_extra(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> Solver
         raise MissingExtra(f"solver {name}", "planners")
     if isinstance(made, UnifiedPlanning):
         with import_path(origin):
-            why, here = refusal(made.engine), engines_here() or ()
-        if why:
-            raise EngineRefused(name, why, here)
+            use, here = engine_use(made.engine), engines_here() or ()
+        if use is not EngineUse.OFFERED:
+            raise EngineRefused(name, use.result().message, here)
     return made
 
 

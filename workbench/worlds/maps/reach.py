@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from workbench.message_enum import MessageEnum, Result
 from workbench.worlds.house import ContainerId, FloorPlan, RoomId
 from workbench.worlds.maps.connectivity import rooms_beside
 from workbench.worlds.maps.navigation import REACH_M, Navigation, clear_cells, free_cells
@@ -20,6 +21,16 @@ FINER_M = 0.05
 """The finer grid on which a room that is cut off is tried again, in metres a cell."""
 
 
+class RoomAccess(MessageEnum):
+    """Whether a room and its containers are reached, and if not, why."""
+
+    WHOLE = ""
+    GRID_TOO_COARSE = "only on the grid: at {cell_m} m a cell the robot fits"
+    TOO_NARROW = "the way is narrower than the robot, {width_m} m"
+    NO_WAY_IN = "furniture or walls leave no way in"
+    NO_FREE_FLOOR = "no free floor in the room within {reach_m} m, for a robot of {radius_m} m radius"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomReach:
     """How a room is joined to others, and how much of it the robot reaches.
@@ -30,7 +41,7 @@ class RoomReach:
         cut_off: whether that is less than half of the room's clear floor, or there is none.
         containers: number of containers in the room.
         unreachable: those that the robot cannot use.
-        why: why the room is cut off, or why some containers cannot be used; empty if all is reached.
+        access: whether all is reached; if not, why the room is cut off, or why some containers cannot be used.
     """
 
     room: RoomId
@@ -40,7 +51,7 @@ class RoomReach:
     cut_off: bool
     containers: int
     unreachable: tuple[ContainerId, ...]
-    why: str
+    access: Result[RoomAccess]
 
 
 def rooms_reached(plan: FloorPlan, navigation: Navigation, *, robot_radius_m: float = 0.2) -> tuple[RoomReach, ...]:
@@ -59,11 +70,11 @@ def rooms_reached(plan: FloorPlan, navigation: Navigation, *, robot_radius_m: fl
         cut_off = _is_cut_off(cells, int(np.count_nonzero(clear & (labels == index))))
         containers = [container.id for container in plan.containers if container.room == room.id]
         away = tuple(container for container in containers if container in lost)
-        why = ""
+        access = RoomAccess.WHOLE.result()
         if cut_off:
-            why = _why_cut_off(plan, index, robot_radius_m)
+            access = _access_cut_off(plan, index, robot_radius_m)
         elif away:
-            why = f"no free floor in the room within {REACH_M:g} m, for a robot of {robot_radius_m:g} m radius"
+            access = RoomAccess.NO_FREE_FLOOR.result(reach_m=f"{REACH_M:g}", radius_m=f"{robot_radius_m:g}")
         reached.append(
             RoomReach(
                 room=room.id,
@@ -73,7 +84,7 @@ def rooms_reached(plan: FloorPlan, navigation: Navigation, *, robot_radius_m: fl
                 cut_off=cut_off,
                 containers=len(containers),
                 unreachable=away,
-                why=why,
+                access=access,
             )
         )
     return tuple(reached)
@@ -96,18 +107,18 @@ def _passages(plan: FloorPlan) -> dict[RoomId, set[tuple[RoomId, Passage]]]:
     return found
 
 
-def _why_cut_off(plan: FloorPlan, room: int, robot_radius_m: float) -> str:
+def _access_cut_off(plan: FloorPlan, room: int, robot_radius_m: float) -> Result[RoomAccess]:
     """Whether a finer grid or a thinner robot would enter a room: the grid, the width or the house cuts it off."""
-    for radius_m, why in (
-        (robot_radius_m, f"only on the grid: at {FINER_M:g} m a cell the robot fits"),
-        (0.0, f"the way is narrower than the robot, {2 * robot_radius_m:g} m"),
+    for radius_m, access in (
+        (robot_radius_m, RoomAccess.GRID_TOO_COARSE.result(cell_m=f"{FINER_M:g}")),
+        (0.0, RoomAccess.TOO_NARROW.result(width_m=f"{2 * robot_radius_m:g}")),
     ):
         grid = occupancy_of(plan, resolution_m=FINER_M)
         inside = room_labels(plan, grid) == room
         cells, clear = (int(np.count_nonzero(of(grid, radius_m) & inside)) for of in (free_cells, clear_cells))
         if not _is_cut_off(cells, clear):
-            return why
-    return "furniture or walls leave no way in"
+            return access
+    return RoomAccess.NO_WAY_IN.result()
 
 
 def _is_cut_off(cells: int, clear: int) -> bool:

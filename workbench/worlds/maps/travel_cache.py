@@ -15,8 +15,7 @@ import msgspec
 import numpy as np
 
 from workbench.arrays import AnyArray
-from workbench.cache import cache_folder
-from workbench.files import atomic
+from workbench.files import atomic, cache_folder
 from workbench.worlds.house import FloorPlan
 
 VERSION = 1
