@@ -22,12 +22,14 @@ from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from workbench.errors import LiosError
 from workbench.files import cache_folder, write_atomically
 from workbench.message_enum import MessageEnum, Result
+from workbench.remote.path import RemotePath
 
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
 
 LIST_VERSION = 4
 STAT_WORKERS = 8
+REMOTE_READERS = 64
 REPLAY, OBSERVATIONS, IMPUTED = "replay", "/search/observation", "imputed"
 """The source of a replay's log, the topic of what was seen, and the support of what nobody saw."""
 UNDECIDED = "undetermined"
@@ -94,13 +96,21 @@ def rows_of(
         states = list(pool.map(_state, paths))
     fresh: dict[str, _Known] = {}
     new = [p for p, state in zip(paths, states, strict=True) if not _is_current(known.get(shown(p)), state)]
-    for path in told(iter(new)):
-        size, changed_ns = _state(path)
-        fresh[shown(path)] = _Known(size, changed_ns, row_of(path))
+    for path, row in _read(new, told):
+        fresh[shown(path)] = _Known(*_state(path), row)
     if fresh:
         known.update(fresh)
         _remember(memory, {shown(p): known[shown(p)] for p in paths})
     return [known[shown(path)].row for path in paths]
+
+
+def _read(paths: Sequence[Path], told: Callable[[Iterator[Path]], Iterator[Path]]) -> Iterator[tuple[Path, LogRow]]:
+    """The rows of logs: many at a time where they lie at addresses, since each answer is waited for."""
+    remote = [path for path in paths if isinstance(path, RemotePath)]
+    with ThreadPoolExecutor(REMOTE_READERS) as pool:
+        coming = {path: pool.submit(row_of, path) for path in remote}
+        for path in told(iter(paths)):
+            yield path, coming[path].result() if path in coming else row_of(path)
 
 
 def row_of(path: Path) -> LogRow:
@@ -168,6 +178,9 @@ def cache_path(folder: Path) -> Path | None:
 
 
 def _state(path: Path) -> tuple[int, int]:
+    """Size and time of change; (-1, -1) where they are not known, or not without asking a server."""
+    if isinstance(path, RemotePath):
+        return (-1, -1)
     try:
         state = path.stat()
     except OSError:
