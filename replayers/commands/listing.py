@@ -28,7 +28,7 @@ def list_logs(
     fresh: Annotated[bool, Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,
 ) -> None:
-    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and cached.
+    """List runs: house, scenario, strategy, outcome, cost, and what is missing from them. Rows are cached.
 
     Replays in imagined worlds are marked: in how many containers the contents are imputed, because nobody saw them.
 
@@ -40,6 +40,7 @@ def list_logs(
     """
     from replayers.log_tools.listing import cache_path, rows_of
     from replayers.log_tools.log_paths import find_logs
+    from replayers.runs.gaps import losses_of_listed
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
@@ -50,7 +51,9 @@ def list_logs(
     places = where or ["."]
     memory = cache_path(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
     paths = find_logs(places)
-    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"))
+    rows = rows_of(
+        paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=losses_of_listed
+    )
     wanted = [
         row
         for row in rows
@@ -81,8 +84,8 @@ def list_logs(
 
 
 def _end(rows: list[LogRow]) -> None:
-    """Ends with 3 where a log of a run is not whole."""
-    if any(row.problem and row.run_id for row in rows):
+    """Ends with 3 where a log of runs is not whole."""
+    if any(row.lost or (row.problem and row.run_id) for row in rows):
         raise click.exceptions.Exit(3)
 
 

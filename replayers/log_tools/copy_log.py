@@ -245,6 +245,11 @@ class ReadLoss:
     def any(self) -> bool:
         return self.count > 0 or self.messages > 0
 
+    @property
+    def loses_content(self) -> bool:
+        """Whether anything but bookkeeping was lost."""
+        return self.messages > 0 or any(damage.loses_content for damage in self.damages)
+
 
 Part = Message | Attachment | Metadata | Header
 """What a log holds, apart from bookkeeping."""
