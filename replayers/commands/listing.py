@@ -13,6 +13,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
+    from replayers.log_tools.info import Description
     from replayers.log_tools.listing import LogRow
 
 SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s", "started_ns", "size_bytes")
@@ -40,7 +41,6 @@ def list_logs(
     """
     from replayers.log_tools.listing import cache_path, rows_of
     from replayers.log_tools.log_paths import find_logs
-    from replayers.runs.gaps import losses_of_listed
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
@@ -51,9 +51,7 @@ def list_logs(
     places = where or ["."]
     memory = cache_path(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
     paths = find_logs(places)
-    rows = rows_of(
-        paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=losses_of_listed
-    )
+    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=_missing)
     wanted = [
         row
         for row in rows
@@ -81,6 +79,13 @@ def list_logs(
         + (f", {imagined} of imagined worlds: what so many containers hold is imputed" if imagined else "")
     )
     _end(wanted)
+
+
+def _missing(found: Description) -> tuple[str, ...]:
+    """What is missing from a log; a list that is cached loads nothing for it."""
+    from replayers.runs.gaps import losses_of_listed
+
+    return losses_of_listed(found)
 
 
 def _end(rows: list[LogRow]) -> None:

@@ -85,7 +85,7 @@ class Copier:
             )
         except CannotCreate as error:
             raise CannotCreate(self.path, error.reason) from error
-        remove_abandoned_drafts(self.path)
+        remove_abandoned_drafts(self.path.parent)
         self._placed: dict[ChannelKey, tuple[Channel, Schema | None]] = {}
         self._channels: set[int] = set()
         self._schemas: dict[int, Schema] = {}
