@@ -48,7 +48,7 @@ def test_an_error_names_the_file_and_not_its_draft(tmp_path: Path) -> None:
 def test_drafts_of_running_processes_stay(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     draft_path(path).write_bytes(b"half")
-    remove_abandoned_drafts(path)
+    remove_abandoned_drafts(path.parent)
     assert draft_path(path).exists()
 
 
