@@ -29,17 +29,16 @@ def simulated_robot(
     software: SoftwareVersion = NEWEST,
 ) -> Generator[tuple[SimulatedSpot, Connection]]:
     """A simulated robot and a connection to it by the official client; both are closed at the end of the block."""
+    login = Credentials(username="user", password=password)
     with (
         tempfile.TemporaryDirectory(prefix="lios-spot-") as folder,
-        SimulatedSpot(
-            site, house, clock=clock, faults=faults, seed=seed, password=password, software=software
-        ) as robot,
+        SimulatedSpot(site, house, clock=clock, faults=faults, seed=seed, login=login, software=software) as robot,
     ):
         certificate = robot.write_certificate(Path(folder) / "robot.pem")
         stepped = robot.clock if isinstance(robot.clock, SteppedClock) else None
         with Connection(
             RobotAddress(host=robot.address, port=robot.port),
-            Credentials(username=robot.username, password=robot.password),
+            login,
             certificate=certificate,
             stepped=stepped,
         ) as connection:

@@ -36,6 +36,7 @@ from bosdyn.api.docking import docking_service_pb2_grpc
 from bosdyn.api.graph_nav import graph_nav_service_pb2_grpc
 
 from recorders.certificate import new_identity
+from recorders.spot.client.connection import Credentials
 from recorders.spot.client.software import SoftwareVersion
 from recorders.spot.client.time_source import RobotClock, RunningClock
 from recorders.spot.simulated.basic_services import (
@@ -63,7 +64,8 @@ from workbench.errors import Failed
 from workbench.worlds.house import House
 from workbench.worlds.sites.site import Site
 
-HOST, USER = "127.0.0.1", "user"
+HOST = "127.0.0.1"
+SIMULATED_LOGIN = Credentials(username="user", password="simulated")
 MAX_MESSAGE_BYTES = 100 * 1024**2
 WORKERS = 24
 Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any]"
@@ -85,7 +87,7 @@ class SimulatedSpot:
     Args:
         site: the site. house: the true house.
         port: 0 for a free one.
-        password: the client's; its user is USER.
+        login: the user that it lets in.
         faults: scheduled faults.
         seed: seed of the sensor noise.
         software: the release of its software, whose services and fields it has.
@@ -109,7 +111,7 @@ class SimulatedSpot:
         *,
         clock: RobotClock | None = None,
         port: int = 0,
-        password: str = "simulated",
+        login: Credentials = SIMULATED_LOGIN,
         faults: tuple[Fault, ...] = (),
         seed: int = 0,
         software: SoftwareVersion = NEWEST,
@@ -119,10 +121,10 @@ class SimulatedSpot:
         self.state: RobotState = new_state(site, house, self.clock, faults=faults, seed=seed)
         self.state.software = software
         self.state.on_drop = self._drop_from_inside
-        self.username, self.password = USER, password
+        self.username, self.password = login.username, login.password
         self._identity = new_identity(AUTHORITIES)
         self.certificate_pem = self._identity.root_pem
-        self._auth = Auth(self.state, USER, password)
+        self._auth = Auth(self.state, login.username, login.password)
         self.state.on_expired_tokens = self._auth.tokens.clear
         self._time_sync = TimeSync(self.state)
         self._lock = threading.Lock()
