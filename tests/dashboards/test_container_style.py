@@ -14,7 +14,7 @@ from dashboards.model.container_style import container_colours
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.palette import linear_rgb
-from dashboards.viser_app.belief_marks import BeliefMarks
+from dashboards.viser_app.drawing.belief_marks import BeliefMarks
 
 OURS = timeline_of(toy_run())
 

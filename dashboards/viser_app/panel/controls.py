@@ -29,16 +29,18 @@ from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, script, update_address
-from dashboards.viser_app.options import Options
-from dashboards.viser_app.session import PANEL_PX, Session
+from dashboards.viser_app.panel.options import Options
+from dashboards.viser_app.session import Session
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
+PANEL_PX = 440
+"""Width of the panel beside the view."""
 CAMERA_PX, CAMERAS_PX = 220, 330
+"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 TYPED_AFTER_S = 0.7
 """Somebody who pauses for this long has typed what they wanted."""
-"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 NONE_YET: tuple[str, ...] = ("",)
 """The only entry of a list before anything is known."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
@@ -316,7 +318,7 @@ class Controls:
         size = (camera.image_width, camera.image_height)
         if size != self._size:
             self._size = size
-            self._session.refit()
+            self._session.camera.refit()
         self._session.stir()
 
     def _list_runs(self) -> None:

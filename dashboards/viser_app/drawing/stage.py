@@ -17,8 +17,8 @@ from dashboards.geometry.solids import Batch, unit_mesh
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import Scene
 from dashboards.palette import OCCUPIED, Colour, linear_rgb
-from dashboards.viser_app.actors import Actors
-from dashboards.viser_app.belief_marks import BeliefMarks
+from dashboards.viser_app.drawing.actors import Actors
+from dashboards.viser_app.drawing.belief_marks import BeliefMarks
 from workbench.arrays import Bools
 from workbench.worlds.house import FloorPlan
 from workbench.worlds.maps.occupancy import OccupancyGrid
