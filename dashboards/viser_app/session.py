@@ -18,11 +18,13 @@ import viser
 from dashboards.geometry.house import HouseShape
 from dashboards.library.library import Library
 from dashboards.model.clock import Alignment, Clock
-from dashboards.model.container_pick import container_met
+from dashboards.model.containers.container_pick import container_met
+from dashboards.model.containers.item_marks import ItemMarks, item_marks
+from dashboards.model.containers.seen_items import items_seen
+from dashboards.model.containers.unopened import unopened
 from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline
-from dashboards.model.unopened import unopened
 from dashboards.palette import run_colour
 from dashboards.sensing.senses import RobotSensors
 from dashboards.viser_app.cameras import behind, close_to, look
@@ -33,6 +35,7 @@ from dashboards.viser_app.trouble import ViewErrors
 from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from replayers.log_tools.notes import Note
 from workbench.arrays import Bools
+from workbench.errors import LiosError
 from workbench.log_schema.events import SeenItem
 from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
@@ -188,6 +191,19 @@ class Session:
         """The notes on each run on show."""
         return [self.library.notes(run) for run in self._readable]
 
+    def add_note(self, words: str, *, author: str = "") -> bool:
+        """Writes a note about the moment shown into the log of the run in focus; whether that was possible."""
+        if not self._readable:
+            return False
+        stamp_ns = self.clock.stamps(self.state.at)[0]
+        try:
+            self.library.add_note(self._readable[0], words, stamp_ns=stamp_ns, author=author)
+        except LiosError as error:
+            self.tell("The note was not written", str(error))
+            return False
+        self.reread()
+        return True
+
     def _can_read(self, run: int) -> bool:
         """Whether a log can be shown; if not, the browser says why. One log must not break the view of the others."""
         read = False
@@ -235,9 +251,9 @@ class Session:
     def _prepare_stage(self, timelines: tuple[Timeline, ...], *, first: bool, before: tuple[Timeline, ...]) -> None:
         """The house of the run in focus, if another one is shown, and an actor for each run."""
         plan = timelines[0].plan
-        elsewhere = not before or plan != before[0].plan
+        elsewhere = not before or plan != before[0].plan or timelines[0].run.task != before[0].run.task
         if elsewhere:
-            self.stage.show_house(plan, self.library.shape(plan), timelines[0].run.place.occupancy)
+            self.stage.show_house(timelines[0].run.place, timelines[0].run.task, self.library.shape(plan))
             self._walls = ""
         self.stage.cast(
             [run_colour(i) for i in range(len(timelines))],
@@ -269,6 +285,14 @@ class Session:
             last = now
             if self.state.playing:
                 time.sleep(max(0.0, 1 / FRAMES_A_SECOND - (time.monotonic() - now)))
+
+    def _items(self, scene: Scene) -> ItemMarks:
+        """The items that the run in focus has seen by a moment, as far as they are wanted."""
+        state, timeline = self.state, self.clock.timelines[0]
+        containers = timeline.plan.containers
+        named = [i for i, c in enumerate(containers) if state.item_names or c.id == state.container]
+        seen = items_seen(timeline, scene.stamp_ns) if state.items else ()
+        return item_marks(timeline.plan, seen, named=named, focus=scene.focus)
 
     def _run_safely(self, act: Callable[[], None]) -> None:
         """Does a thing; when it fails, the tab says so, and drawing goes on."""
@@ -317,6 +341,7 @@ class Session:
         stamps = self.clock.stamps(state.at)
         scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
         self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
+        self.stage.show_items(self._items(scenes[0]))
         self.sensors.show(
             scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
         )

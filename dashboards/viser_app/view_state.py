@@ -34,6 +34,10 @@ class ViewState:
     orders: bool = True
     room_names: bool = True
     unopened: bool = True
+    items: bool = True
+    """Marks the items that were seen."""
+    item_names: bool = False
+    """Names all of them; otherwise only those of the goal and of the opened container."""
     occupancy: bool = False
     pictures: bool = True
     points: bool = True

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from toy_run import ns, toy_run
 
 from dashboards.geometry.solids import Batch
-from dashboards.model.container_style import container_colours
+from dashboards.model.containers.container_style import container_colours
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.palette import linear_rgb
