@@ -378,7 +378,7 @@ def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_t
     camera = session.client.camera
 
     def is_fitted() -> bool:
-        pose = session.fit()
+        pose = session.camera.pose()
         return pose is not None and np.allclose(camera.position, pose.position, atol=0.05)
 
     def wait(wide: int) -> None:
