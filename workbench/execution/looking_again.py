@@ -11,18 +11,19 @@ from __future__ import annotations
 from workbench.planning.actions import relevant_types
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
+from workbench.search.policy import SearchPolicy
 from workbench.worlds.house import ContainerId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import MAX_LOOKS, Perception
 
 
 def worth_another_look(
-    knowledge: Knowledge, perception: Perception, task: Task, strategy: Strategy
+    knowledge: Knowledge, perception: Perception, task: Task, planner: Strategy | SearchPolicy
 ) -> frozenset[ContainerId]:
-    """The searched containers that a strategy may choose to look into again; those known at the start never are."""
+    """The searched containers that a planner may choose to look into again; those known at the start never are."""
     if perception.perfect:
         return frozenset()
-    always = bool(getattr(strategy, "looks_again", False))
+    always = bool(getattr(planner, "looks_again", False))
     never_searched = set(knowledge.unsearched) - knowledge.again
     if not always and never_searched:
         return frozenset()

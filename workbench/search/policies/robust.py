@@ -21,10 +21,15 @@ from workbench.worlds.house import ContainerId
 @final
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Robust:
-    """The policy; the belief says how surely a look detects (Belief.p_detect)."""
+    """The policy; the belief says how surely a look detects (Belief.p_detect).
+
+    Attributes:
+        looks_again: it may choose at every decision to look again into a container.
+    """
 
     name: str = "robust-lios"
     model: LookModel = TWO_LOOKS
+    looks_again: bool = True
 
     def search(self, query: SearchQuery) -> ExpectedSearch:
         """All looks of the plan with their expected cost; a container is a stop as often as it is looked into."""
