@@ -85,7 +85,7 @@ def test_policies_are_paired_and_the_oracle_misses_nothing() -> None:
     assert len(result.trials[-1].order) == 1
 
 
-ASKED = [*"evaluate search --estimator counts --no-figures --miss-rate 0.3 -p".split()]
+ASKED = [*["evaluate", "search", "--estimator", "counts", "--no-figures", "--miss-rate", "0.3", "-p"]]
 NAMES = "robust-lios,conditioned-lios,conditioned-lios@start-over"
 
 
