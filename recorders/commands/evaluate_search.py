@@ -14,6 +14,7 @@ from workbench.options import (
     Json,
     MissRate,
     RecordTrials,
+    Scheduler,
     Split,
     Workers,
 )
@@ -41,6 +42,7 @@ def search(
     look: Annotated[float, Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")] = 0.0,
     miss_rate: MissRate = 0.0,
     workers: Workers = 1,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
     output: Annotated[
@@ -72,7 +74,8 @@ def search(
         lios evaluate search --miss-rate 0.2 --policies robust-lios,conditioned-lios,conditioned-lios@start-over
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_weights import folds_from_options, trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import Workforce, trained_per_fold
+    from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 
@@ -87,6 +90,7 @@ def search(
         paper_estimator=paper_estimator,
         search_cost=look,
         workers=workers,
+        scheduler=scheduler,
         seed=seed,
         assets=assets,
         folds=folds_from_options(folds, also),
@@ -101,7 +105,11 @@ def search(
         return
     folder = None if output is None else output_folder(output, force=force)
     with trained_per_fold(
-        experiment.estimators(), request.dealt, folder, watched=lambda them: progress(list(them), title="Training")
+        experiment.estimators(),
+        request.dealt,
+        folder,
+        watched=lambda them, total: progress(them, title="Training", total=total),
+        on=Workforce(workers, scheduler),
     ) as believers:
         report = measure(request, believers=believers, watched=lambda results: progress(results, title="Searching"))
         answer = answer_of(report)

@@ -141,7 +141,7 @@ class _How(NamedTuple):
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
     from recorders.task_trials import RecordTo
-    from workbench.evaluation.beliefs.fold_weights import trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import Workforce, trained_per_fold
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.workers import run_units
     from workbench.terminal import progress, say
@@ -151,7 +151,11 @@ def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _Ho
     if tap:
         done = [row for row in done if tap.log_of(row).exists()]
     with trained_per_fold(
-        request.estimators(), how.dealt, how.output, watched=lambda them: progress(list(them), title="Training")
+        request.estimators(),
+        how.dealt,
+        how.output,
+        watched=lambda trained, total: progress(trained, title="Training", total=total),
+        on=Workforce(how.workers, how.scheduler),
     ) as believers:
         units = experiment.remaining_units(request, planned.keys, done, tap, how.meant, believers)
         if done:

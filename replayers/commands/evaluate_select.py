@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, Split, Workers
+from workbench.options import DryRun, Force, Houses, Json, Scheduler, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def select(
     estimator: Annotated[str, Option("--estimator", help="Whose beliefs the runs use.")] = "counts",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     workers: Workers = 1,
+    scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks, of orders and of selectors.")] = 0,
     output: Annotated[
         Path | None, Option("--output", "-o", help="Folder for the pool and a figure; a second call reuses the pool.")
@@ -64,7 +65,7 @@ def select(
         say(f"{len(plan.places)} tasks, {k} strategies: {len(plan.places) * k * k} replays; "
             f"{seeds} seeds of {trials} trials")  # fmt: skip
         return
-    tasks, skipped = _pool(plan, output, workers=workers, force=force)
+    tasks, skipped = _pool(plan, output, (workers, scheduler), force=force)
     rows, regrets = _measured(tasks, trials=trials, seeds=seeds, seed=seed)
     check = check_eliminations(tasks, trials=trials, count=proofs, seed=seed)
     if output is not None:
@@ -114,28 +115,41 @@ def _plan(
 
 
 def _pool(
-    plan: MeasurementSettings, output: Path | None, *, workers: int, force: bool
+    plan: MeasurementSettings, output: Path | None, on: tuple[int, str], *, force: bool
 ) -> tuple[tuple[PoolTrial, ...], int]:
-    """The pool, of an earlier call where the folder holds the same tasks and strategies; and how many it lacks."""
+    """The pool and how many tasks it lacks; what an earlier call into the folder has made is not made again.
+
+    Args:
+        on: the number of workers and the scheduler.
+    """
+    from dataclasses import replace
+
     from replayers.evaluation.selection_pool import pool_trials, read_pool, write_pool
     from replayers.evaluation.trials import SkippedTask
     from workbench.errors import Failed, OutputExists
     from workbench.terminal import progress, say
 
     path = output / POOL_FILE if output is not None else None
-    if path is not None and path.exists() and not force:
-        kept = read_pool(path)
-        wanted = {(p.house, p.scenario, p.seed) for p in plan.places}
-        if kept[0].seen[0].strategies != plan.strategies or {(t.house, t.scenario, t.seed) for t in kept} - wanted:
-            raise OutputExists(path)
-        return kept, len(plan.places) - len(kept)
     found: list[PoolTrial] = []
+    left = plan.places
+    if path is not None and path.exists() and not force:
+        found = list(read_pool(path))
+        made = {(t.house, t.scenario, t.seed) for t in found}
+        if found[0].seen[0].strategies != plan.strategies or made - {(p.house, p.scenario, p.seed) for p in left}:
+            raise OutputExists(path)
+        left = tuple(p for p in left if (p.house, p.scenario, p.seed) not in made)
     skipped: list[str] = []
-    for one in progress(pool_trials(plan, workers=workers), title="driving and replaying", total=len(plan.places)):
+    workers, scheduler = on
+    trials = pool_trials(replace(plan, places=left), workers=workers, scheduler=scheduler)
+    for one in progress(trials, title="driving and replaying", total=len(left)):
         if isinstance(one, SkippedTask):
             skipped.append(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
-        else:
-            found.append(one)
+            continue
+        found.append(one)
+        if path is not None:
+            write_pool(path, found)
+    order = {(p.house, p.scenario, p.seed): number for number, p in enumerate(plan.places)}
+    found.sort(key=lambda t: order[t.house, t.scenario, t.seed])
     for words in skipped:
         say(words)
     if not found:
