@@ -15,7 +15,8 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.foxglove.scene import MAP_FRAME, ODOM_FRAME
-from recorders.spot.client.clock import SyncedClock
+from recorders.spot.client.battery import charge_percent
+from recorders.spot.client.clock import Stepped, SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
@@ -39,6 +40,8 @@ from workbench.log_schema.events import NANO, Stamp
 if TYPE_CHECKING:
     from recorders.spot.session.session import Session
 
+OURS = ("clock", "status")
+"""Streams for which the robot is not asked."""
 STATUS_EVERY_NS = NANO - NANO // 20
 
 
@@ -73,8 +76,12 @@ def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
         ("images", rates.images_hz if rates.cameras else 0.0, lambda: _images(session, known)),
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
+        # with stepped time nobody watches, and the room on a disk would make two equal runs differ
+        ("status", 0.0 if isinstance(session.connection.clock, Stepped) else rates.status_hz, session.tell_status),
     )
-    return tuple(SensorStream(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
+    return tuple(
+        SensorStream(name, 1.0 / hz, take, name not in ("clock", "status")) for name, hz, take in wanted if hz > 0
+    )
 
 
 def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
@@ -110,6 +117,7 @@ def _localization(session: Session, known: _SharedState) -> None:
         timeout=session.connection.timeout_s
     )
     place = answer.localization
+    session.live.localized = is_localized(answer)
     if not is_localized(answer):
         known.map_tform_body = known.map_tform_odom = None
         return
@@ -138,6 +146,8 @@ def _state(session: Session, known: _SharedState) -> None:
         session.put(ROBOT_STATE, state, source_ns=at)
     if session.watch is not None:
         session.watch.holding(at, state.manipulator_state.is_gripper_holding_item)
+    charge = charge_percent(state)
+    session.live.battery_percent = -1.0 if charge is None else charge
     faults = foxglove.faults_of(state)
     for fault in faults:
         if fault not in known.faults:
@@ -173,6 +183,9 @@ def _fiducials(session: Session, known: _SharedState) -> None:
     if known.map_tform_body is not None:
         seen = read_tags(answer.world_objects, known.map_tform_body, session.connection.clock, known.map_tform_odom)
         fresh = [sighting for sighting in seen if now - sighting.stamp_ns < 2 * NANO]
+        for sighting in fresh:
+            item = session.site.tags.get(sighting.tag)
+            session.live.tags[f"tag {sighting.tag}" if item is None else str(item.id)] = sighting.stamp_ns
         if session.watch is not None:
             for sighting in fresh:
                 session.watch.tag(sighting.stamp_ns, sighting.tag, sighting.position)
