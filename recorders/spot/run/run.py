@@ -22,7 +22,7 @@ from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.world import SpotWorld
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
@@ -104,7 +104,7 @@ def run_and_record(
         as for Connection and Control before the run; a started run always ends with a status.
     """
     setup = setup or setup_of(run)
-    check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
+    check_cameras(connection, wanted_cameras(run.site, run.rates))
     if run.map_folder is not None:
         read_graph(run.map_folder)
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
