@@ -223,8 +223,8 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
 def _gap_notes(gaps: Gaps, dropped: int) -> tuple[str, ...]:
     if not gaps.lost:
         return ()
-    unused = "1 search proves nothing" if dropped == 1 else f"{dropped} searches prove nothing"
-    after = f"; with that missing, {unused} and counts as not made" if dropped else ""
+    unused = "1 search proves nothing and counts" if dropped == 1 else f"{dropped} searches prove nothing and count"
+    after = f"; with that missing, {unused} as not made" if dropped else ""
     return (f"the log is not whole: {'; '.join(gaps.lost)}{after}",)
 
 
