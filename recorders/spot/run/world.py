@@ -70,6 +70,7 @@ class SpotWorld:
             about.
         opened_by: who opened which closed furniture.
         hands: what picks and places. places: where looks have shown items.
+        known: contents of containers that are known before the run, from earlier logs.
         localized: where, by which tag and how long ago the robot was last localised; None before.
     """
 
@@ -80,6 +81,7 @@ class SpotWorld:
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
+    known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
     recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
@@ -110,7 +112,7 @@ class SpotWorld:
         return self.connection.clock.now_ns()
 
     def known_at_start(self) -> Contents:
-        return MappingProxyType({})
+        return self.known
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
