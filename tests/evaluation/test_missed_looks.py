@@ -128,7 +128,7 @@ def test_starting_over_is_for_looks_that_miss() -> None:
 
 
 def test_tasks_with_misses_draw_them_alike_and_are_recorded(tmp_path: Path) -> None:
-    """Each log is reproduced with its misses; the oracle's looks, which never miss, say nothing of how they looked."""
+    """Each log is reproduced with its misses; the looks of the oracle, which never miss, are plain ones."""
     key = trial_keys("any-of-three", str(shipped_houses()), (6,), trials=1, seed=4)[0]
     unit = Unit(
         key=key,
