@@ -66,8 +66,7 @@ class SpotWorld:
     Attributes:
         tell: called with what the log should say in words.
         recording_trouble: why nothing is recorded any more; None while it is.
-        ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
-            about.
+        ending: whether the run is over and the robot only comes to rest: neither keys nor outages stop that.
         opened_by: who opened which closed furniture.
         hands: what picks and places. places: where looks have shown items.
         known: contents of containers that are known before the run, from earlier logs.
