@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from bag_writing import START_S, ros1_store, ros2_store
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 
 from workbench.worlds.house import LocationId
@@ -49,13 +49,27 @@ class Standing:
 
 
 class StandingBag:
-    """Writes the bag."""
+    """Writes the bag.
 
-    def __init__(self, path: Path, odd: Standing) -> None:
+    Args:
+        storage: of a bag of ROS 2.
+        packed: its messages are compressed one by one.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        odd: Standing,
+        *,
+        storage: StoragePlugin = StoragePlugin.MCAP,
+        packed: bool = False,
+    ) -> None:
         self.odd, self.path = odd, path
         self.store = ros2_store() if odd.ros2 else ros1_store()
         self.t = self.store.types
-        self.writer: Any = Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP) if odd.ros2 else Writer1(path)
+        self.writer: Any = Writer2(path, version=9, storage_plugin=storage) if odd.ros2 else Writer1(path)
+        if packed:
+            self.writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
 
     def write(self, site: Site) -> Path:
         pose = site.paths.standing_pose(LocationId("countertop"))
