@@ -90,6 +90,17 @@ class UnknownMessageType(Malformed):
         )
 
 
+class UndecodableTopic(Malformed):
+    """A mapped topic with a message that is not what its type says."""
+
+    def __init__(self, path: Path, topic: str, reason: str) -> None:
+        short = " ".join(reason.split())[:160].rstrip(".")
+        super().__init__(
+            f"{path}: a message of {topic} cannot be decoded ({short}). "
+            "Leave the topic out of the mapping, or record it anew."
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class BagMessage:
     """A message with its topic, type and the time when it was recorded."""
@@ -152,6 +163,7 @@ class Bag:
 
         Raises:
             UnknownMessageType: one of them has a type without a known definition.
+            UndecodableTopic: a message of theirs is not what its type says.
             NotABag: the file is damaged.
         """
         from sqlite3 import Error as SqliteError
@@ -164,11 +176,20 @@ class Bag:
         try:
             if self._ros2 is not None:
                 for stamp_ns, topic, kind, data in _transforms_first(self._ros2.raw(topics)):
-                    yield BagMessage(topic, kind, stamp_ns, self._ros2.decode(kind, data))
+                    yield BagMessage(topic, kind, stamp_ns, self._decoded(topic, kind, data))
             else:
                 yield from self._by_rosbags(topics)
         except (AnyReaderError, SerdeError, SqliteError, OSError, ValueError, AssertionError, EOFError) as error:
             raise NotABag(self.path, f"damaged: {error}") from error
+
+    def _decoded(self, topic: str, kind: str, data: bytes) -> Any:
+        from rosbags.serde import SerdeError
+
+        assert self._ros2 is not None
+        try:
+            return self._ros2.decode(kind, data)
+        except (SerdeError, ValueError, KeyError) as error:
+            raise UndecodableTopic(self.path, topic, str(error)) from error
 
     def _by_rosbags(self, topics: tuple[str, ...]) -> Iterator[BagMessage]:
         chosen = [connection for connection in self.reader.connections if connection.topic in topics]

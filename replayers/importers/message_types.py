@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, final
 
+from replayers.mcap_io.cdr import require_plain_cdr
 from replayers.mcap_io.records import MAX_RECORD_BYTES, UnreadableRecord, unpacked
 from workbench.caches import Cache
 from workbench.message_enum import MessageEnum, Result
@@ -58,10 +59,13 @@ class MessageTypes:
         """A message of a type that was learnt.
 
         Raises:
-            ValueError: it is compressed, and cannot be unpacked. SerdeError: it is not of that type.
+            ValueError: it is compressed, and cannot be unpacked, or is not plain CDR. SerdeError: it is not of that
+                type.
         """
         store, ros1 = self._stores[kind]
         data = self._plain(data) if self.packed else data
+        if not ros1:
+            require_plain_cdr(data)
         return store.deserialize_ros1(data, kind) if ros1 else store.deserialize_cdr(data, kind)
 
     def _learn(self, kind: str, encoding: str, schema_encoding: str, definition: bytes) -> Result[TypeFinding]:

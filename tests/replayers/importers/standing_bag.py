@@ -36,6 +36,8 @@ class Standing:
         linked: whether that frame is in tf.
         zero_until_s: header stamps are zero until then.
         map_yaw: turn of the map's rows in radians; None for no map.
+        pose_frame: frame of a topic of poses; "" for no such topic.
+        tf_until_s: transforms end then.
     """
 
     ros2: bool
@@ -46,6 +48,8 @@ class Standing:
     linked: bool = True
     zero_until_s: float = 0.0
     map_yaw: float | None = None
+    pose_frame: str = ""
+    tf_until_s: float = SECONDS
 
 
 class StandingBag:
@@ -89,12 +93,17 @@ class StandingBag:
                 fixed,
                 self._links(-self.odd.static_age_s, ("map", "odom", 0.0, 0.0, 0.0)),
             )
-            messages = [static]
+            messages, posed = [static], fixed
             for at in moments:
                 body = [("odom", "base_link", x, y, yaw)]
                 if self.odd.linked:
                     body.append(("base_link", "camera", 0.0, 0.0, 0.0))
-                messages += [(at, links, self._links(at, *body)), (at, tags, self._markers(at, seen))]
+                messages.append((at, tags, self._markers(at, seen)))
+                if at < self.odd.tf_until_s:
+                    messages.insert(len(messages) - 1, (at, links, self._links(at, *body)))
+                if self.odd.pose_frame:
+                    posed = self._channel("/amcl_pose", "geometry_msgs/msg/PoseStamped") if at == 0 else posed
+                    messages.append((at, posed, self._posed(at, x, y, yaw)))
             if self.odd.map_yaw is not None:
                 messages.append((0.0, self._channel("/map", "nav_msgs/msg/OccupancyGrid"), self._map()))
             for at, channel, message in sorted(messages, key=lambda each: each[0]):
@@ -136,6 +145,10 @@ class StandingBag:
         return self.t["geometry_msgs/msg/Pose"](
             position=self.t["geometry_msgs/msg/Point"](x=x, y=y, z=z), orientation=self._turn(yaw)
         )
+
+    def _posed(self, at: float, x: float, y: float, yaw: float) -> Any:
+        pose = self._pose(x, y, 0.0, yaw)
+        return self.t["geometry_msgs/msg/PoseStamped"](header=self._header(at, self.odd.pose_frame), pose=pose)
 
     def _markers(self, at: float, seen: tuple[float, float, float]) -> Any:
         stamped = self.t["geometry_msgs/msg/PoseStamped"](header=self._header(at, ""), pose=self._pose(*seen, 0.0))

@@ -173,3 +173,19 @@ def test_a_file_without_messages_and_one_of_no_ros_are_named(recorded: Path, tmp
         writer.finish()
     with pytest.raises(NotABag, match=r"profile 'mine': no topic is ROS's"), open_bag(other):
         pass
+
+
+def test_a_mapped_topic_in_another_encapsulation_is_refused_by_name(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def as_xcdr2(found: Messages) -> Messages:
+        for _, _, message in found:
+            message.data = b"\0\x07" + message.data[2:]
+        return found
+
+    bag = rewritten(recorded, tmp_path / "x.mcap", arrange=as_xcdr2)
+    assert lios(["import", str(bag), "--site", "paper_home", "-m", "paper", "-o", str(tmp_path / "o.mcap")]) == 2
+    told = capsys.readouterr().err
+    assert "/tf" in told
+    assert "XCDR2 (0x0007)" in told
+    assert not (tmp_path / "o.mcap").exists()

@@ -36,9 +36,7 @@ NEW_QOS = {
     "liveliness_lease_duration": {"sec": 0, "nsec": 0},
     "avoid_ros_namespace_conventions": False,
 }
-OLD_QOS = (
-    "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 2147\n    nsec: 1\n"
-)
+OLD_QOS = "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 2147\n    nsec: 1\n"
 
 
 @pytest.fixture(scope="module")
