@@ -16,10 +16,11 @@ import viser
 from dashboards.library.library import Library
 from dashboards.viser_app.access import Access, token_for_a_run
 from dashboards.viser_app.cameras import begin_at, fitted
-from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.following import Follower
 from dashboards.viser_app.guarded_server import guarded_server
-from dashboards.viser_app.session import Session, ViewState
+from dashboards.viser_app.panel.controls import Controls
+from dashboards.viser_app.session import Session
+from dashboards.viser_app.view_state import ViewState
 from workbench.errors import InputError
 
 LOCAL = "127.0.0.1"

@@ -10,7 +10,7 @@ from dashboards.library.library import Library, NoLogs
 from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
-from dashboards.viser_app.session import MAX_RUNS, ViewState
+from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from replayers.runs.gaps import loss_lines, losses
 from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say

@@ -23,7 +23,7 @@ from dashboards.viser_app.bridge import address, execute_command, parse_query
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import CannotListen, Dashboard, PortInUse
 from dashboards.viser_app.serving import open_dashboard
-from dashboards.viser_app.session import ViewState
+from dashboards.viser_app.view_state import ViewState
 from workbench.errors import BadValue, FileMissing, LiosError
 
 
