@@ -154,6 +154,7 @@ def record(
     from recorders.spot.run.site_tasks import site_task
     from recorders.spot.run.status_line import status_line
     from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
     from workbench.errors import OutputExists
     from workbench.terminal import emit_json, say
     from workbench.worlds.sites.site import load_site, unsurveyed_site
@@ -167,6 +168,7 @@ def record(
         if seconds is not None:
             check_within(option, seconds, 0.1, 1e6)
     place = load_site(site) if site else unsurveyed_site()
+    require_detector(place)
     wanted = SessionPlan(
         site=place,
         task=None if task is None else site_task(task, place),
@@ -253,6 +255,7 @@ def run(
     from recorders.spot.run.run_settings import RunSettings
     from recorders.spot.run.site_tasks import delivery_of, site_task
     from recorders.spot.session.session import Rates
+    from recorders.spot.tags.pictures import require_detector
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
 
@@ -263,6 +266,7 @@ def run(
     check_within("--look", look, 0.1, 600)
     check_within("--images-hz", images_hz, 0, 60)
     place = load_site(site)
+    require_detector(place)
     address = RobotAddress.read(robot)
     wanted = RobotRun(
         site=place,

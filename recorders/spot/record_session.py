@@ -21,7 +21,7 @@ from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_si
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
 from recorders.spot.session.inferred_actions import ActionDeriver
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
 from recorders.spot.session.topics import SessionStatus
 from workbench.errors import OutputExists
@@ -138,7 +138,7 @@ def record_session(
     """Record until a key, a signal or the time limit; the log is always closed properly."""
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
-    cameras = plan.rates.cameras if plan.rates.images_hz > 0 else ()
+    cameras = wanted_cameras(plan.site, plan.rates)
     require_services(connection, services_of_cameras(cameras))
     check_cameras(connection, cameras)
     kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)

@@ -25,7 +25,7 @@ from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
 from recorders.spot.run.wishes import RunKeys
 from recorders.spot.run.world import SpotWorld
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
 from recorders.spot.session.topics import SessionStatus
 from workbench.errors import LiosError
@@ -113,8 +113,9 @@ def run_and_record(
         as for Connection and Control before the run; a started run always ends with a status.
     """
     setup = setup or setup_of(run)
-    require_services(connection, services_of_a_run(run.site, _cameras(run)))
-    check_cameras(connection, _cameras(run))
+    cameras = wanted_cameras(run.site, run.rates)
+    require_services(connection, services_of_a_run(run.site, cameras))
+    check_cameras(connection, cameras)
     if run.map_folder is not None:
         read_graph(run.map_folder)
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
@@ -153,10 +154,6 @@ def run_and_record(
     )
 
 
-def _cameras(run: RobotRun) -> tuple[str, ...]:
-    return run.rates.cameras if run.rates.images_hz > 0 else ()
-
-
 def _recorder(
     connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
 ) -> RunRecorder:
@@ -182,7 +179,7 @@ def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None
     Raises:
         NotLocalized, NoMap, WaypointMissing, ServiceMissing: as for a run.
     """
-    require_services(connection, services_of_a_run(run.site, _cameras(run)))
+    require_services(connection, services_of_a_run(run.site, wanted_cameras(run.site, run.rates)))
     world = _world(connection, Control(connection), run)
     world.know_the_map()
     if not world.localize():

@@ -30,6 +30,11 @@ class Wishes:
         with self._lock:
             self._skip = True
 
+    @property
+    def skipping(self) -> bool:
+        """Whether the container at hand is to be skipped, without taking the wish."""
+        return self._skip
+
     def there(self, item: Item) -> None:
         with self._lock:
             self._there.append(item)
