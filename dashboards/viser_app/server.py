@@ -7,6 +7,7 @@ import errno
 import io
 import socket
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import quote
 
@@ -49,12 +50,14 @@ class Dashboard:
         server: Viser's.
         sessions: one for each open page, by Viser's number of the client.
         follower: reads what a run that is still being recorded adds; None otherwise.
+        lost: what is missing from the runs that are shown at first, by their logs.
         token: what a visitor must know; None lets in all of this machine.
     """
 
     server: viser.ViserServer
     sessions: dict[int, Session] = field(default_factory=dict)
     follower: Follower | None = None
+    lost: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     token: str | None = field(default=None, repr=False)
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -13,6 +12,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
+    from replayers.log_tools.info import Description
     from replayers.log_tools.listing import LogRow
 
 SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s", "started_ns", "size_bytes")
@@ -28,7 +28,7 @@ def list_logs(
     fresh: Annotated[bool, Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,
 ) -> None:
-    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and cached.
+    """List runs: house, scenario, strategy, outcome, cost, and what is missing from them. Rows are cached.
 
     Replays in imagined worlds are marked: in how many containers the contents are imputed, because nobody saw them.
 
@@ -40,6 +40,7 @@ def list_logs(
     """
     from replayers.log_tools.listing import cache_path, rows_of
     from replayers.log_tools.log_paths import find_logs
+    from workbench.remote.path import RemotePath, path_of
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
@@ -48,9 +49,11 @@ def list_logs(
 
         strategy = resolved_name(strategy)
     places = where or ["."]
-    memory = cache_path(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
+    here = path_of(places[0])
+    kept = len(places) == 1 and not fresh and not isinstance(here, RemotePath) and here.is_dir()
+    memory = cache_path(here) if kept else None
     paths = find_logs(places)
-    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"))
+    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=_missing)
     wanted = [
         row
         for row in rows
@@ -80,9 +83,16 @@ def list_logs(
     _end(wanted)
 
 
+def _missing(found: Description) -> tuple[str, ...]:
+    """What is missing from a log; a list that is cached loads nothing for it."""
+    from replayers.runs.gaps import losses_of_listed
+
+    return losses_of_listed(found)
+
+
 def _end(rows: list[LogRow]) -> None:
-    """Ends with 3 where a log of a run is not whole."""
-    if any(row.problem and row.run_id for row in rows):
+    """Ends with 3 where a log of runs is not whole."""
+    if any(row.lost or (row.problem and row.run_id) for row in rows):
         raise click.exceptions.Exit(3)
 
 

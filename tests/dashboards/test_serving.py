@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import given
@@ -220,6 +220,8 @@ def test_ctrl_c_right_after_the_address_stops_it_as_asked(monkeypatch: pytest.Mo
     stopped: list[bool] = []
 
     class Dashboard:
+        lost: ClassVar[dict[str, tuple[str, ...]]] = {}
+
         def link(self) -> str:
             return "http://127.0.0.1:1/?token=abc"
 

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 import viser
@@ -206,6 +205,7 @@ def test_a_reload_shows_the_same_moment(page: Page) -> None:
     )
 
 
+@pytest.mark.slow
 def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashboard, page: Page) -> None:
     page.evaluate("window.liosCommand('seek 3')")
     wait_for_second(page, 3.0, 3.0)
@@ -218,6 +218,7 @@ def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashbo
     other.close()
 
 
+@pytest.mark.slow
 def test_when_the_server_comes_back_so_does_the_view(
     browser: Browser, logs: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -345,6 +346,7 @@ def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browse
         made.stop()
 
 
+@pytest.mark.slow
 def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs: list[Path]) -> None:
     failed: list[BaseException] = []
     before, threading.excepthook = threading.excepthook, lambda args: failed.append(args.exc_value)  # type: ignore[arg-type]
@@ -363,36 +365,3 @@ def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs:
     finally:
         threading.excepthook = before
         made.stop()
-
-
-def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_the_camera(
-    browser: Browser, dashboard: Dashboard
-) -> None:
-    before = set(dashboard.sessions)
-    tab = open_view(browser, dashboard.link(), width=1300, height=800)
-    (session,) = [s for i, s in dashboard.sessions.items() if i not in before]
-    camera = session.client.camera
-
-    def is_fitted() -> bool:
-        pose = session.camera.pose()
-        return pose is not None and np.allclose(camera.position, pose.position, atol=0.05)
-
-    def wait(wide: int) -> None:
-        end = time.monotonic() + 30
-        while (camera.image_width != wide or not is_fitted()) and time.monotonic() < end:
-            tab.wait_for_timeout(100)
-
-    wait(1300 - 444)
-    assert is_fitted()
-    narrow = tuple(camera.position)
-    tab.set_viewport_size({"width": 1100, "height": 800})
-    wait(1100 - 444)
-    assert is_fitted()
-    assert tuple(camera.position) != narrow
-    session.open_container(0)
-    tab.wait_for_timeout(500)
-    moved = tuple(camera.position)
-    tab.set_viewport_size({"width": 1300, "height": 800})
-    tab.wait_for_timeout(1500)
-    assert np.allclose(camera.position, moved, atol=0.05), "what somebody looks at stays"
-    tab.close()
