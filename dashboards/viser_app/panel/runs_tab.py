@@ -87,11 +87,7 @@ class RunsTab:
             rows, shown = self._rows(), self._session.state.runs
             total, untold = len(library.rows()), left_out(library.unreadable)
             self._set("cells", self._cells, lambda: run_cells(rows))
-            self._set(
-                "table",
-                self._table,
-                lambda: runs(rows, shown, total=total, order=self._order) + left_out(library.unreadable),
-            )
+            self._set("table", self._table, lambda: runs(rows, shown, total=total, order=self._order) + untold)
 
     def _draw_scatter(self) -> None:
         self._set("scatter", self._scatter, lambda: scatter(self._rows(), self._first.value, self._second.value))
