@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside, ServePort
+from workbench.options import AssetsOrBeside, MemoryLogs, MoveRatesFile, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -41,6 +41,16 @@ def record(
             help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
         ),
     ] = 0.0,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
+    day: Annotated[
+        int | None,
+        Option("--day", help="Day of the run, from 0; default 0, with --memory the first day after all logs."),
+    ] = None,
+    moved: Annotated[
+        float,
+        Option("--moved", help="Share of the items that stand elsewhere than in the house's file."),
+    ] = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
@@ -60,6 +70,8 @@ def record(
         lios record --find mug --strategy lios -o run.mcap
 
         lios record --find mug --miss-rate 0.2 -o run.mcap
+
+        lios record --find mug --memory logs/ --moved 0.25 -o run.mcap
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
@@ -96,6 +108,10 @@ def record(
             seed=seed,
             known=known,
             miss_rate=miss_rate,
+            memory=memory or (),
+            rates=rates,
+            day=day,
+            moved=moved,
             assets=assets,
             force=force,
             sink=files,
