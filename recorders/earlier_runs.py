@@ -5,13 +5,16 @@ Only `replayers` reads MCAP, and it builds on this package: its reader is found 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from workbench.beliefs.memory.history import History
+from workbench.beliefs.memory.memory import Memory
 from workbench.beliefs.memory.move_rates import MoveRates, read_rates, shipped_rates
-from workbench.errors import Failed
+from workbench.errors import BadValue, Failed
+from workbench.worlds.house import FloorPlan
 
 GROUP, NAME = "lios.readers", "history"
 
@@ -34,6 +37,20 @@ def read_history(logs: Sequence[Path]) -> History:
     if found is None:
         raise NoReader
     return found.load()(logs)
+
+
+def memory_now(logs: Sequence[Path] | None, rates: Path | None, plan: FloorPlan) -> Memory | None:
+    """What a robot remembers that begins now, by this computer's clock; None where no logs are given.
+
+    Raises:
+        BadValue: rates without logs.
+        InputError: as read_history, or the logs are of another place.
+    """
+    if not logs:
+        if rates is not None:
+            raise BadValue("move rates", str(rates), "given together with --memory")
+        return None
+    return read_history(logs).memory_at(time.time_ns(), plan, move_rates(rates))
 
 
 def move_rates(path: Path | None) -> MoveRates:

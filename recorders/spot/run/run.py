@@ -24,11 +24,13 @@ from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras
 from recorders.spot.session.session import Rates, Session
+from workbench.beliefs.memory.memory import Memory
 from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
@@ -48,6 +50,7 @@ class RobotRun:
         operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
         audience: viewers that are shown every message once it is written.
+        memory: what the robot remembers of earlier runs in this place.
     """
 
     site: Site
@@ -66,6 +69,7 @@ class RobotRun:
     operator_name: str = ""
     log_serial: bool = True
     audience: Audience | None = None
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,7 +158,7 @@ def _recorder(
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": {**_settings(run), **found}},
+        settings={"spot": {**_settings(run), **found}, **memory_to_settings(run.memory)},
     )
 
 
@@ -251,7 +255,13 @@ def setup_of(run: RobotRun) -> RunSetup:
     """
     house = None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
     return set_up(
-        run.task, strategy=run.strategy, estimator=run.estimator, costs=run.costs, seed=run.seed, house=house
+        run.task,
+        strategy=run.strategy,
+        estimator=run.estimator,
+        costs=run.costs,
+        seed=run.seed,
+        house=house,
+        memory=run.memory,
     )
 
 

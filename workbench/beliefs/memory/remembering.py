@@ -59,7 +59,7 @@ class Remembering:
             return replace(now, estimator=self.name)
         holds = 1.0 - turned_over(self.memory, knowledge)
         then = self._as_seen_last(knowledge, now)
-        weight = holds * self._weights(now)
+        weight = holds * self._weights(now, knowledge)
         probability = np.round(weight * then + (1.0 - weight) * now.probability, DIGITS)
         return replace(now, probability=np.clip(probability, 0.0, 1.0), estimator=self.name)
 
@@ -82,15 +82,23 @@ class Remembering:
                 then[:, j] = _shown(remembered[container], now, j)
         return then
 
-    def _weights(self, belief: Belief) -> Floats:
-        """The chance that nothing has moved which the memory says of each pair, shape as the belief's."""
+    def _weights(self, belief: Belief, knowledge: Knowledge) -> Floats:
+        """The chance that nothing has moved which the memory says of each pair, shape as the belief's.
+
+        A type that is gone from where it was seen has moved, perhaps to where it was not: of its other places the
+        memory then says nothing, but for those where another one was seen.
+        """
         memory, remembered = self.memory, self.memory.by_container
         weights = np.zeros(belief.probability.shape)
         for i, item_type in enumerate(belief.item_types):
-            elsewhere = memory.stays(_telling(memory, item_type), item_type)
+            gone = _is_gone(memory, knowledge, item_type)
+            elsewhere = 0.0 if gone else memory.stays(_telling(memory, item_type), item_type)
             for j, container in enumerate(belief.containers):
                 look = remembered.get(container)
-                weights[i, j] = elsewhere if look is None else memory.stays(look, item_type)
+                if look is None:
+                    weights[i, j] = elsewhere
+                elif not gone or item_type in look.item_types:
+                    weights[i, j] = memory.stays(look, item_type)
         return weights
 
 
@@ -120,6 +128,16 @@ def turned_over(memory: Memory, knowledge: Knowledge) -> float:
         total = moved + stands
         moved, stands = (moved / total, stands / total) if total > 0 else (1.0, 0.0)
     return moved / (moved + stands)
+
+
+def _is_gone(memory: Memory, knowledge: Knowledge, item_type: ItemType) -> bool:
+    """Whether a container in which a type was remembered has been looked into without it."""
+    return any(
+        item_type in look.item_types
+        and look.container in knowledge.first_seen
+        and all(item.type != item_type for item in knowledge.first_seen[look.container])
+        for look in memory.looks
+    )
 
 
 def _items(look: PastLook) -> tuple[Item, ...]:
