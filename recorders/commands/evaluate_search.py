@@ -12,6 +12,7 @@ from workbench.options import (
     FoldCount,
     Houses,
     Json,
+    MoveRatesFile,
     RecordTrials,
     Split,
     Workers,
@@ -40,6 +41,11 @@ def search(
     look: Annotated[float, Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")] = 0.0,
     workers: Workers = 1,
     seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
+    memory: Annotated[
+        bool,
+        Option("--memory", help="Measure instead what memory of five earlier searches in each house saves."),
+    ] = False,
+    rates: MoveRatesFile = None,
     assets: AssetsOrBeside = None,
     output: Annotated[
         Path | None, Option("--output", "-o", help="A folder for the table, the trials and the figures.")
@@ -63,6 +69,8 @@ def search(
 
         lios evaluate search --queries 20 --record -o out
 
+        lios evaluate search --houses houses.jsonl.gz --memory --policies conditioned-lios
+
         lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
     """
     from workbench.errors import BadValue
@@ -85,6 +93,13 @@ def search(
         assets=assets,
         folds=folds_from_options(folds, also),
     )
+    if memory or rates is not None:
+        from recorders.commands.memory_tables import show_searches
+
+        if not memory or record or request.folds is not None or dry_run:
+            raise BadValue("--memory", memory, "given for --rates, and without --record, --folds and --dry-run")
+        show_searches(request, rates, output, force=force, json=json)
+        return
     experiment = request.experiment()
     if dry_run:
         count = sum(1 for _ in request.chosen_houses())

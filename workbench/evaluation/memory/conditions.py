@@ -68,12 +68,8 @@ def memory_rows(costs: Sequence[MemoryCost], *, seed: int, level: float = 0.95) 
         seed: of the bootstrap over houses; every row draws the same ones.
     """
     kinds = dict.fromkeys((c.strategy, c.condition) for c in costs)
-    return [
-        _row(
-            strategy, condition, [c for c in costs if (c.strategy, c.condition) == (strategy, condition)], seed, level
-        )
-        for strategy, condition in kinds
-    ]
+    found = {kind: [c for c in costs if (c.strategy, c.condition) == kind] for kind in kinds}
+    return [_row(strategy, condition, found[strategy, condition], seed, level) for strategy, condition in kinds]
 
 
 def _row(strategy: str, condition: str, costs: Sequence[MemoryCost], seed: int, level: float) -> dict[str, Any]:

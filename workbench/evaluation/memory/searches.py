@@ -1,8 +1,8 @@
-"""The memory experiment on object search: five earlier searches in a house, then every query with and without memory."""
+"""The memory experiment on object search: earlier searches in a house, then queries with and without memory."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,13 +35,13 @@ class MemorySearches:
     Attributes:
         policies: names; greedy and the oracle, which believe nothing, remember nothing.
         estimator: of all policies, with and without memory.
-        most_queries: queries of one house at most, drawn by the seed; None for all.
+        asked: item types by house; None for all. Houses without an entry are left out.
     """
 
     policies: tuple[str, ...]
     rates: MoveRates
     estimator: str = "best"
-    most_queries: int | None = None
+    asked: Mapping[str, tuple[ItemType, ...]] | None = None
     costs: ActionCosts = SIMULATION_COSTS
     seed: int = 0
     conditions: tuple[MemoryCondition, ...] = CONDITIONS
@@ -59,6 +59,8 @@ class MemoryHouse:
 def remembered_searches(houses: Iterable[House], settings: MemorySearches) -> Iterator[MemoryHouse]:
     """Every condition, policy and query, house by house; a house's draws depend on the seed and its place alone."""
     for index, house in enumerate(houses):
+        if settings.asked is not None and house.plan.name not in settings.asked:
+            continue
         try:
             costs = tuple(_in_house(house, settings, index))
         except LiosError as error:
@@ -70,17 +72,16 @@ def remembered_searches(houses: Iterable[House], settings: MemorySearches) -> It
 def _in_house(house: House, settings: MemorySearches, index: int) -> Iterator[MemoryCost]:
     travel = navigate(house.plan).travel
     asked = queries(house, travel)
+    wanted = asked if settings.asked is None else settings.asked[house.plan.name]
     drawn = np.random.default_rng((settings.seed, index, 0)).permutation(len(asked))[:EARLIER_RUNS]
     history = earlier_searches(house, travel, [asked[int(k)] for k in drawn], settings)
     for condition in settings.conditions:
         rng = np.random.default_rng((settings.seed, index, 1))  # the same things move first in every condition
         now = moved_house(house, travel, condition.moved, rng=rng)
         memory = remember(history, at_ns=round(condition.days * NS_PER_DAY), rates=settings.rates)
-        sought = [item for item in queries(now, travel) if item in asked]
-        order = np.random.default_rng((settings.seed, index, 2)).permutation(len(sought))[: settings.most_queries]
-        chosen = tuple(sought[int(k)] for k in sorted(order))
+        sought = tuple(item for item in queries(now, travel) if item in wanted)
         for name in settings.policies:
-            yield from _costs(now, travel, chosen, name, condition, memory, settings)
+            yield from _costs(now, travel, sought, name, condition, memory, settings)
 
 
 def earlier_searches(
