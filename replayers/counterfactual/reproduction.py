@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.run_tree import zero_clock
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
@@ -18,6 +19,7 @@ from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
 from workbench.planning.strategies import canonical_name, needs_truth, strategy
+from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_LOGGED_COST, NEAR_LOGGED_SUM
 
@@ -56,21 +58,21 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
-    events = run_task(
+    return _compared(run, events_over(run, evidence, estimator, planner))
+
+
+def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Strategy) -> Iterator[Event]:
+    """What a planner does over a run's own log, of which it sees what was recorded and when; nothing takes time."""
+    return run_task(
         LoggedWorld(evidence, with_ways=False, as_recorded=True),
         planner,
         estimator,
         evidence.task,
         costs=evidence.costs,
         seed=run.info.seed,
-        options=LoopOptions(stopwatch=_no_time),
+        options=LoopOptions(stopwatch=zero_clock),
         perception=evidence.perception,
     )
-    return _compared(run, events)
-
-
-def _no_time() -> float:
-    return 0.0
 
 
 def _holds_every_action(run: Run) -> bool:
