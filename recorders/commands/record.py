@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside, MemoryLogs, MoveRatesFile, ServePort
+from workbench.options import AssetsOrBeside, MemoryLogs, MissRate, MoveRatesFile, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -34,13 +34,7 @@ def record(
         float | None,
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
-    miss_rate: Annotated[
-        float,
-        Option(
-            "--miss-rate",
-            help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
-        ),
-    ] = 0.0,
+    miss_rate: MissRate = 0.0,
     memory: MemoryLogs = None,
     rates: MoveRatesFile = None,
     day: Annotated[
