@@ -18,6 +18,7 @@ from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.execution.start import MAX_KNOWN_SHARE, TaskStart, known_at_start, scenario_start
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place, place_to_json, task_to_json
@@ -169,7 +170,10 @@ def record_trial(
         force=force,
         sink=sink,
         audience=audience,
-        settings=perception_to_settings(missing_at(trial.miss_rate)),
+        settings={
+            **perception_to_settings(missing_at(trial.miss_rate)),
+            **estimator_to_settings(ready.setup.estimator),
+        },
     ) as recorder:
         if begun is not None:
             begun()

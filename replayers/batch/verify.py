@@ -16,7 +16,7 @@ import msgspec
 from recorders.code_revision import revision
 from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs
+from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs, by_answers, with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.counterfactual.run_tree import zero_clock
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
@@ -115,7 +115,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
     def again(planner: Strategy) -> Iterator[Event]:
-        return run_task(
+        events = run_task(
             LoggedWorld(evidence, with_ways=False, as_recorded=True),
             planner,
             estimator,
@@ -125,6 +125,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
             options=LoopOptions(stopwatch=zero_clock),
             perception=evidence.perception,
         )
+        return with_beliefs(events)
 
     if is_foreign(name, origin=origin):
         with Sandboxed(name, origin=origin) as planner:
@@ -152,6 +153,9 @@ def _with_solver_named(run: Run, name: str) -> Run:
 def _believer(run: Run, evidence: Evidence) -> tuple[Estimator, str]:
     """The estimator of the run, if it is available with the same weights; else its beliefs as logged."""
     recorded = run.info.estimator
+    by_the_log = by_answers(evidence)
+    if by_the_log is not None:
+        return by_the_log, ""
     try:
         found = estimator_named(recorded.partition("@")[0], origin=NameOrigin.LOG)
     except LiosError:

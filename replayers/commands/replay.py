@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue
-from workbench.options import Json, Scheduler
+from workbench.options import Ask, Json, Scheduler
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -43,9 +43,10 @@ def replay(
         str,
         Option(
             "--estimator",
-            help='"log": as in the log; "first": the log\'s first belief, held fixed; or counts, fcnn, best.',
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or one, as of lios record.',
         ),
     ] = "log",
+    ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
     budget: Annotated[
         int,
@@ -123,6 +124,7 @@ def replay(
     from replayers.batch.replay_all import LogFailed
     from replayers.batch.replay_rows import pair_rows, replay_row
     from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.logged_belief import ask_whom
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
     from workbench.errors import Failed
@@ -132,6 +134,7 @@ def replay(
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
+        ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(stretches=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),

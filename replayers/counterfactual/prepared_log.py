@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
+from math import inf
 
 import numpy as np
 
@@ -15,18 +16,22 @@ from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import EstimatorChoice, estimator_for
+from replayers.counterfactual.logged_belief import EstimatorChoice, LoggedBelief, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.overlooked import contradicting_types, misses_note
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
+from replayers.counterfactual.strategy_traits import uses_beliefs
 from replayers.runs.run import Run
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
+from workbench.beliefs.asking.answers import NotAnswered
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
+from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
@@ -51,7 +56,8 @@ class ReplaySettings:
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
-        timeout_s: the longest that a planner from outside may take for one decision.
+        ask: an estimator whose answers cost something is asked for those that neither log nor cache holds.
+        timeout_s: the longest that a planner from outside may take for one decision, and an estimator for a belief.
         in_process: planners from outside run in this process, without a time limit, so that a debugger stops in
             them; no answer depends on it, so it is in no replay's key.
         seed: of the drawn worlds. The strategies' own seed is the run's.
@@ -63,6 +69,7 @@ class ReplaySettings:
     budget: Budget = field(default_factory=Budget)
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
+    ask: bool = field(default=False, repr=False)
     timeout_s: float = 10.0
     in_process: bool = field(default=False, repr=False)
     seed: int = 0
@@ -113,6 +120,14 @@ class PreparedLog:
         """Whether the durations were fitted to the log, as they are for a robot's."""
         return bool(self.durations.samples)
 
+    def estimator_of(self, planner: Strategy) -> Estimator:
+        """Who believes for a strategy: one whose answers cost something is not asked for a strategy that goes by
+        distance alone, which then gets the log's first belief."""
+        asks = isinstance(self.estimator, AnsweredEstimator)
+        if asks and not uses_beliefs(planner, self.evidence.task.goal):
+            return LoggedBelief(self.evidence)
+        return self.estimator
+
 
 def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -> PreparedLog:
     """Prepares a log.
@@ -130,7 +145,14 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     types = relevant_types(as_told.task.goal)
     contradicting = contradicting_types(as_told, relevance_of(as_told, types, settings.assumptions))
     evidence = replace(as_told, misses=max(settings.assumptions.misses or 0, len(contradicting)))
-    believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
+    believer = estimator_for(
+        evidence,
+        types,
+        name=settings.estimator,
+        origin=settings.estimator_origin,
+        may_ask=settings.ask,
+        limit_s=inf if settings.in_process else settings.timeout_s,
+    )
     estimator = believer.estimator
     robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, as_told, estimator)
@@ -160,7 +182,10 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
             if note
         ),
     )
-    return replace(ground, worlds=_sample_worlds(ground, types))
+    try:
+        return replace(ground, worlds=_sample_worlds(ground, types))
+    except NotAnswered as error:
+        return replace(ground, notes=(*ground.notes, f"no estimate: {error}"))
 
 
 def _notes(

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from replayers.counterfactual.evidence import Evidence
+from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
@@ -66,7 +67,7 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
         options=LoopOptions(stopwatch=_no_time),
         perception=evidence.perception,
     )
-    return _compared(run, events)
+    return _compared(run, with_beliefs(events))
 
 
 def _no_time() -> float:

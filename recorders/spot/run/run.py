@@ -28,6 +28,7 @@ from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import Task
@@ -154,7 +155,7 @@ def _recorder(
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": {**_settings(run), **found}},
+        settings={"spot": {**_settings(run), **found}, **estimator_to_settings(setup.estimator)},
     )
 
 
