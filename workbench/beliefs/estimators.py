@@ -9,11 +9,10 @@ whose answers cost something is asked each question once (asking/): an AskingEst
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import cast, final
+from typing import cast
 
 from workbench.beliefs.asking.answered_estimator import ASKING_METHODS, AskingEstimator, answered
 from workbench.beliefs.asking.answers import Answer
@@ -27,7 +26,7 @@ from workbench.beliefs.counts import counts_from
 from workbench.beliefs.fcnn import fcnn_from
 from workbench.beliefs.guarded_estimator import GuardedEstimator
 from workbench.beliefs.weights import Weights, read_weights
-from workbench.errors import UnknownName
+from workbench.errors import UnknownName, Unsupported
 from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded, plugin
 
 EstimatorFactory = Callable[[Weights], Estimator]
@@ -76,26 +75,47 @@ def estimator(
     if name not in ESTIMATORS:
         if weights is not None:
             raise UnknownName("estimator", name, ESTIMATORS)
-        made = _from_outside(name, origin)
-        if isinstance(made, _Asking):
-            return answered(made.asking, known, may_ask=may_ask)
-        return GuardedEstimator(made, limit_s)
+        return as_used(_from_outside(name, origin), known, may_ask=may_ask, limit_s=limit_s)
     if weights is None:
         return _shipped(name)
     return ESTIMATORS[name](read_weights(weights, estimator=name))
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class _Asking:
-    """One from outside whose answers cost something."""
+def as_used(
+    made: object, known: Iterable[Answer] = (), *, may_ask: bool = True, limit_s: float | None = None
+) -> Estimator:
+    """An estimator from outside as a run uses it: guarded, and asked each question once where that costs something.
 
-    asking: AskingEstimator
+    Args:
+        made: an Estimator, one with `costly = True`, or an AskingEstimator.
+        known, may_ask, limit_s: as for `estimator`.
+
+    Raises:
+        NoEstimator: it is none of them.
+    """
+    if not _is_estimator(made):
+        raise NoEstimator(made)
+    if _is_asking(made):
+        return answered(cast(AskingEstimator, made), known, may_ask=may_ask)
+    whole = cast(Estimator, made)
+    if getattr(made, "costly", False) is not True:
+        return GuardedEstimator(whole, limit_s)
+    alone = getattr(made, "names_alone", False) is True
+    questions = StateQuestions(whole.name, whole, model=str(getattr(made, "model", "")), names_alone=alone)
+    return answered(questions, known, may_ask=may_ask)
+
+
+class NoEstimator(Unsupported):
+    """Something that was to be an estimator is none."""
+
+    def __init__(self, made: object) -> None:
+        what = f"it is {type(made).__name__}; an estimator has name and believe(knowledge, item_types)"
+        super().__init__(f"{what}. See docs/beliefs.md.")
 
 
 @lru_cache(maxsize=16)
-def _from_outside(name: str, origin: NameOrigin) -> Estimator | _Asking:
-    """A class or function without arguments that makes an estimator, or a ready one; made once a process."""
+def _from_outside(name: str, origin: NameOrigin) -> object:
+    """What a class or function without arguments makes, or a ready estimator; made once a process."""
     found = plugin(ESTIMATOR, name, origin=origin, known=ESTIMATORS)
     try:
         with found.import_path():
@@ -107,13 +127,7 @@ def _from_outside(name: str, origin: NameOrigin) -> Estimator | _Asking:
         raise PluginNotLoaded(
             ESTIMATOR, name, f"it is {type(made).__name__}; an estimator has name and believe(knowledge, item_types)"
         )
-    if _is_asking(made):
-        return _Asking(cast(AskingEstimator, made))
-    whole = cast(Estimator, made)
-    if getattr(made, "costly", False) is not True:
-        return whole
-    alone = getattr(made, "names_alone", False) is True
-    return _Asking(StateQuestions(whole.name, whole, model=str(getattr(made, "model", "")), names_alone=alone))
+    return made
 
 
 def _is_estimator(thing: object) -> bool:
