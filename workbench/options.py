@@ -48,6 +48,9 @@ MissRate = Annotated[
     ),
 ]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
+Upload = Annotated[
+    str, Option("--upload", help="Also send what was written to this address, such as s3://bucket/runs/.")
+]
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
 Json = Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")]
