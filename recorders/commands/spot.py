@@ -152,6 +152,7 @@ def record(
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.record_session import SessionPlan, record_session
     from recorders.spot.run.site_tasks import site_task
+    from recorders.spot.run.status_line import status_line
     from recorders.spot.session.session import Rates
     from recorders.spot.tags.pictures import require_detector
     from workbench.errors import OutputExists
@@ -189,7 +190,9 @@ def record(
             f"Recording {connection.serial} at {robot} to {output}. "
             "Keys: n note, m mark, o opened, d done, f failed, q end."
         )
-        report = record_session(connection, replace(wanted, audience=audience), output, force=force)
+        with status_line() as show:
+            followed = replace(wanted, audience=audience, show_status=show)
+            report = record_session(connection, followed, output, force=force)
     if json:
         emit_json({"log": str(output), **report.as_json()})
     else:
@@ -235,8 +238,9 @@ def run(
 ) -> None:
     """Run a task on a Spot and record it; the lease is always returned.
 
-    Space or s stops the robot and ends the run, n marks the moment. Without an arm, an operator confirms by key. A
-    robot that gets no command for three seconds stops by itself.
+    Keys: space or s stops the robot and ends the run, p lets it stand and g go on, k skips the container at hand, i
+    says that an item is there, n marks the moment. A line tells battery, localisation, link, tags and what is next.
+    Without an arm, an operator confirms by key. A robot that gets no command for three seconds stops by itself.
 
     Examples:
 
@@ -309,14 +313,16 @@ def run_by_keys(connection: Connection, wanted: RobotRun, ready: RunSetup, outpu
     from recorders.spot.run.event_text import event_line
     from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
     from recorders.spot.run.run import run_and_record
+    from recorders.spot.run.status_line import status_line
+    from recorders.spot.run.wishes import RUN_KEYS
     from workbench.terminal import say
 
     stop = StopSwitch()
-    say("Space or s stops the robot; n marks the moment in the log.")
-    with stop_on_signals(stop), KeyboardOperator(stop) as keys:
+    say(RUN_KEYS)
+    with stop_on_signals(stop), status_line() as show, KeyboardOperator(stop) as keys:
         return run_and_record(
             connection,
-            wanted,
+            replace(wanted, show_status=show),
             output,
             setup=ready,
             stop=stop,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from recorders.spot.run.site_tasks import session_task
 from recorders.spot.session.inferred_actions import ActionDeriver
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
+from recorders.spot.session.topics import SessionStatus
 from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded, RunStatus
 from workbench.log_schema.events import RunInfo
@@ -48,6 +50,7 @@ class SessionPlan:
         operator_name: who drives, for the log. log_serial: whether the log names the robot's serial number.
         furniture_open: the operator's word that all closed furniture was opened before.
         audience: viewers that are shown every message once it is written.
+        show_status: called with the session's status, once a second.
         keep_last_s: keep only the last seconds, in memory, and write them on demand (key w) and at the end.
     """
 
@@ -61,6 +64,7 @@ class SessionPlan:
     operator_name: str = ""
     log_serial: bool = True
     audience: Audience | None = None
+    show_status: Callable[[SessionStatus], None] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,7 +165,7 @@ def record_session(
             closed_needs_word=True,
             furniture_open=plan.furniture_open,
         )
-        session.watch = derived
+        session.watch, session.show_status = derived, plan.show_status
         keys: KeyboardOperator = KeyboardOperator(
             stop,
             lambda key: (

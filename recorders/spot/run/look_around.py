@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 def look_around(world: SpotWorld, start_ns: int, *, localized: bool) -> Mapping[ItemId, list[Position]] | None:
-    """Every position on the map at which an item was seen since the start of a look, for as long as looks take.
+    """Every position on the map at which an item was seen since the start of a look, for as long as looks take, or
+    until the operator skips it.
 
     Args:
         localized: whether the robot was localised when the look began.
@@ -22,7 +23,7 @@ def look_around(world: SpotWorld, start_ns: int, *, localized: bool) -> Mapping[
         None if it never was.
     """
     seen: dict[ItemId, list[Position]] = {}
-    while world.now_ns() - start_ns < round(world.settings.look_s * 1e9):
+    while world.now_ns() - start_ns < round(world.settings.look_s * 1e9) and not world.wishes.skipping:
         world.wait(world.settings.poll_s)
         sightings = world.sightings()
         localized = localized or sightings is not None

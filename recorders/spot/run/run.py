@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from pathlib import Path
 
 from recorders.run_identity import Driver
@@ -20,12 +19,15 @@ from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot
 from recorders.spot.client.map_upload import read_graph, upload_map
 from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
+from recorders.spot.run.event_text import NextStep
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
+from recorders.spot.run.wishes import RunKeys
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
+from recorders.spot.session.topics import SessionStatus
 from workbench.beliefs.memory.memory import Memory
 from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
@@ -34,10 +36,11 @@ from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.place import Place
+from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task
 from workbench.search.costs import ROBOT_COSTS, ActionCosts
 from workbench.terminal import say
-from workbench.worlds.house import START, Contents, House
+from workbench.worlds.house import START, Contents, House, Item
 from workbench.worlds.sites.site import Site
 from workbench.worlds.world import ActionRefused
 
@@ -54,6 +57,7 @@ class RobotRun:
         earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
         audience: viewers that are shown every message once it is written.
         memory: what the robot remembers of earlier runs in this place.
+        show_status: called with the session's status, once a second.
     """
 
     site: Site
@@ -74,6 +78,7 @@ class RobotRun:
     earlier: TakenOver | None = None
     audience: Audience | None = None
     memory: Memory | None = None
+    show_status: Callable[[SessionStatus], None] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,8 +138,9 @@ def run_and_record(
             world.tell = session.words
             recorder.sink.describe(ROBOT_METADATA, robot)
             world.recording_trouble = lambda: recorder.trouble
+            session.show_status = run.show_status
             if isinstance(operator, KeyboardOperator):
-                operator.on_key = partial(_marked, session)
+                operator.on_key = RunKeys(world.wishes, _sought(run), session.note).press
             try:
                 start_ns = world.now_ns()
                 events = stopping_on_error(setup.events(world), world, control, run.task)
@@ -228,9 +234,10 @@ def place_of(site: Site) -> Place:
     return replace(Place.of(site.plan, site.ways), robot_radius_m=site.robot.radius_m)
 
 
-def _marked(session: Session, key: str) -> None:
-    if key in "mMnN":
-        session.note("mark")
+def _sought(run: RobotRun) -> tuple[Item, ...]:
+    """The tagged items that the task is about."""
+    types = relevant_types(run.task.goal)
+    return tuple(item for _, item in sorted(run.site.tags.items()) if item.type in types)
 
 
 def _record_events(
@@ -238,10 +245,11 @@ def _record_events(
 ) -> list[Event]:
     """Record the events one by one while the session runs."""
     seen: list[Event] = []
-    clock = session.connection.clock
+    clock, coming = session.connection.clock, NextStep()
 
     def take() -> None:
         for event in events:
+            session.live.doing = coming.after(event)
             recorder.record(event)
             seen.append(event)
             if hear is not None:

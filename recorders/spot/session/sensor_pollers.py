@@ -15,7 +15,8 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.foxglove.scene import MAP_FRAME, ODOM_FRAME
-from recorders.spot.client.clock import SyncedClock
+from recorders.spot.client.battery import charge_percent
+from recorders.spot.client.clock import Stepped, SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
@@ -48,6 +49,8 @@ from workbench.worlds.sites.site import Site
 if TYPE_CHECKING:
     from recorders.spot.session.session import Rates, Session
 
+OURS = ("clock", "status")
+"""Streams for which the robot is not asked."""
 FRESH_TAG_S = 2
 STATUS_EVERY_NS = NANO - NANO // 20
 
@@ -85,8 +88,10 @@ def sensor_streams(session: Session) -> tuple[SensorStream, ...]:
         ("images", rates.images_hz if rates.cameras else 0.0, lambda: _images(session, known)),
         ("grid", rates.grid_hz, lambda: _grid(session)),
         ("clock", rates.clock_hz, lambda: _clock(session)),
+        # with stepped time nobody watches, and the room on a disk would make two equal runs differ
+        ("status", 0.0 if isinstance(session.connection.clock, Stepped) else rates.status_hz, session.tell_status),
     )
-    return tuple(SensorStream(name, 1.0 / hz, take, name != "clock") for name, hz, take in wanted if hz > 0)
+    return tuple(SensorStream(name, 1.0 / hz, take, name not in OURS) for name, hz, take in wanted if hz > 0)
 
 
 def wanted_cameras(site: Site, rates: Rates) -> tuple[str, ...]:
@@ -132,6 +137,7 @@ def _localization(session: Session, known: _SharedState) -> None:
         timeout=session.connection.timeout_s
     )
     place = answer.localization
+    session.live.localized = is_localized(answer)
     if not is_localized(answer):
         known.map_tform_body = known.map_tform_odom = None
         return
@@ -160,6 +166,8 @@ def _state(session: Session, known: _SharedState) -> None:
         session.put(ROBOT_STATE, state, source_ns=at)
     if session.watch is not None:
         session.watch.holding(at, state.manipulator_state.is_gripper_holding_item)
+    charge = charge_percent(state)
+    session.live.battery_percent = -1.0 if charge is None else charge
     faults = foxglove.faults_of(state)
     for fault in faults:
         if fault not in known.faults:
@@ -211,6 +219,9 @@ def _tags(session: Session, known: _SharedState, found: Sequence[TagDetection]) 
         known.detected_ns[key] = seen.stamp_ns
         session.tell(detected(site, seen, placed.get(id(seen)), received_ns=now, counts=seen in counting))
     fresh = [placed[id(seen)] for seen in counting if id(seen) in placed and now - seen.stamp_ns < FRESH_TAG_S * NANO]
+    for sighting in fresh:
+        item = site.tags.get(sighting.tag)
+        session.live.tags[f"tag {sighting.tag}" if item is None else str(item.id)] = sighting.stamp_ns
     if session.watch is not None:
         for sighting in fresh:
             session.watch.tag(sighting.stamp_ns, sighting.tag, sighting.position)

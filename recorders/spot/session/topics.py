@@ -4,6 +4,7 @@
 /robot/clock        by how much the robot's clock is ahead of ours                  json  lios.spot.ClockSkew
 /robot/detections   every detection of a tag: pose, range, place                    json  lios.spot.TagDetected
 /session/gap        from when to when the robot was away                            json  lios.spot.Gap
+/session/status     link, tags seen now, messages dropped, room on the disk, next   json  lios.spot.SessionStatus
 /session/note       what the operator noted                                         json  lios.spot.Note
 /notes              the same, as lios log note and Foxglove have it                 protobuf, foxglove.Event
 /spot/...           bosdyn's messages as they came                                  protobuf, bosdyn.api.*
@@ -26,7 +27,7 @@ from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import Stamp
 
 STATUS, CLOCK, GAP, NOTE = "/robot/status", "/robot/clock", "/session/gap", "/session/note"
-NOTE_EVENTS, DETECTIONS = "/notes", "/robot/detections"
+NOTE_EVENTS, SESSION_STATUS, DETECTIONS = "/notes", "/session/status", "/robot/detections"
 ROBOT_STATE, LOCALIZATION, WORLD_OBJECTS = "/spot/robot_state", "/spot/localization", "/spot/world_objects"
 ODOMETRY, FIDUCIALS, LOCAL_GRID, CAMERA = "/robot/odometry", "/robot/fiducials", "/robot/local_grid", "/camera"
 
@@ -73,6 +74,23 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     text: str
 
 
+class SessionStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """The session once a second. silent_s: since the robot's last answer; tags: items whose tags are seen now, or
+    tag numbers; dropped: messages so far; doing: what the robot is about to do.
+
+    battery_percent is 0 to 100, negative where the robot has not told it.
+    """
+
+    stamp: Stamp
+    battery_percent: float
+    localized: bool
+    silent_s: float
+    tags: tuple[str, ...]
+    dropped: int
+    disk_free_mb: int
+    doing: str = ""
+
+
 class TagPose(msgspec.Struct, frozen=True, kw_only=True):
     """frame_tform_tag, metres and a unit quaternion; x to the right and y up along the tag, z out of the page."""
 
@@ -114,8 +132,9 @@ class TagDetected(msgspec.Struct, frozen=True, kw_only=True):
     counts: bool = True
 
 
-SessionFact = RobotStatus | ClockSkew | Gap | Note | TagDetected
+SessionFact = SessionStatus | RobotStatus | ClockSkew | Gap | Note | TagDetected
 TOPIC_OF_FACT: dict[type[msgspec.Struct], str] = {
+    SessionStatus: SESSION_STATUS,
     RobotStatus: STATUS,
     ClockSkew: CLOCK,
     Gap: GAP,
