@@ -44,7 +44,7 @@ def replay(
         str,
         Option(
             "--estimator",
-            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: counts, best, people, ...',
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
         ),
     ] = "log",
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
