@@ -56,8 +56,8 @@ class RobotRun:
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
         earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
         audience: viewers that are shown every message once it is written.
-        memory: what the robot remembers of earlier runs in this place.
         show_status: called with the session's status, once a second.
+        memory: what the robot remembers of earlier runs in this place.
     """
 
     site: Site
@@ -77,8 +77,8 @@ class RobotRun:
     log_serial: bool = True
     earlier: TakenOver | None = None
     audience: Audience | None = None
-    memory: Memory | None = None
     show_status: Callable[[SessionStatus], None] | None = None
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
