@@ -27,7 +27,8 @@ def record(
     task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy or search policy.")] = "conditioned-lios",
     estimator: Annotated[
-        str, Option("--estimator", help="Estimator: counts, fcnn, best, a .safetensors, a .prompt, or module:Class.")
+        str,
+        Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),
     ] = "best",
     seed: Annotated[int, Option("--seed", help="Seed of the scenario and of the containers known at the start.")] = 0,
     known: Annotated[

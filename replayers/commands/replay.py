@@ -44,7 +44,7 @@ def replay(
         str,
         Option(
             "--estimator",
-            help='"log": as in the log; "first": the log\'s first belief, held fixed; or one, as of lios record.',
+            help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
         ),
     ] = "log",
     ask: Ask = False,

@@ -25,10 +25,10 @@ from workbench.plugins import NameOrigin, quoted
 from workbench.worlds.house import ContainerId, ItemType, LocationId
 from workbench.worlds.knowledge import Knowledge
 
-NAMES_ALONE = ("counts", "fcnn")
+NAMES_ALONE = ("counts", "fcnn", "people")
 """Estimators that no observation of a run changes."""
 
-LEARNING = ("best",)
+LEARNING = ("best", "mixed")
 """Estimators that every observation changes, even where a short run does not show it."""
 
 MAX_CACHED_BELIEFS = 10_000

@@ -25,6 +25,8 @@ from workbench.beliefs.best import best_from
 from workbench.beliefs.counts import counts_from
 from workbench.beliefs.fcnn import fcnn_from
 from workbench.beliefs.guarded_estimator import GuardedEstimator
+from workbench.beliefs.people.mixed import mixed_from
+from workbench.beliefs.people.people import people_from
 from workbench.beliefs.weights import Weights, read_weights
 from workbench.errors import UnknownName, Unsupported
 from workbench.plugins import ESTIMATOR, NameOrigin, NotFromLog, PluginNotLoaded, plugin
@@ -33,9 +35,13 @@ EstimatorFactory = Callable[[Weights], Estimator]
 """Makes an estimator from its weights."""
 
 ESTIMATORS: Mapping[str, EstimatorFactory] = MappingProxyType(
-    {"counts": counts_from, "fcnn": fcnn_from, "best": best_from}
+    {"counts": counts_from, "fcnn": fcnn_from, "best": best_from, "people": people_from, "mixed": mixed_from}
 )
-"""The estimators by name: smoothed counts, the paper's network, and this project's best."""
+"""The estimators by name: smoothed counts, the paper's network, this project's best; people's votes, and these with
+the best."""
+
+WEIGHTS_OF: Mapping[str, str] = MappingProxyType({"mixed": "people"})
+"""Estimators that are made from the weights of another one."""
 
 WEIGHTS_SUFFIX = ".safetensors"
 
@@ -78,7 +84,7 @@ def estimator(
         return as_used(_from_outside(name, origin), known, may_ask=may_ask, limit_s=limit_s)
     if weights is None:
         return _shipped(name)
-    return ESTIMATORS[name](read_weights(weights, estimator=name))
+    return ESTIMATORS[name](read_weights(weights, estimator=WEIGHTS_OF.get(name, name)))
 
 
 def as_used(
@@ -161,9 +167,9 @@ def _version(path: Path) -> tuple[int, int]:
 
 def shipped_weights(name: str) -> Path:
     """The weights file that this distribution ships for an estimator."""
-    return Path(__file__).resolve().parents[1] / "data" / "weights" / f"{name}.safetensors"
+    return Path(__file__).resolve().parents[1] / "data" / "weights" / f"{WEIGHTS_OF.get(name, name)}.safetensors"
 
 
 @lru_cache(maxsize=8)
 def _shipped(name: str) -> Estimator:
-    return ESTIMATORS[name](read_weights(shipped_weights(name), estimator=name))
+    return ESTIMATORS[name](read_weights(shipped_weights(name), estimator=WEIGHTS_OF.get(name, name)))
