@@ -30,6 +30,8 @@ from workbench.search.costs import ROBOT_COSTS
 from workbench.terminal import counted, say
 from workbench.worlds.sites.site import Site
 
+OPERATOR = "operator"
+"""The strategy that the log of a session names."""
 ASKED_LATER = "best"
 """The estimator for replays of a session, which itself used none."""
 POLL_S = 0.05
@@ -263,5 +265,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    driver = Driver(strategy=OPERATOR, estimator=ASKED_LATER)
     return robot_run_info(connection, site, task, driver, told_apart_by="session")

@@ -22,6 +22,7 @@ from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
 from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
@@ -48,6 +49,7 @@ class RobotRun:
         take_lease, own_estop: as in Control.
         operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
+        earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
         audience: viewers that are shown every message once it is written.
     """
 
@@ -66,6 +68,7 @@ class RobotRun:
     title: str = ""
     operator_name: str = ""
     log_serial: bool = True
+    earlier: TakenOver | None = None
     audience: Audience | None = None
 
 
@@ -114,11 +117,14 @@ def run_and_record(
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
         _localize_and_set_start(world, run, held)
-        run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
+        if run.earlier is not None:
+            say(run.earlier.in_words())
+            look_where_items_were_put(world, run.earlier)
+        run = replace(run, site=world.site)
         robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
-        with _recorder(connection, run, setup, output, found=_as_found(world), force=force) as recorder:
+        with _recorder(connection, run, setup, output, found=_as_found(world, run), force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             world.tell = session.words
             recorder.sink.describe(ROBOT_METADATA, robot)
@@ -173,6 +179,8 @@ def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
+    if run.earlier is not None:
+        world.known = run.earlier.known
     for event in (setup or setup_of(run)).events(world):
         if isinstance(event, PlanMade):
             return event
@@ -292,13 +300,19 @@ def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
         say(failure)
 
 
-def _as_found(world: SpotWorld) -> dict[str, object]:
-    """What was found before the first decision: whose e-stop guards the run, and where the robot was localised."""
+def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
+    """What was found before the first decision: whose e-stop guards the run, where the robot was localised, and what
+    earlier logs told."""
     localized = None if world.localized is None else asdict(world.localized)
-    return {"estop_guard": world.control.estop_guard, "localization": localized}
+    return {
+        "estop_guard": world.control.estop_guard,
+        "localization": localized,
+        **settings_of(run.earlier, world.known),
+    }
 
 
 def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:
     driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=run.seed)
     by = f"{driver.strategy}|{driver.seed}|{run.title}"
-    return robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    info = robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    return info if run.earlier is None else run.earlier.continued(info)

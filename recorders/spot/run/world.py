@@ -66,10 +66,10 @@ class SpotWorld:
     Attributes:
         tell: called with what the log should say in words.
         recording_trouble: why nothing is recorded any more; None while it is.
-        ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
-            about.
+        ending: whether the run is over and the robot only comes to rest: neither keys nor outages stop that.
         opened_by: who opened which closed furniture.
         hands: what picks and places. places: where looks have shown items.
+        known: contents of containers that are known before the run, from earlier logs.
         localized: where, by which tag and how long ago the robot was last localised; None before.
     """
 
@@ -80,6 +80,7 @@ class SpotWorld:
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
+    known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
     recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
@@ -110,7 +111,7 @@ class SpotWorld:
         return self.connection.clock.now_ns()
 
     def known_at_start(self) -> Contents:
-        return MappingProxyType({})
+        return self.known
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
