@@ -25,7 +25,7 @@ from workbench.parameters import command_of
 from workbench.terminal import emit_text, say, wide_tables
 
 PANELS: dict[str, tuple[str, ...]] = {
-    "Run": ("demo", "record", "plan", "evaluate", "train"),
+    "Run": ("demo", "record", "plan", "evaluate", "train", "learn-moves"),
     "Replay": ("replay", "compare", "select", "certify"),
     "Look": ("view", "serve", "render", "figures", "capsule", "report"),
     "Logs": ("info", "list", "doctor", "recover", "export", "import", "upload", "log"),

@@ -28,6 +28,14 @@ AlsoLearnt = Annotated[
     list[Path] | None,
     Option("--also", help="With --folds: further training houses that are not evaluated; repeatable."),
 ]
+MemoryLogs = Annotated[
+    list[Path] | None,
+    Option("--memory", help="Logs of earlier runs of the place, or a folder of them, to go by; repeatable."),
+]
+MoveRatesFile = Annotated[
+    Path | None,
+    Option("--rates", help="With --memory: how often things move (lios learn-moves); default: the shipped rates."),
+]
 Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on this machine.")]
 Scheduler = Annotated[
     str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")

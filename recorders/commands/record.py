@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside, MissRate, ServePort, Upload
+from workbench.options import AssetsOrBeside, MemoryLogs, MissRate, MoveRatesFile, ServePort, Upload
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -35,6 +35,16 @@ def record(
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
     miss_rate: MissRate = 0.0,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
+    day: Annotated[
+        int | None,
+        Option("--day", help="Day of the run, from 0; default 0, with --memory the first day after all logs."),
+    ] = None,
+    moved: Annotated[
+        float,
+        Option("--moved", help="Share of the items that stand elsewhere than in the house's file."),
+    ] = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
@@ -55,6 +65,8 @@ def record(
         lios record --find mug --strategy lios -o run.mcap
 
         lios record --find mug --miss-rate 0.2 -o run.mcap
+
+        lios record --find mug --memory logs/ --moved 0.25 -o run.mcap
 
         lios record --house houses.jsonl.gz:17 --scenario deliver-3 --strategy model-lios -o run.mcap
     """
@@ -94,6 +106,10 @@ def record(
             seed=seed,
             known=known,
             miss_rate=miss_rate,
+            memory=memory or (),
+            rates=rates,
+            day=day,
+            moved=moved,
             assets=assets,
             force=force,
             sink=files,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import Force, Json, ServePort
+from workbench.options import Force, Json, MemoryLogs, MoveRatesFile, ServePort
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -225,6 +225,8 @@ def run(
     resume: Annotated[
         bool, Option("--resume", help="Walk on by itself after an outage in which the robot stopped.")
     ] = False,
+    memory: MemoryLogs = None,
+    rates: MoveRatesFile = None,
     dry_run: Annotated[bool, Option("--dry-run", help="Connect, check and plan; nothing moves.")] = False,
     serve: ServePort = None,
     operator: OperatorName = "",
@@ -249,6 +251,7 @@ def run(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.earlier_runs import memory_now
     from recorders.sinks.mirrored import watched
     from recorders.spot.client.connection import Connection, RobotAddress, find_credentials, talking_to
     from recorders.spot.run.run import RobotRun, setup_of
@@ -281,6 +284,7 @@ def run(
         map_folder=map_folder,
         operator_name=operator,
         log_serial=serial,
+        memory=memory_now(memory, rates, place.plan),
     )
     ready = setup_of(wanted)
     with talking_to(address), Connection(address, find_credentials(), certificate=certificate) as connection:

@@ -27,8 +27,10 @@ from replayers.counterfactual.evidence_rules import (
 )
 from replayers.runs.gaps import Gaps, StartKnowledge, gaps_of
 from replayers.runs.run import Run
+from workbench.beliefs.memory.memory import Memory
 from workbench.errors import Unsupported
 from workbench.log_schema.events import ROUNDED_BEFORE, Observation, RunInfo
+from workbench.log_schema.memory_json import memory_from_settings
 from workbench.log_schema.perception_json import perception_from_settings
 from workbench.log_schema.place import Place
 from workbench.planning.tasks import AllOf, Task
@@ -89,6 +91,7 @@ class Evidence:
         looks: what each look of the run showed, by container, in order.
         miss_chance: per item type and searched container, the chance that every look there missed it, as the log
             assumes it; 0 where it is not named.
+        memory: what the robot remembered of earlier runs; None where it remembered nothing.
         notes: what was odd and how it is read, one line each.
     """
 
@@ -116,6 +119,7 @@ class Evidence:
     perception: Perception = PERFECT
     looks: Mapping[ContainerId, tuple[tuple[Item, ...], ...]] = field(default_factory=lambda: MappingProxyType({}))
     miss_chance: Mapping[tuple[ItemType, ContainerId], float] = field(default_factory=lambda: MappingProxyType({}))
+    memory: Memory | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -207,6 +211,7 @@ def evidence_of(run: Run) -> Evidence:
         imputed=imputed,
         perception=perception_from_settings(run.settings),
         looks=looks_in_order(seen),
+        memory=memory_from_settings(run.settings),
         miss_chance=chances_of_missing(seen, independent=run.info.source == "simulation"),
         notes=(*cut, *_gap_notes(gaps, len(run.observations) - len(seen)), *_imagined(imputed), *odd, *strange),
     )

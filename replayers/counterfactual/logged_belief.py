@@ -15,6 +15,7 @@ import numpy as np
 
 from replayers.counterfactual.evidence import Evidence
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.memory.remembering import remembering, without_memory
 from workbench.caches import Cache
 from workbench.errors import LiosError, Unsupported
 from workbench.log_schema.events import BeliefUpdate
@@ -136,7 +137,12 @@ LEARNS = (
 
 
 def estimator_for(
-    evidence: Evidence, item_types: tuple[ItemType, ...], *, name: str = "log", origin: NameOrigin = NameOrigin.LOG
+    evidence: Evidence,
+    item_types: tuple[ItemType, ...],
+    *,
+    name: str = "log",
+    origin: NameOrigin = NameOrigin.LOG,
+    other_memory: bool = False,
 ) -> EstimatorChoice:
     """Who believes in a replay.
 
@@ -144,38 +150,52 @@ def estimator_for(
         name: "log" takes the log's first belief where it never changed and was not rounded, and the estimator that
             the log names otherwise; "first" holds the log's first belief fixed; another name is an estimator.
         origin: who gives another name. The estimator that the log names is the log's in any case.
+        other_memory: the evidence's memory is not what the robot remembered; the log's beliefs do not know it.
 
     Raises:
         NoBelief: nothing suffices.
         UnknownName, NotFromLog: no such estimator, or one that only a user may name.
     """
-    from workbench.beliefs.estimators import estimator
-
     whole, recorded = covers(evidence, item_types), evidence.info.estimator
     if name == "first":
-        if not whole:
-            raise NoBelief(evidence.path, recorded, "the log's first belief leaves containers out")
+        if not whole or other_memory:
+            why = "leaves containers out" if not whole else "does not know what --memory remembers"
+            raise NoBelief(evidence.path, recorded, f"the log's first belief {why}")
         return _first_of(evidence, hypothetical=not evidence.steady)
     if name != "log":
-        found = estimator(name, origin=origin)
+        found = estimator_of(evidence, name, origin)
         other = found.name != recorded
         note = f"beliefs by {found.name}; the run used {recorded}" if other else ""
-        return EstimatorChoice(estimator=found, steady=name in NAMES_ALONE, hypothetical=other, note=note)
+        steady = name in NAMES_ALONE and evidence.memory is None
+        return EstimatorChoice(estimator=found, steady=steady, hypothetical=other, note=note)
     kind = recorded.partition("@")[0]
-    stays = evidence.steady and whole and kind not in LEARNING
+    stays = evidence.steady and whole and kind not in LEARNING and evidence.memory is None
     if stays and not evidence.rounded:
         return _first_of(evidence)
+    held = whole and not other_memory
     try:
-        found = estimator(kind, origin=NameOrigin.LOG)
+        found = estimator_of(evidence, kind, NameOrigin.LOG)
     except LiosError as error:
-        if whole:
+        if held:
             return _first_of(evidence, note="" if stays else HELD)
         raise NoBelief(evidence.path, recorded, str(error)) from error
-    if found.name != recorded and whole:
+    same = without_memory(found.name) == without_memory(recorded)
+    if not same and held:
         return _first_of(evidence, note="" if stays else HELD)
-    steady = kind in NAMES_ALONE
-    other = "" if found.name == recorded else f"beliefs by {found.name}; the run used {recorded}. "
+    steady = kind in NAMES_ALONE and evidence.memory is None
+    other = "" if same else f"beliefs by {found.name}; the run used {recorded}. "
     return EstimatorChoice(estimator=found, steady=steady, note=(other + ("" if steady else LEARNS)).rstrip(". "))
+
+
+def estimator_of(evidence: Evidence, name: str, origin: NameOrigin) -> Estimator:
+    """An estimator by name, with the memory that the robot of the log had.
+
+    Raises:
+        UnknownName, NotFromLog, PluginNotLoaded: as `estimator`.
+    """
+    from workbench.beliefs.estimators import estimator
+
+    return remembering(estimator(name, origin=origin), evidence.memory)
 
 
 def _first_of(evidence: Evidence, *, hypothetical: bool = False, note: str = "") -> EstimatorChoice:

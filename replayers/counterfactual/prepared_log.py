@@ -22,6 +22,8 @@ from replayers.counterfactual.relevance import Assumptions, Relevance, relevance
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Belief, Estimator
+from workbench.beliefs.memory.history import History
+from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
 from workbench.errors import Unsupported
 from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
@@ -54,6 +56,9 @@ class ReplaySettings:
         timeout_s: the longest that a planner from outside may take for one decision.
         in_process: planners from outside run in this process, without a time limit, so that a debugger stops in
             them; no answer depends on it, so it is in no replay's key.
+        history: earlier runs that the strategies remember, in place of what the robot remembered; None for the
+            robot's own memory.
+        rates: how often things move, for that history.
         seed: of the drawn worlds. The strategies' own seed is the run's.
     """
 
@@ -65,6 +70,8 @@ class ReplaySettings:
     with_truth: bool = False
     timeout_s: float = 10.0
     in_process: bool = field(default=False, repr=False)
+    history: History | None = None
+    rates: MoveRates | None = None
     seed: int = 0
 
 
@@ -123,15 +130,23 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
     Raises:
         NoBelief, UnknownName: no beliefs are available.
         TruthNotRecorded: the truth was requested and is not in the log.
+        AnotherPlace, ContainersChanged, NothingEarlier: the history given is not of this place, or of later.
     """
-    as_told = evidence_of(run)
+    as_told, other_memory = _with_history(evidence_of(run), settings)
     if settings.with_truth and run.truth is None:
         raise TruthNotRecorded(run.path)
     types = relevant_types(as_told.task.goal)
     contradicting = contradicting_types(as_told, relevance_of(as_told, types, settings.assumptions))
     evidence = replace(as_told, misses=max(settings.assumptions.misses or 0, len(contradicting)))
-    believer = estimator_for(evidence, types, name=settings.estimator, origin=settings.estimator_origin)
+    believer = estimator_for(
+        evidence,
+        types,
+        name=settings.estimator,
+        origin=settings.estimator_origin,
+        other_memory=other_memory,
+    )
     estimator = believer.estimator
+    hypothetical = believer.hypothetical or other_memory
     robot = evidence.info.source not in SIMULATED_SOURCES
     reproduction = reproduce(run, as_told, estimator)
     durations = fitted_durations(run.actions) if robot else SIMULATED
@@ -150,11 +165,11 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         exact_beliefs=not believer.rounded,
         contradicting=contradicting,
         reproduction=reproduction,
-        claims=believer.hypothetical or reproduction.same is not False,
+        claims=hypothetical or reproduction.same is not False,
         notes=tuple(
             note
             for note in (
-                *_notes(evidence, believer, durations if robot else None, reproduction),
+                *_notes(evidence, believer, durations if robot else None, reproduction, hypothetical=hypothetical),
                 misses_note(evidence, contradicting),
             )
             if note
@@ -164,15 +179,30 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
 
 
 def _notes(
-    evidence: Evidence, believer: EstimatorChoice, durations: Durations | None, reproduction: Reproduction
+    evidence: Evidence,
+    believer: EstimatorChoice,
+    durations: Durations | None,
+    reproduction: Reproduction,
+    *,
+    hypothetical: bool,
 ) -> tuple[str, ...]:
     """What is to be known of all replays over a log; an empty one says nothing."""
     words = (*evidence.notes, believer.note, durations.words() if durations else "")
     if reproduction.same is not False:
         return words
-    if believer.hypothetical:
+    if hypothetical:
         return (*words, f"with these beliefs {evidence.info.strategy} itself does not do what was recorded")
     return (*words, reproduction.why)
+
+
+def _with_history(evidence: Evidence, settings: ReplaySettings) -> tuple[Evidence, bool]:
+    """The evidence with the memory that a history makes at its start, and whether that is not the robot's own."""
+    if settings.history is None:
+        return evidence, False
+    rates = settings.rates or shipped_rates()
+    memory = settings.history.memory_at(evidence.info.started.ns, evidence.place.plan, rates)
+    own = evidence.memory is not None and evidence.memory.digest == memory.digest
+    return (evidence, False) if own else (replace(evidence, memory=memory), True)
 
 
 def house_from_truth(evidence: Evidence, truth: GroundTruth) -> House:

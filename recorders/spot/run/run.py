@@ -28,11 +28,13 @@ from recorders.spot.run.world import SpotWorld
 from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
 from recorders.spot.session.topics import SessionStatus
+from workbench.beliefs.memory.memory import Memory
 from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.place import Place
 from workbench.planning.actions import relevant_types
 from workbench.planning.tasks import Task
@@ -55,6 +57,7 @@ class RobotRun:
         earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
         audience: viewers that are shown every message once it is written.
         show_status: called with the session's status, once a second.
+        memory: what the robot remembers of earlier runs in this place.
     """
 
     site: Site
@@ -75,6 +78,7 @@ class RobotRun:
     earlier: TakenOver | None = None
     audience: Audience | None = None
     show_status: Callable[[SessionStatus], None] | None = None
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,7 +173,7 @@ def _recorder(
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": {**_settings(run), **found}},
+        settings={"spot": {**_settings(run), **found}, **memory_to_settings(run.memory)},
     )
 
 
@@ -271,7 +275,13 @@ def setup_of(run: RobotRun) -> RunSetup:
     """
     house = None if run.truth is None else House(plan=run.site.plan, contents=run.truth)
     return set_up(
-        run.task, strategy=run.strategy, estimator=run.estimator, costs=run.costs, seed=run.seed, house=house
+        run.task,
+        strategy=run.strategy,
+        estimator=run.estimator,
+        costs=run.costs,
+        seed=run.seed,
+        house=house,
+        memory=run.memory,
     )
 
 
