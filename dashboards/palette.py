@@ -48,6 +48,10 @@ UNSEEN: Colour = (20, 20, 20)
 UNOPENED: Colour = (96, 102, 112)
 OCCUPIED: Colour = (66, 84, 120)
 NEUTRAL: Colour = (233, 231, 227)
+GOAL: Colour = (240, 228, 66)
+"""Places and items that the goal names."""
+ITEM: Colour = (44, 49, 58)
+"""Other items that were seen."""
 
 TRIMS: dict[str, Colour] = {
     "wood": (176, 148, 116),

@@ -33,7 +33,10 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Browser tests run one after another: a second browser on two cores makes both miss their time-outs."""
+    """Browser tests run one after another: a second browser on two cores makes both miss their time-outs. Benchmarks
+    are slow tests: their set-ups are as large as what they measure."""
     for item in items:
+        if item.path.parent.name == "benchmarks":
+            item.add_marker(pytest.mark.slow)
         if item.get_closest_marker("browser") is not None:
             item.add_marker(pytest.mark.xdist_group("browser"))

@@ -8,24 +8,19 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import pytest
 from importlinter.cli import lint_imports
+from product_source import ROOT, files, parsed
 
-ROOT = Path(__file__).resolve().parents[1]
-PRODUCT = ("workbench", "recorders", "replayers", "dashboards")
-
-
-def _sources() -> list[Path]:
-    return sorted(path for room in PRODUCT for path in (ROOT / room).rglob("*.py"))
+pytestmark = pytest.mark.xdist_group("source")
 
 
 def _importers(pattern: str) -> list[str]:
     """Files in which a line imports what the pattern names."""
     line = re.compile(rf"^\s*(from|import)\s+({pattern})\b", re.MULTILINE)
-    return [str(path.relative_to(ROOT)) for path in _sources() if line.search(path.read_text(encoding="utf-8"))]
+    return [str(path.relative_to(ROOT)) for path in files() if line.search(path.read_text(encoding="utf-8"))]
 
 
 def test_imports_point_one_way() -> None:
@@ -51,7 +46,7 @@ def test_nothing_unpickles() -> None:
     forbidden = re.compile(
         r"^\s*(import|from)\s+(pickle|dill|shelve|joblib)\b|allow_pickle=True|weights_only=False", re.M
     )
-    assert [p.name for p in _sources() if forbidden.search(p.read_text(encoding="utf-8"))] == []
+    assert [p.name for p in files() if forbidden.search(p.read_text(encoding="utf-8"))] == []
 
 
 MAX_FILE_LINES, MAX_FUNCTION_LINES, MAX_PARAMETERS, MAX_FOLDER_MODULES = 400, 60, 8, 17
@@ -77,11 +72,6 @@ CROSS_CUTTING_TESTS = {
     "test_import_evidence": "importing, as far as replays",
 }
 """Tests of no one module; those of documents and of the package as shipped stand in tests/docs."""
-
-
-@cache
-def _parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def _tests() -> list[Path]:
@@ -119,16 +109,16 @@ def _is_command(path: Path, node: Function) -> bool:
 def test_no_file_is_long() -> None:
     scripts = sorted(path for path in (ROOT / "dashboards").rglob("*.js") if not path.name.endswith(".min.js"))
     assert scripts
-    files = [*_sources(), *_tests(), *scripts]
-    long = {_name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in files}
+    texts = [*files(), *_tests(), *scripts]
+    long = {_name(path): len(path.read_text(encoding="utf-8").splitlines()) for path in texts}
     assert {name: lines for name, lines in long.items() if lines > MAX_FILE_LINES} == {}
 
 
 def test_no_function_is_long_but_declarations_of_commands() -> None:
     long = {
         f"{_name(path)} {name}"
-        for path in (*_sources(), *_tests())
-        for name, node in _functions(_parsed(path))
+        for path in (*files(), *_tests())
+        for name, node in _functions(parsed(path))
         if (node.end_lineno or 0) - node.lineno + 1 > MAX_FUNCTION_LINES and not _is_command(path, node)
     }
     assert long == set(LONG_FUNCTIONS)
@@ -137,8 +127,8 @@ def test_no_function_is_long_but_declarations_of_commands() -> None:
 def test_public_functions_have_few_parameters() -> None:
     many = {
         f"{_name(path)} {name}"
-        for path in _sources()
-        for name, node in _functions(_parsed(path))
+        for path in files()
+        for name, node in _functions(parsed(path))
         if not name.startswith("_") and not _is_command(path, node) and len(_parameters(node)) > MAX_PARAMETERS
     }
     assert many == set(MANY_PARAMETERS)
@@ -151,8 +141,8 @@ def _parameters(node: Function) -> list[str]:
 
 def test_modules_say_what_is_in_them() -> None:
     wrong: list[str] = []
-    for path in (*_sources(), *_tests()):
-        first = (ast.get_docstring(_parsed(path)) or "").split("\n\n")[0]
+    for path in (*files(), *_tests()):
+        first = (ast.get_docstring(parsed(path)) or "").split("\n\n")[0]
         sentence = re.split(r"(?<=[.?!])\s", first)[0]
         if sentence.endswith("?") or (not first and path.stem != "__init__"):
             wrong.append(_name(path))
@@ -161,14 +151,14 @@ def test_modules_say_what_is_in_them() -> None:
 
 def test_no_folder_is_crowded() -> None:
     """Folders of commands hold one module a command, however many there are."""
-    modules = Counter(_name(path.parent) for path in _sources() if path.stem != "__init__")
+    modules = Counter(_name(path.parent) for path in files() if path.stem != "__init__")
     modules = {folder: n for folder, n in modules.items() if not folder.endswith("/commands")}
     assert {folder: n for folder, n in modules.items() if n > MAX_FOLDER_MODULES} == {}
 
 
 def test_tests_bear_the_names_of_modules() -> None:
-    known = {path.parent.name if path.stem == "__init__" else path.stem for path in _sources()}
-    known |= {path.parent.name for path in _sources()}
+    known = {path.parent.name if path.stem == "__init__" else path.stem for path in files()}
+    known |= {path.parent.name for path in files()}
     nameless = set[str]()
     for path in _tests():
         words = path.stem.split("_")[1:]

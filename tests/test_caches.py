@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import ast
 import gc
-from pathlib import Path
 
 import pytest
+from product_source import files, nodes
 
 from workbench.caches import Cache, PerObject
-
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 
 
 @pytest.mark.parametrize("size", [2, 3, 10])
@@ -75,16 +72,10 @@ def test_caches_of_objects_are_apart_and_go_with_them() -> None:
     assert len(caches) == 1
 
 
+@pytest.mark.xdist_group("source")
 def test_no_function_with_arguments_is_cached_without_bound() -> None:
-    found: list[str] = []
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            text = path.read_text(encoding="utf-8")
-            if "OrderedDict" in text:
-                found.append(f"{path.relative_to(ROOT)}: OrderedDict")
-            for node in ast.walk(ast.parse(text)):
-                if isinstance(node, ast.FunctionDef) and _is_unbounded(node):
-                    found.append(f"{path.relative_to(ROOT)}: {node.name}")
+    found = [str(path) for path in files() if "OrderedDict" in path.read_text(encoding="utf-8")]
+    found += [f"{name}: {node.name}" for name, node in nodes(ast.FunctionDef) if _is_unbounded(node)]
     assert found == [], "give lru_cache a size, or use workbench.caches.Cache"
 
 

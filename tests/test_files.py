@@ -7,11 +7,9 @@ import os
 from pathlib import Path
 
 import pytest
+from product_source import nodes
 
 from workbench.files import atomic, draft_path, file_name_of, remove_abandoned_drafts, write_atomically
-
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 
 
 def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path: Path) -> None:
@@ -50,7 +48,7 @@ def test_an_error_names_the_file_and_not_its_draft(tmp_path: Path) -> None:
 def test_drafts_of_running_processes_stay(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     draft_path(path).write_bytes(b"half")
-    remove_abandoned_drafts(path)
+    remove_abandoned_drafts(path.parent)
     assert draft_path(path).exists()
 
 
@@ -76,14 +74,12 @@ def test_file_names_differ_and_fit() -> None:
     assert (files[0], files[5], files[6]) == ("model-lios", "Küche", "台所")
 
 
+@pytest.mark.xdist_group("source")
 def test_one_module_renames_and_names_drafts() -> None:
     found = [
-        f"{path.relative_to(ROOT)}: {ast.unparse(node)}"
-        for package in PACKAGES
-        for path in (ROOT / package).rglob("*.py")
-        if path.relative_to(ROOT).as_posix() not in ("workbench/files.py", "replayers/tables/export.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if _renames_or_drafts(node)
+        f"{name}: {ast.unparse(node)}"
+        for name, node in nodes(ast.AST)
+        if name not in ("workbench/files.py", "replayers/tables/export.py") and _renames_or_drafts(node)
     ]
     assert found == [], "write with workbench.files.atomic or write_atomically"
 

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+from product_source import modules
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 CHANGES = ("append", "add", "update", "setdefault", "clear", "pop", "extend", "insert", "remove", "discard")
 """Methods that change a dict, list or set."""
 
 
+@pytest.mark.xdist_group("source")
 def test_frozen_values_hold_no_state_that_changes() -> None:
-    found = [
-        f"{path.relative_to(ROOT)}: {fault}"
-        for package in PACKAGES
-        for path in (ROOT / package).rglob("*.py")
-        for fault in faults(ast.parse(path.read_text(encoding="utf-8")))
-    ]
+    found = [f"{name}: {fault}" for name, tree in modules().items() for fault in faults(tree)]
     assert found == [], "compute it in __post_init__, or remember it in a workbench.caches.PerObject"
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import ast
 import string
 from collections import Counter
-from collections.abc import Iterator
-from functools import cache
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 
 import pytest
+from product_source import modules
 
 from workbench.message_enum import MessageEnum, Result
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
+pytestmark = pytest.mark.xdist_group("source")
 
 
 class Door(MessageEnum):
@@ -29,13 +27,7 @@ def test_a_result_says_its_message_with_the_details() -> None:
     assert Door.OPEN.result() == Result(kind=Door.OPEN)
 
 
-@cache
-def _trees() -> list[tuple[str, ast.Module]]:
-    paths = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
-    return [(path.relative_to(ROOT).as_posix(), ast.parse(path.read_text(encoding="utf-8"))) for path in paths]
-
-
-def _messages(trees: list[tuple[str, ast.Module]]) -> dict[str, str]:
+def _messages(trees: Iterable[tuple[str, ast.Module]]) -> dict[str, str]:
     """The message of every member of a MessageEnum, by "Enumeration.MEMBER"."""
     found: dict[str, str] = {}
     for _, tree in trees:
@@ -48,13 +40,13 @@ def _messages(trees: list[tuple[str, ast.Module]]) -> dict[str, str]:
 
 
 def test_no_member_is_an_alias_of_another() -> None:
-    counts = Counter((member.partition(".")[0], message) for member, message in _messages(_trees()).items())
+    counts = Counter((member.partition(".")[0], message) for member, message in _messages(modules().items()).items())
     assert counts
     assert [key for key, count in counts.items() if count > 1] == []
 
 
 def test_every_field_of_a_message_is_filled_in() -> None:
-    trees = _trees()
+    trees = modules().items()
     messages, used, wrong = _messages(trees), set[str](), list[str]()
     for name, tree in trees:
         for node in ast.walk(tree):
@@ -142,7 +134,7 @@ def test_what_counts_as_empty_or_text(body: str, found: bool) -> None:
 def test_no_check_returns_nothing_or_a_sentence() -> None:
     found = {
         f"{name} {function}"
-        for name, tree in _trees()
+        for name, tree in modules().items()
         for function, node in _named_functions(tree)
         if empty_or_text(node)
     }

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from product_source import nodes
 from sample_logs import record_run, toy_events, toy_info, toy_options
 
 from dashboards.viser_app.serving import open_dashboard
@@ -346,15 +347,13 @@ RESOLVERS = ("strategy", "policy", "estimator", "solver", "strategy_named", "est
              "installed_solver", "replay", "replay_on", "verify", "is_foreign", "Sandboxed")  # fmt: skip
 
 
+@pytest.mark.xdist_group("source")
 def test_every_call_with_a_name_says_who_gives_it() -> None:
     """In the product itself; a literal name is its own."""
     silent = {
-        str(path.relative_to(ROOT))
-        for room in ("workbench", "recorders", "replayers", "dashboards")
-        for path in sorted((ROOT / room).rglob("*.py"))
-        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(call, ast.Call)
-        and isinstance(call.func, ast.Name)
+        name
+        for name, call in nodes(ast.Call)
+        if isinstance(call.func, ast.Name)
         and call.func.id in RESOLVERS
         and _gives_a_name(call)
         and not {"origin", "weights"} & {keyword.arg for keyword in call.keywords}

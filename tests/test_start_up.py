@@ -25,7 +25,7 @@ TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
     ("command", "spared"),
     [
         ("--help", NUMBERS | PICTURES | TORCH | {"rich.progress"}),
-        ("list logs", NUMBERS | PICTURES | TORCH),
+        ("list logs", NUMBERS - {"numpy"} | PICTURES | TORCH),
         ("list logs --strategy lios", NUMBERS - {"numpy"} | PICTURES | TORCH),
         (f"info {LOG}", NUMBERS | PICTURES | TORCH),
         ("compare tests", NUMBERS - {"numpy"} | PICTURES | TORCH),
@@ -36,6 +36,17 @@ TELL = "print(*sorted(sys.modules), sep='\\n', file=sys.stderr)"
 )
 def test_a_command_loads_nothing_big_that_it_does_not_use(command: str, spared: set[str]) -> None:
     assert not spared & _loaded(RUN + TELL, *command.split())
+
+
+def test_a_list_that_is_cached_reads_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LIOS_CACHE", str(tmp_path))
+    _loaded(RUN, "list", "logs")
+    assert not (NUMBERS | PICTURES | TORCH | {"replayers.runs.run"}) & _loaded(RUN + TELL, "list", "logs")
+
+
+def test_copies_of_logs_load_no_protobuf() -> None:
+    loaded = _loaded(f"import sys, replayers.log_tools.rewrite, replayers.log_tools.recover; {TELL}")
+    assert not loaded & (NUMBERS | {"google.protobuf.message"})
 
 
 def test_the_dashboard_loads_no_planners() -> None:

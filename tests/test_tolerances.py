@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ast
-from pathlib import Path
+
+import pytest
+from product_source import nodes
 
 from workbench import tolerances
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 LARGEST = 1e-5
 """Smaller numbers are tolerances, unless they are parameters of a model."""
 PARAMETERS = (
@@ -19,18 +19,14 @@ PARAMETERS = (
 )
 
 
+@pytest.mark.xdist_group("source")
 def test_tolerances_stand_in_one_module() -> None:
-    found: list[str] = []
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            name = path.relative_to(ROOT).as_posix()
-            if name == "workbench/tolerances.py" or name.startswith(PARAMETERS):
-                continue
-            found += [
-                f"{name}:{node.lineno}: {node.value}"
-                for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-                if isinstance(node, ast.Constant) and isinstance(node.value, float) and 0 < node.value <= LARGEST
-            ]
+    found = [
+        f"{name}:{node.lineno}: {node.value}"
+        for name, node in nodes(ast.Constant)
+        if name != "workbench/tolerances.py" and not name.startswith(PARAMETERS)
+        if isinstance(node.value, float) and 0 < node.value <= LARGEST
+    ]
     assert found == [], "name it in workbench/tolerances.py"
 
 

@@ -1,7 +1,8 @@
 """Atomic writes of files, file names made from other names, and the folder of the on-disk cache.
 
-A file is written under a hidden name beside its own, .NAME.THREAD.PROCESS.part, and renamed when it is complete, so
-that readers see the old file or the new one, and never a half. What a killed process left is known by its number.
+A file is written under a hidden name beside its own, .NAME.THREAD.PROCESS.MACHINE.part, and renamed when it is
+complete, so that readers see the old file or the new one, and never a half. What a killed process left is known by
+the numbers of its process and machine, and removed by the next one that writes into the folder.
 """
 
 from __future__ import annotations
@@ -9,26 +10,32 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import shutil
+import socket
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
-from glob import escape
+from functools import cache
 from pathlib import Path
 
 MAX_FILE_NAME = 100
 """Longest file name in bytes that is made from another name, without the hash."""
+_DRAFT = re.compile(r"\..+\.\d+\.(?P<process>\d+)\.(?P<machine>[0-9a-f]{8})\.part", re.ASCII | re.DOTALL)
+_SEARCHED: set[Path] = set()
+"""Folders that this process has looked through for abandoned drafts."""
 
 
 def draft_path(path: Path) -> Path:
-    """The hidden name under which this thread writes a file until it is complete."""
-    return path.with_name(f".{path.name}.{threading.get_ident()}.{os.getpid()}.part")
+    """The hidden name under which this thread writes a file, or a folder, until it is complete."""
+    return path.with_name(f".{path.name}.{threading.get_ident()}.{os.getpid()}.{_machine()}.part")
 
 
 @contextmanager
 def atomic(path: Path) -> Generator[Path]:
     """The draft to write, which takes the file's place when the block ends, and is removed if it raises.
 
-    A link is followed. What is no file, such as /dev/stdout, is itself given to be written.
+    A link is followed. What is no file, such as /dev/stdout, is itself given to be written. Drafts that killed
+    processes left in the folder are removed.
 
     Raises:
         OSError: the draft cannot be written or renamed; it names the file.
@@ -38,6 +45,7 @@ def atomic(path: Path) -> Generator[Path]:
         yield target
         return
     draft = draft_path(target)
+    remove_abandoned_drafts(target.parent)
     try:
         yield draft
         replace(draft, target)
@@ -64,16 +72,28 @@ def replace(draft: Path, path: Path) -> None:
     os.replace(draft, path)
 
 
-def remove_abandoned_drafts(path: Path) -> None:
-    """Remove the drafts that killed commands left beside an output.
+def remove_abandoned_drafts(folder: Path) -> None:
+    """Remove the drafts that killed processes of this machine left in a folder; a process looks once.
 
-    A file that cannot be removed stays: it is in nobody's way.
+    A draft of another machine, whose processes cannot be known here, stays; so does one that cannot be removed.
     """
-    for draft in path.parent.glob(f".{escape(path.name)}.*.part"):
-        process = draft.name.removesuffix(".part").rpartition(".")[2]
-        if process.isascii() and process.isdecimal() and draft.is_file() and not _runs(int(process)):
-            with suppress(OSError):
-                draft.unlink()
+    folder = folder.resolve()
+    if folder in _SEARCHED:
+        return
+    _SEARCHED.add(folder)
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in list(entries):
+            found = _DRAFT.fullmatch(entry.name)
+            if found is not None and found["machine"] == _machine() and not _runs(int(found["process"])):
+                _remove(entry)
+
+
+def _remove(entry: os.DirEntry[str]) -> None:
+    with suppress(OSError):
+        if entry.is_dir(follow_symlinks=False):
+            shutil.rmtree(entry.path)
+        else:
+            os.unlink(entry.path)
 
 
 def file_name_of(name: str, *, shown: str | None = None) -> str:
@@ -94,6 +114,16 @@ def plain_file_name(name: str) -> str:
     """As file_name_of, without the hash, for names that differ anyway, such as those of houses; may be empty."""
     plain = re.sub(r"[^\w+.@-]+", "-", name).strip("-.")
     return plain.encode("utf-8", "ignore")[:MAX_FILE_NAME].decode("utf-8", "ignore")
+
+
+@cache
+def _machine() -> str:
+    """Eight hexadecimal digits for this host and, on Linux, its space of process numbers: a container has its own."""
+    try:
+        numbers = os.readlink("/proc/self/ns/pid")
+    except OSError:
+        numbers = ""
+    return hashlib.sha256(f"{socket.gethostname()} {numbers}".encode()).hexdigest()[:8]
 
 
 def _runs(process: int) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from dashboards.model.clock import Clock
-from dashboards.model.container_style import bar_heights_m, container_colours
+from dashboards.model.containers.container_style import bar_heights_m, container_colours
 from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import STATUSES, Scene, scene_at
 from dashboards.model.timeline import NEVER, Timeline

@@ -26,10 +26,10 @@ from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import SHAPES, Batch, unit_mesh
 from dashboards.library.same_place import other_houses, same_house
 from dashboards.model.clock import ALIGNMENTS, Clock
+from dashboards.model.containers.unopened import unopened
 from dashboards.model.labels import label
 from dashboards.model.run_names import run_names
 from dashboards.model.timeline import Timeline
-from dashboards.model.unopened import unopened
 from dashboards.palette import OCCUPIED, run_colour
 from dashboards.panels.markup import html, text
 from dashboards.panels.now import title

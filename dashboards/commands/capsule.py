@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
 
@@ -27,7 +25,8 @@ def capsule(
     """
     from dashboards.capsule.write import write_capsule
     from dashboards.library.same_place import other_houses, read_together
-    from replayers.runs.gaps import loss_lines, losses
+    from replayers.commands.losses import end_with_losses
+    from replayers.runs.gaps import losses
     from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 
@@ -49,7 +48,4 @@ def capsule(
         )
     else:
         say(f"Wrote {output} ({size / 1e6:.2f} MB). Open it in a browser; it needs no network.")
-    for line in loss_lines(lost):
-        say(line)
-    if lost:
-        raise click.exceptions.Exit(3)
+    end_with_losses(lost)

@@ -171,11 +171,10 @@ def _recording_files(logs: Sequence[Path], output: Path, *, single: bool) -> lis
 
 def _say_what_is_missing(problems: Sequence[str], lost: Mapping[str, tuple[str, ...]]) -> None:
     """Say what was left out or lost, and end with exit code 3 if anything was."""
-    from replayers.runs.gaps import loss_lines
+    from replayers.commands.losses import end_with_losses
 
     for reason in problems:
         say(f"left out: {reason}")
-    for line in loss_lines(lost):
-        say(line)
-    if problems or lost:
+    end_with_losses(lost)
+    if problems:
         raise click.exceptions.Exit(3)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import click
-
 from workbench.options import Force, Json
 from workbench.parameters import Argument, Option
 
@@ -30,7 +28,8 @@ def figures(
     """
     from dashboards.figures.files import write_figures
     from dashboards.library.same_place import read_together, same_house
-    from replayers.runs.gaps import loss_lines, losses
+    from replayers.commands.losses import end_with_losses
+    from replayers.runs.gaps import losses
     from workbench.terminal import emit_json, say
 
     timelines = same_house(read_together(logs))
@@ -40,7 +39,4 @@ def figures(
         emit_json({"files": [str(path) for path in written], "lost": lost})
     else:
         say(f"Wrote {len(written)} figures to {output}.")
-    for line in loss_lines(lost):
-        say(line)
-    if lost:
-        raise click.exceptions.Exit(3)
+    end_with_losses(lost)

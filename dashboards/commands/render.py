@@ -37,6 +37,8 @@ def render(
     from dashboards.library.same_place import read_together
     from dashboards.rendering.picture import Framing, draw_picture
     from dashboards.rendering.video import draw_video
+    from replayers.commands.losses import end_with_losses
+    from replayers.runs.gaps import losses
     from workbench.errors import BadValue
     from workbench.terminal import emit_json, say
 
@@ -61,7 +63,9 @@ def render(
         )
     else:
         draw_picture(timelines, output, at_s=at, framing=framing, force=force)
+    lost = losses(timeline.run for timeline in timelines)
     if as_json:
-        emit_json({"output": str(output), "frames": frames, "width": width, "height": height})
+        emit_json({"output": str(output), "frames": frames, "width": width, "height": height, "lost": lost})
     else:
         say(f"Wrote {output}" + (f" ({frames} frames)." if frames > 1 else "."))
+    end_with_losses(lost)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+import click
+
 from workbench.parameters import Argument, Option
 
 
@@ -37,4 +39,6 @@ def view(
     """
     from dashboards.viser_app.serving import show_until_stopped
 
-    show_until_stopped(logs, host=host, port=port, at=at, follow=follow, token=not no_token)
+    lost = show_until_stopped(logs, host=host, port=port, at=at, follow=follow, token=not no_token)
+    if lost:
+        raise click.exceptions.Exit(3)

@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap, Normalize
 
 from dashboards.figures.floor_plan import draw_floor_plan
 from dashboards.geometry.marks import dashes
-from dashboards.model.container_style import container_colours
+from dashboards.model.containers.container_style import container_colours
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
 from dashboards.palette import run_colour, unit_rgb

@@ -8,11 +8,14 @@ from dashboards.geometry.solids import unit_mesh
 from dashboards.palette import Colour
 from workbench.arrays import Bools, Floats, Floats32, Uints32
 from workbench.tolerances import MIN_LENGTH_M
+from workbench.worlds.geometry import Pose
 
 Mesh = tuple[Floats32, Uints32]
 """Vertices (V, 3) and faces (F, 3)."""
 
 ROBOT_DARK: Colour = (52, 54, 60)
+FRAME_M = 0.07
+"""Width of the frame around a place of the goal."""
 MAX_DASHES = 20_000
 MIN_DASH_M = 1e-3
 MAX_SEGMENT_M = 1e7
@@ -59,6 +62,21 @@ def unseen_marker() -> Mesh:
     """A diamond standing on its tip: nobody looked here, and a replay would have had to."""
     vertices, faces = unit_mesh("ball")
     return (vertices * np.array([0.2, 0.2, 0.34], dtype=np.float32)).astype(np.float32), faces
+
+
+def goal_frame(pose: Pose, size_m: tuple[float, float], height_m: float) -> Mesh:
+    """A frame around a footprint at a height: a place that the goal names."""
+    wide, deep = size_m[0] + FRAME_M, size_m[1] + FRAME_M
+    sides = merged(
+        box((0, deep / 2, 0), (wide + FRAME_M, FRAME_M, FRAME_M)),
+        box((0, -deep / 2, 0), (wide + FRAME_M, FRAME_M, FRAME_M)),
+        box((wide / 2, 0, 0), (FRAME_M, deep, FRAME_M)),
+        box((-wide / 2, 0, 0), (FRAME_M, deep, FRAME_M)),
+    )
+    c, s = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    placed = sides[0] @ turn.T + np.array([pose.x_m, pose.y_m, height_m])
+    return placed.astype(np.float32), sides[1]
 
 
 def unopened_marker() -> Mesh:

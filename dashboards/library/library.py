@@ -17,7 +17,7 @@ from dashboards.sensing.senses import RobotSensors, sensors_of
 from replayers.log_tools.notes import Note, notes_of
 from workbench.caches import Cache
 from workbench.errors import FileMissing, LiosError, NotFound
-from workbench.log_schema.events import SeenItem
+from workbench.log_schema.events import NANO, SeenItem
 from workbench.worlds.house import FloorPlan
 
 SENSES_EVERY_S, SENSES_REST = 2.0, 10.0
@@ -92,6 +92,20 @@ class Library:
         """The notes of people on the index-th log, by time; none where they cannot be read."""
         with self._lock:
             return self._notes.get(index, lambda: _notes(self.paths[index]))
+
+    def add_note(self, index: int, words: str, *, stamp_ns: int, author: str = "") -> None:
+        """Writes a note into the index-th log, as `lios log note` does.
+
+        Raises:
+            LiosError: what add_note raises: the log is still being recorded, or may not be written.
+        """
+        from replayers.log_tools.info import describe
+        from replayers.log_tools.notes import add_note
+
+        after_ns = stamp_ns - describe(self.paths[index]).origin.stamp_ns  # clocks of simulators may begin at 0
+        add_note(self.paths[index], words, at=f"{after_ns / NANO:.9f}", author=author)
+        with self._lock:
+            self._notes.drop(index)
 
     def rows(self) -> list[RunRow]:
         """One row for each run, from indexes and tables; no run is read for it."""

@@ -89,10 +89,11 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
     """
     from replayers.log_tools.listing import cache_path, rows_of
 
+    memory = cache_path(folder) if folder is not None else None
     rows: list[RunRow] = []
     problems: list[str] = []
-    for index, row in enumerate(rows_of(logs, memory=cache_path(folder) if folder is not None else None)):
-        if row.problem:
+    for index, row in enumerate(rows_of(logs, memory=memory)):
+        if row.problem and not row.run_id:
             named = row.problem if row.file in row.problem else f"{row.file}: {row.problem}"
             problems.append(named)
             continue
@@ -105,7 +106,7 @@ def log_rows(logs: Sequence[Path], *, folder: Path | None) -> tuple[list[RunRow]
                 strategy=row.strategy,
                 seed=row.seed or 0,
                 source=row.source,
-                outcome=row.status or "cut off",
+                outcome=(row.status or "cut off") + (", not whole" if row.problem else ""),
                 cost=row.cost,
                 searches=row.searches,
             )

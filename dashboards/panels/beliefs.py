@@ -7,9 +7,10 @@ from markupsafe import Markup
 
 from dashboards.model.scene import STATUSES, Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import css
-from dashboards.panels.markup import bar, command, html, name, number, percent, place, table, text
+from dashboards.palette import GOAL, css
+from dashboards.panels.markup import bar, chip, command, html, name, number, percent, place, table, text
 from workbench.belief_colours import belief_colours
+from workbench.planning.tasks import goal_locations
 from workbench.worlds.house import Container
 from workbench.worlds.names import readable_name
 
@@ -33,6 +34,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> Markup:
     legs = {stop.container: stop.leg_m for stop in scene.search_order}
     top = scene.top_belief or 1.0
     rooms = {room.id: readable_name(room.kind) for room in plan.rooms}
+    goal = {str(location) for location in goal_locations(timeline.run.task.goal)}
     rows: list[list[str]] = []
     for i in ranked[:MAX_ROWS]:
         container = plan.containers[i]
@@ -40,7 +42,7 @@ def beliefs(scene: Scene, timeline: Timeline) -> Markup:
         rows.append(
             [
                 str(int(scene.order[i])) if scene.order[i] else "",
-                _link(i, container),
+                _link(i, container) + (" " + chip("goal", css(GOAL)) if container.id in goal else Markup("")),
                 name(rooms.get(container.room, ""), most=MAX_ROOM_CHARS),
                 bar(p / top, css(belief_colours(p / top))) if p == p else _status(scene, i),
                 percent(p) if p == p else "",

@@ -8,8 +8,8 @@ from math import nan
 from markupsafe import Markup
 
 from dashboards.model.clock import UNITS, Clock
-from dashboards.model.container_history import Consideration, ContainerHistory, ItemCount
-from dashboards.palette import FOUND, css, run_colour
+from dashboards.model.containers.container_history import Consideration, ContainerHistory, ItemCount
+from dashboards.palette import GOAL, css, run_colour
 from dashboards.panels.chart import Line, chart
 from dashboards.panels.markup import chip, command, html, name, number, percent, place, table, text
 from workbench.tolerances import NEAR_SHOWN_COST
@@ -75,7 +75,7 @@ def _item(item: ItemCount) -> Markup:
     taken = "" if not item.taken else Markup(" <small>taken by the robot</small>")
     if 0 < item.taken < item.count:
         taken = html(" <small>{} taken by the robot</small>", item.taken)
-    wanted = " " + chip("goal", css(FOUND), dark=True) if item.wanted else ""
+    wanted = " " + chip("goal", css(GOAL)) if item.wanted else ""
     return html("{}{}{}{}", name(readable_name(item.item_type)), many, wanted, taken)
 
 

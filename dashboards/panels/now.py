@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from dashboards.model.scene import Scene
 from dashboards.model.timeline import Timeline
-from dashboards.palette import FOUND, KNOWN, PHASES, RUNS, SEARCHED, css
+from dashboards.palette import FOUND, GOAL, ITEM, KNOWN, PHASES, RUNS, SEARCHED, css
 from dashboards.panels.markup import chip, dot, html, name, number, percent, text
 from replayers.runs.gaps import gaps_of
 from workbench.belief_colours import belief_colours
@@ -86,12 +86,13 @@ def _failure_note(scene: Scene) -> Markup:
     return html('<p class="warn">Ended because: {}.{}</p>', name(scene.why_ended, most=MAX_TASK_CHARS), cost)
 
 
-def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> Markup:
+def legend(scene: Scene, *, unopened: bool = False, ended: bool = False, items: bool = False) -> Markup:
     """What the colours and marks of runs mean, with the scale's ends. The same at every moment, so that the layout is
     stable.
 
     Args:
         unopened: containers that no run opened are marked. ended: one is marked where a replay had to end.
+        items: the items that were seen are marked, and the places of the goal framed.
     """
     stops = Markup(", ").join(css(belief_colours(i / 8)) for i in range(9))
     of = html("belief in {}", readable_name(scene.focus)) if scene.focus else "no beliefs"
@@ -109,5 +110,8 @@ def legend(scene: Scene, *, unopened: bool = False, ended: bool = False) -> Mark
     marks += Markup("<span>? nobody opened it</span>") if unopened else ""
     marks += Markup("<span>◆ here a replay had to end</span>") if ended else ""
     marks += Markup("<span>1, 2, 3 order of search</span>") if scene.decisions else ""
+    marks += html("<span>{}item seen</span><span>{}the goal's</span>", dot(ITEM), dot(GOAL)) if items else ""
+    frame = html('<span><span class="frame" style="border-color:{}"></span>place of the goal</span>', css(GOAL))
+    marks += frame if items else ""
     colours = html("{}: {}", of, scale) if scene.focus else of
     return html('<div class="lp legend"><span>{}</span>{}</div>', colours, marks)

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from dashboards.geometry.furniture import SMALLEST_M
-from dashboards.model.container_style import belief_fractionsplit, container_colours
+from dashboards.model.containers.container_style import belief_fractionsplit, container_colours
 from dashboards.model.labels import place_words
 from dashboards.model.scene import STATUSES, Scene, scene_at
 from dashboards.model.timeline import NEVER, Timeline

@@ -16,7 +16,8 @@ from markupsafe import Markup
 from dashboards.model.clock import ALIGNMENTS
 from dashboards.panels.markup import html
 from dashboards.resources import resource
-from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
+from dashboards.viser_app.session import Session
+from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from workbench.errors import BadValue
 
 SCRIPTS = ("panels/panels.js", "viser_app/bridge.js", "viser_app/dock.js")

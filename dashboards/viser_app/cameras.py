@@ -86,7 +86,7 @@ def behind(robot: RobotState) -> CameraPose:
 
 def close_to(x_m: float, y_m: float) -> CameraPose:
     """A pose that looks at one place in the house from nearby."""
-    return CameraPose((x_m - 1.2, y_m - 4.2, 5.0), (x_m, y_m, 0.5))
+    return CameraPose((x_m - 0.9, y_m - 3.0, 3.8), (x_m, y_m, 0.6))
 
 
 def begin_at(server: viser.ViserServer, pose: CameraPose) -> None:

@@ -7,6 +7,7 @@ import errno
 import io
 import socket
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import quote
 
@@ -15,10 +16,11 @@ import viser
 from dashboards.library.library import Library
 from dashboards.viser_app.access import Access, token_for_a_run
 from dashboards.viser_app.cameras import begin_at, fitted
-from dashboards.viser_app.controls import Controls
 from dashboards.viser_app.following import Follower
 from dashboards.viser_app.guarded_server import guarded_server
-from dashboards.viser_app.session import Session, ViewState
+from dashboards.viser_app.panel.controls import Controls
+from dashboards.viser_app.session import Session
+from dashboards.viser_app.view_state import ViewState
 from workbench.errors import InputError
 
 LOCAL = "127.0.0.1"
@@ -48,12 +50,14 @@ class Dashboard:
         server: Viser's.
         sessions: one for each open page, by Viser's number of the client.
         follower: reads what a run that is still being recorded adds; None otherwise.
+        lost: what is missing from the runs that are shown at first, by their logs.
         token: what a visitor must know; None lets in all of this machine.
     """
 
     server: viser.ViserServer
     sessions: dict[int, Session] = field(default_factory=dict)
     follower: Follower | None = None
+    lost: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     token: str | None = field(default=None, repr=False)
 
     @property

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from dashboards.library.library import Library, NoLogs
 from dashboards.viser_app.access import TokenRequired, is_loopback
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import Dashboard, serve
-from dashboards.viser_app.session import MAX_RUNS, ViewState
+from dashboards.viser_app.view_state import MAX_RUNS, ViewState
+from replayers.runs.gaps import loss_lines, losses
 from workbench.errors import BadValue, FileMissing, LiosError
 from workbench.terminal import say
 
@@ -20,8 +21,8 @@ PATIENCE_S = 600.0
 
 def show_until_stopped(
     logs: Sequence[Path], *, host: str, port: int, at: float, follow: bool, token: bool = True
-) -> None:
-    """Serves until Ctrl-C.
+) -> Mapping[str, tuple[str, ...]]:
+    """Serves until Ctrl-C; returns what is missing from the runs that are shown at first, by their logs.
 
     Raises:
         FileMissing, NoLogs, NoMcap and the other errors of reading a log; PortInUse, TokenRequired.
@@ -36,6 +37,7 @@ def show_until_stopped(
         say("Stopped.")  # as requested: not a failure
     finally:
         dashboard.stop()
+    return dashboard.lost
 
 
 def open_dashboard(
@@ -75,6 +77,9 @@ def open_dashboard(
             say(f"Left out: {problem}")
         runs = (_first_readable(library, [row.index for row in rows if row.index >= 0]),)
     dashboard = serve(library, ViewState(runs=runs, at=at, live=follow), host=host, port=port, token=token)
+    dashboard.lost = losses(library.timeline(index).run for index in runs)
+    for line in loss_lines(dashboard.lost):
+        say(line)
     if follow:
         dashboard.follower = Follower(library, lambda: list(dashboard.sessions.values()))
     return dashboard

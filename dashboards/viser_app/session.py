@@ -8,71 +8,41 @@ disconnects, the thread ends.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from threading import Condition, Thread
 
 import numpy as np
 import viser
 
+from dashboards.geometry.house import HouseShape
 from dashboards.library.library import Library
 from dashboards.model.clock import Alignment, Clock
-from dashboards.model.container_pick import container_met
+from dashboards.model.containers.container_pick import container_met
+from dashboards.model.containers.item_marks import ItemMarks, item_marks
+from dashboards.model.containers.seen_items import items_seen
+from dashboards.model.containers.unopened import unopened
 from dashboards.model.run_names import run_names
-from dashboards.model.scene import AUTOMATIC, Scene, scene_at
+from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline
-from dashboards.model.unopened import unopened
 from dashboards.palette import run_colour
 from dashboards.sensing.senses import RobotSensors
-from dashboards.viser_app.cameras import CameraPose, behind, close_to, fitted, look
-from dashboards.viser_app.sensor_layers import SensorLayers
-from dashboards.viser_app.stage import Stage
-from dashboards.viser_app.trouble import ViewErrors, one_line
+from dashboards.viser_app.cameras import behind, close_to, look
+from dashboards.viser_app.drawing.sensor_layers import SensorLayers
+from dashboards.viser_app.drawing.stage import Stage
+from dashboards.viser_app.fitted_camera import FittedCamera
+from dashboards.viser_app.trouble import ViewErrors
+from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from replayers.log_tools.notes import Note
-from workbench.arrays import Bools, Floats
+from workbench.arrays import Bools
+from workbench.errors import LiosError
 from workbench.log_schema.events import SeenItem
 from workbench.tolerances import NEAR_COST, ROUNDING, TINY
 
-PANEL_PX = 440
-"""Width of the panel beside the view."""
 SETTLED_AFTER_S = 0.25
 """A view that did not change for this long has settled."""
-UNMOVED_M = 0.02
-MAX_CAMERA_HISTORY = 8
-MAX_LATE_FITS = 5
 FRAMES_A_SECOND = 25.0
 """How often a playing run is shown."""
-MAX_RUNS = 24
-"""Runs that one browser shows at once."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ViewState:
-    """Everything that decides what one browser shows; a link restores it."""
-
-    runs: tuple[int, ...]
-    at: float = 0.0
-    alignment: Alignment = "time"
-    focus: str = AUTOMATIC
-    container: str = ""
-    """The id of the container that is opened in its panel, "" for none."""
-    truth: bool = False
-    """Shows the true contents of that container, where the log holds them."""
-    walls: str = "cut"
-    playing: bool = False
-    speed: float = 1.0
-    loop: bool = False
-    live: bool = False
-    """Stays at the end of a run that is being recorded, until a person looks elsewhere."""
-    follow: bool = False
-    bars: bool = True
-    orders: bool = True
-    room_names: bool = True
-    unopened: bool = True
-    occupancy: bool = False
-    pictures: bool = True
-    points: bool = True
-    grid: bool = False
 
 
 class Session:
@@ -82,6 +52,7 @@ class Session:
         self.client = client
         self.library = library
         self.stage = Stage(client)
+        self.camera = FittedCamera(client, self._shape)
         self.sensors = SensorLayers(client, self._show_again)
         self.senses: RobotSensors | None = None
         self.unopened: Bools = np.zeros(0, dtype=np.bool_)
@@ -103,16 +74,12 @@ class Session:
         """The runs on show."""
         self._revision = 0
         self._walls = ""
-        self._fitted: tuple[bool, CameraPose] | None = None
-        self._placed: list[tuple[float, ...]] = []
-        """Camera poses set by the server that a browser may still report."""
-        self._late_fits = 0
         self._thread = Thread(target=self._show_forever, name=f"view-{client.client_id}", daemon=True)
 
     def start(self) -> None:
         self.stage.light()
         self.client.scene.on_click()(self._clicked)
-        self._placed.append(tuple(self.client.camera.position))
+        self.camera.begin()
         self._run_safely(lambda: self._open(self.state))
         self._thread.start()
 
@@ -205,8 +172,7 @@ class Session:
         self.change(container=containers[index].id)
         if turn_camera:
             pose = containers[index].pose
-            self._fitted = None  # the house is no longer what is looked at
-            look(self.client, close_to(pose.x_m, pose.y_m))
+            self.camera.look_away(close_to(pose.x_m, pose.y_m))
         for chooser in self.choosers:
             chooser("Container")
 
@@ -225,13 +191,30 @@ class Session:
         """The notes on each run on show."""
         return [self.library.notes(run) for run in self._readable]
 
-    def _can_read(self, run: int) -> bool:
-        try:
-            self.library.timeline(run)
-        except Exception as error:  # noqa: BLE001  one log must not break the view of the others
-            self.tell("This log cannot be shown", one_line(error))
+    def add_note(self, words: str, *, author: str = "") -> bool:
+        """Writes a note about the moment shown into the log of the run in focus; whether that was possible."""
+        if not self._readable:
             return False
+        stamp_ns = self.clock.stamps(self.state.at)[0]
+        try:
+            self.library.add_note(self._readable[0], words, stamp_ns=stamp_ns, author=author)
+        except LiosError as error:
+            self.tell("The note was not written", str(error))
+            return False
+        self.reread()
         return True
+
+    def _can_read(self, run: int) -> bool:
+        """Whether a log can be shown; if not, the browser says why. One log must not break the view of the others."""
+        read = False
+        with self.trouble.caught(self.library.paths[run].name, lambda line: self.tell("A log is left out", line)):
+            self.library.timeline(run)
+            read = True
+        return read
+
+    def _shape(self) -> HouseShape | None:
+        """The house on show."""
+        return self.library.shape(self.clock.timelines[0].plan) if self.clock.timelines else None
 
     def tell(self, title: str, words: str) -> None:
         """Says something in the browser for a few seconds."""
@@ -242,39 +225,7 @@ class Session:
 
     def look(self, *, from_above: bool = False) -> None:
         """Fits the camera to the house."""
-        pose = self.fit(from_above=from_above)
-        if pose is not None:
-            self._fitted = (from_above, pose)
-            self._placed = [*self._placed[1 - MAX_CAMERA_HISTORY :], pose.position]
-            look(self.client, pose)
-
-    def refit(self, *, late: bool = False) -> None:
-        """Fits the camera to a picture of another shape, if nobody has moved it since it was fitted.
-
-        A browser's report of its camera may be older than the last pose sent to it: it then equals an earlier pose.
-
-        Args:
-            late: the view has settled, so that the camera should be where it was put.
-        """
-        if self._fitted is None:
-            return
-        from_above, _ = self._fitted
-        at, pose = self.client.camera.position, self.fit(from_above=from_above)
-        self._late_fits = self._late_fits if late else 0
-        if pose is None or _is_near(at, pose.position) or self._late_fits >= MAX_LATE_FITS:
-            return
-        if any(_is_near(at, place) for place in self._placed):
-            self._late_fits += late
-            self.look(from_above=from_above)
-
-    def fit(self, *, from_above: bool = False) -> CameraPose | None:
-        """A pose that fits the house into the browser's window; None while nothing is shown."""
-        if not self.clock.timelines:
-            return None
-        plan, camera = self.clock.timelines[0].plan, self.client.camera
-        wide, high = camera.image_width, camera.image_height
-        aspect = max(0.4, wide / high) if high else 1.6
-        return fitted(self.library.shape(plan), from_above=from_above, aspect=aspect)
+        self.camera.fit(from_above=from_above)
 
     def _open(self, state: ViewState) -> None:
         """Opens the runs of a state, if they are not open already."""
@@ -300,9 +251,9 @@ class Session:
     def _prepare_stage(self, timelines: tuple[Timeline, ...], *, first: bool, before: tuple[Timeline, ...]) -> None:
         """The house of the run in focus, if another one is shown, and an actor for each run."""
         plan = timelines[0].plan
-        elsewhere = not before or plan != before[0].plan
+        elsewhere = not before or plan != before[0].plan or timelines[0].run.task != before[0].run.task
         if elsewhere:
-            self.stage.show_house(plan, self.library.shape(plan), timelines[0].run.place.occupancy)
+            self.stage.show_house(timelines[0].run.place, timelines[0].run.task, self.library.shape(plan))
             self._walls = ""
         self.stage.cast(
             [run_colour(i) for i in range(len(timelines))],
@@ -335,6 +286,14 @@ class Session:
             if self.state.playing:
                 time.sleep(max(0.0, 1 / FRAMES_A_SECOND - (time.monotonic() - now)))
 
+    def _items(self, scene: Scene) -> ItemMarks:
+        """The items that the run in focus has seen by a moment, as far as they are wanted."""
+        state, timeline = self.state, self.clock.timelines[0]
+        containers = timeline.plan.containers
+        named = [i for i, c in enumerate(containers) if state.item_names or c.id == state.container]
+        seen = items_seen(timeline, scene.stamp_ns) if state.items else ()
+        return item_marks(timeline.plan, seen, named=named, focus=scene.focus)
+
     def _run_safely(self, act: Callable[[], None]) -> None:
         """Does a thing; when it fails, the tab says so, and drawing goes on."""
         lines: list[str] = []
@@ -345,7 +304,7 @@ class Session:
                 troubled("".join(lines[:1]))
 
     def _settle(self) -> None:
-        self.refit(late=True)
+        self.camera.refit(late=True)
         for settler in self.settlers:
             settler(self)
 
@@ -382,6 +341,7 @@ class Session:
         stamps = self.clock.stamps(state.at)
         scenes = [scene_at(t, s, focus=state.focus) for t, s in zip(self.clock.timelines, stamps, strict=True)]
         self.stage.show(scenes, self.unopened & state.unopened, bars=state.bars, orders=state.orders)
+        self.stage.show_items(self._items(scenes[0]))
         self.sensors.show(
             scenes[0].stamp_ns, scenes[0].robot, pictures=state.pictures, points=state.points, grid=state.grid
         )
@@ -389,7 +349,3 @@ class Session:
             look(self.client, behind(scenes[0].robot))
         for watcher in self.watchers:
             watcher(self, scenes)
-
-
-def _is_near(place: Sequence[float] | Floats, other: Sequence[float]) -> bool:
-    return np.allclose(place, other, atol=UNMOVED_M)

@@ -38,10 +38,13 @@ def simulate(
         Option(
             "--fault",
             help="KIND@SECONDS+DURATION; lost-lease, lost-localization, stuck, tag-not-seen, "
-            "dropped, estop, clock-skew, dropped-item, no-route, constraint-fault, area-callback, overridden, "
-            "impaired. Repeatable.",
+            "dropped, estop, clock-skew, dropped-item, expired-tokens, no-route, constraint-fault, area-callback, "
+            "overridden, impaired. Repeatable.",
         ),
     ] = None,
+    software: Annotated[
+        str, Option("--software", help="Release of its software, 3.0.0 or later: what came later, it lacks.")
+    ] = "5.0.0",
     certificate: Annotated[
         Path, Option("--certificate", help="Where to write the root certificate for clients.")
     ] = Path("spot-simulated.pem"),
@@ -63,6 +66,7 @@ def simulate(
     from recorders.spot.client.errors import require_bosdyn
 
     require_bosdyn()
+    from recorders.spot.client.software import SoftwareVersion
     from recorders.spot.client.time_source import RunningClock
     from recorders.spot.simulated.faults import read_faults
     from recorders.spot.simulated.services.server import SimulatedSpot
@@ -77,9 +81,9 @@ def simulate(
         raise BadValue("--for", for_s, "at least 0 seconds")
     surveyed = load_site(site)
     place, house = site_and_house(surveyed, pick_configuration(surveyed, configuration))
-    faults = read_faults(fault or ())
+    faults, release = read_faults(fault or ()), SoftwareVersion.read("--software", software)
     with SimulatedSpot(
-        place, house, clock=RunningClock(speed_up=speed_up), port=port, faults=faults, seed=seed
+        place, house, clock=RunningClock(speed_up=speed_up), port=port, faults=faults, seed=seed, software=release
     ) as robot:
         robot.write_certificate(certificate)
         try:

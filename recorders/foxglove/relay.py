@@ -36,6 +36,9 @@ PLAYBACK_STATE = 5
 """Opcode that the protocol did not have under its old name."""
 MAX_REQUEST_BYTES = 1 << 20
 START_S = 10.0
+CLOSE_S = 0.5
+"""How long the end of a connection waits for the other side's word: frames that nobody reads any more stand before
+it, and it would wait in vain."""
 
 
 class CannotServe(InputError):
@@ -107,6 +110,7 @@ class Relay:
                 process_request=self._checked,
                 max_size=MAX_REQUEST_BYTES,
                 compression=None,
+                close_timeout=CLOSE_S,
             )
         except OSError as error:
             self._trouble = error
@@ -130,7 +134,13 @@ class Relay:
     async def _pass_frames(self, viewer: ServerConnection) -> None:
         try:
             upstream = await connect(
-                self._upstream, ssl=self._trust, subprotocols=[SDK], max_size=None, compression=None, proxy=None
+                self._upstream,
+                ssl=self._trust,
+                subprotocols=[SDK],
+                max_size=None,
+                compression=None,
+                proxy=None,
+                close_timeout=CLOSE_S,
             )
         except (OSError, InvalidHandshake):
             await viewer.close(1011, "the log's server is gone")

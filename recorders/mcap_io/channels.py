@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-from google.protobuf.message import Message
-from mcap_protobuf.schema import build_file_descriptor_set
 
 from recorders.mcap_io.viewer_schema import viewer_schema
 from workbench.log_schema.events import TOPIC_OF, schema_name
+
+if TYPE_CHECKING:
+    from google.protobuf.message import Message
 
 STAMPS, UNCERTAIN = "lios.stamps", "uncertain"
 """Metadata of a channel whose messages came while the clock of their source was not compared with ours."""
@@ -62,6 +63,8 @@ def protobuf_channel(
     Args:
         uncertain: the stamps of its messages are by an old skew; a channel of its own beside the topic's other one.
     """
+    from mcap_protobuf.schema import build_file_descriptor_set  # loads protobuf: a tenth of a command's start
+
     return ChannelSpec(
         topic=topic,
         message_encoding="protobuf",

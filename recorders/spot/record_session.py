@@ -15,6 +15,7 @@ from recorders.sinks.ring_buffer import RingBuffer
 from recorders.sinks.threaded import ThreadedSink
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
+from recorders.spot.client.services import require_services, services_of_cameras
 from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_signals
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
@@ -131,7 +132,9 @@ def record_session(
     """Record until a key, a signal or the time limit; the log is always closed properly."""
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
-    check_cameras(connection, plan.rates.cameras if plan.rates.images_hz > 0 else ())
+    cameras = plan.rates.cameras if plan.rates.images_hz > 0 else ()
+    require_services(connection, services_of_cameras(cameras))
+    check_cameras(connection, cameras)
     kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)
     files = LogFiles(output, force=force, split=plan.split) if kept is None else kept.ring
     robot = robot_metadata(connection, operator=plan.operator_name, serial=plan.log_serial)

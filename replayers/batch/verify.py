@@ -16,9 +16,8 @@ import msgspec
 from recorders.code_revision import revision
 from replayers.batch.recorded_strategy import loadable_name
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs, by_answers, with_beliefs
-from replayers.counterfactual.logged_world import LoggedWorld
-from replayers.counterfactual.run_tree import zero_clock
+from replayers.counterfactual.logged_belief import LoggedBelief, RecordedBeliefs, by_answers
+from replayers.counterfactual.reproduction import events_over
 from replayers.counterfactual.sandbox import Sandboxed, is_foreign
 from replayers.runs.run import Run
 from workbench import __version__
@@ -26,7 +25,6 @@ from workbench.beliefs.belief import Estimator
 from workbench.beliefs.estimators import estimator as estimator_named
 from workbench.errors import LiosError, Unsupported
 from workbench.execution.events import Event
-from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import (
     ActionFinished,
@@ -115,17 +113,7 @@ def verify(run: Run, *, strategy_name: str = "", origin: NameOrigin = NameOrigin
     notes = tuple(n for n in (*evidence.notes, note) if n)
 
     def again(planner: Strategy) -> Iterator[Event]:
-        events = run_task(
-            LoggedWorld(evidence, with_ways=False, as_recorded=True),
-            planner,
-            estimator,
-            evidence.task,
-            costs=evidence.costs,
-            seed=run.info.seed,
-            options=LoopOptions(stopwatch=zero_clock),
-            perception=evidence.perception,
-        )
-        return with_beliefs(events)
+        return events_over(run, evidence, estimator, planner)
 
     if is_foreign(name, origin=origin):
         with Sandboxed(name, origin=origin) as planner:

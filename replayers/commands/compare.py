@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
-
 from workbench.options import Json
 from workbench.parameters import Argument, Option
 
@@ -57,6 +55,7 @@ def compare(
     from replayers.batch.compare import changed_houses, runs_once
     from replayers.batch.compare import compare as compared
     from replayers.batch.store import replays_in
+    from replayers.commands.losses import end_with_losses
     from workbench.errors import BadValue, MalformedFile
     from workbench.terminal import counted, emit_json, say
 
@@ -96,7 +95,7 @@ def compare(
                    "skipped": [str(error) for error in skipped],
                    "claims": [_claim(j) for j in judged], "seed": seed})  # fmt: skip
         _settle(judged, junit)
-        _end(lost)
+        end_with_losses(lost)
         return
     _tell(rows, changed, broken)
     for run in several:
@@ -110,18 +109,8 @@ def compare(
         say(f"Wrote {folder / 'replays.parquet'} and {folder / 'steps.parquet'}")
     for judgement in judged:
         say(judgement.words)
-    from replayers.runs.gaps import loss_lines
-
-    for line in loss_lines(lost):
-        say(line)
     _settle(judged, junit)
-    _end(lost)
-
-
-def _end(lost: dict[str, tuple[str, ...]]) -> None:
-    """Ends with 3 where a log is not whole."""
-    if lost:
-        raise click.exceptions.Exit(3)
+    end_with_losses(lost)
 
 
 def _settle(judged: Sequence[Judgement], junit: Path | None) -> None:

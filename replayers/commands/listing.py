@@ -13,6 +13,7 @@ from workbench.parameters import Argument, Option
 from workbench.terminal import emit_json, emit_table, progress, say
 
 if TYPE_CHECKING:
+    from replayers.log_tools.info import Description
     from replayers.log_tools.listing import LogRow
 
 SORTS = ("file", "place", "scenario", "strategy", "status", "cost", "duration_s", "started_ns", "size_bytes")
@@ -28,7 +29,7 @@ def list_logs(
     fresh: Annotated[bool, Option("--fresh", help="Read every log again.")] = False,
     as_json: Json = False,
 ) -> None:
-    """List runs: house, scenario, strategy, outcome, cost. Read from indexes only, and cached.
+    """List runs: house, scenario, strategy, outcome, cost, and what is missing from them. Rows are cached.
 
     Replays in imagined worlds are marked: in how many containers the contents are imputed, because nobody saw them.
 
@@ -50,7 +51,7 @@ def list_logs(
     places = where or ["."]
     memory = cache_path(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
     paths = find_logs(places)
-    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"))
+    rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=_missing)
     wanted = [
         row
         for row in rows
@@ -80,9 +81,16 @@ def list_logs(
     _end(wanted)
 
 
+def _missing(found: Description) -> tuple[str, ...]:
+    """What is missing from a log; a list that is cached loads nothing for it."""
+    from replayers.runs.gaps import losses_of_listed
+
+    return losses_of_listed(found)
+
+
 def _end(rows: list[LogRow]) -> None:
-    """Ends with 3 where a log of a run is not whole."""
-    if any(row.problem and row.run_id for row in rows):
+    """Ends with 3 where a log of runs is not whole."""
+    if any(row.lost or (row.problem and row.run_id) for row in rows):
         raise click.exceptions.Exit(3)
 
 

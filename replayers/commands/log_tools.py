@@ -194,6 +194,6 @@ def _tell(done: Rewritten, as_json: bool) -> None:
     say(f"{done.messages:,} messages" + (f", {done.dropped:,} left out" if done.dropped else ""))
     for damage in done.loss.damages[:5]:
         warn(damage)
-    if any(damage.loses_content for damage in done.loss.damages) or done.loss.messages:
+    if done.loss.loses_content:
         say("Something was lost; lios doctor shows what.")
         raise click.exceptions.Exit(3)

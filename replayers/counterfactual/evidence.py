@@ -19,6 +19,7 @@ from replayers.counterfactual.evidence_rules import (
     chances_of_missing,
     contents_at_start,
     first_belief,
+    items_left_in_place,
     looks_in_order,
     refused_looks,
     refused_targets,
@@ -78,6 +79,7 @@ class Evidence:
         shut: containers that could not be searched, with the reason; they refuse again.
         barred: locations to which every recorded move was refused; they refuse again.
         stuck: items of which every recorded pick was refused; they refuse again.
+        left: those of them that are still where they were after it (a failed grasp); the others are gone.
         walked, done: legs walked and manipulations made while recording: they tag a step as "logged".
         first_belief: per (item type, container), the first probability that the log holds.
         steady: whether no later belief of the log differs from the first one about the same pair.
@@ -107,6 +109,7 @@ class Evidence:
     shut: Mapping[ContainerId, str] = field(default_factory=lambda: MappingProxyType({}))
     refused_moves: Mapping[LocationId, str] = field(default_factory=lambda: MappingProxyType({}))
     stuck: Mapping[ItemId, str] = field(default_factory=lambda: MappingProxyType({}))
+    left: frozenset[ItemId] = frozenset()
     walked: frozenset[Leg] = frozenset()
     done: frozenset[Deed] = frozenset()
     first_belief: Mapping[tuple[str, str], float] = field(default_factory=lambda: MappingProxyType({}))
@@ -201,6 +204,7 @@ def evidence_of(run: Run) -> Evidence:
         shut=refused_looks(run.actions, contents),
         refused_moves=MappingProxyType({LocationId(k): v for k, v in refused_targets(run.actions, "move").items()}),
         stuck=MappingProxyType({ItemId(k): v for k, v in refused_targets(run.actions, "pick").items()}),
+        left=items_left_in_place(run.actions),
         walked=frozenset((LocationId(a.origin), LocationId(a.target)) for a in run.actions if a.action == "move"),
         done=successful_manipulations(run.actions),
         first_belief=probabilities,
@@ -227,8 +231,8 @@ def _is_certain(seen: Observation, gaps: Gaps) -> bool:
 def _gap_notes(gaps: Gaps, dropped: int) -> tuple[str, ...]:
     if not gaps.lost:
         return ()
-    unused = "1 search proves nothing" if dropped == 1 else f"{dropped} searches prove nothing"
-    after = f"; with that missing, {unused} and counts as not made" if dropped else ""
+    unused = "1 search proves nothing and counts" if dropped == 1 else f"{dropped} searches prove nothing and count"
+    after = f"; with that missing, {unused} as not made" if dropped else ""
     return (f"the log is not whole: {'; '.join(gaps.lost)}{after}",)
 
 

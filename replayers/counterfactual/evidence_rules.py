@@ -80,6 +80,13 @@ def refused_targets(actions: Iterable[ActionFinished], action: str) -> dict[str,
     return {key[id(a)]: a.reason or "it was refused" for a in attempts if not a.success and key[id(a)] not in worked}
 
 
+def items_left_in_place(actions: Iterable[ActionFinished]) -> frozenset[ItemId]:
+    """Items that were never picked although every pick of them left them where they were, as a failed grasp does."""
+    picks = [a for a in actions if a.action == "pick" and a.items]
+    gone = {a.items[0] for a in picks if a.success or not a.item_remains}
+    return frozenset(ItemId(a.items[0]) for a in picks if a.items[0] not in gone)
+
+
 def successful_manipulations(actions: Iterable[ActionFinished]) -> frozenset[Deed]:
     """The manipulations that succeeded: kind, place, items."""
     return frozenset(

@@ -141,8 +141,11 @@ class LoggedWorld:
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         start = self._now_ns
         if item in self.evidence.stuck:
-            self.knowledge = self.knowledge.without_item(item)
-            return ActionRefused(start_ns=start, end_ns=start, reason=self.evidence.stuck[item])
+            remains = item in self.evidence.left
+            if not remains:
+                self.knowledge = self.knowledge.without_item(item)
+            reason = self.evidence.stuck[item]
+            return ActionRefused(start_ns=start, end_ns=start, reason=reason, item_remains=remains)
         here = self.knowledge.items_at.get(self.knowledge.robot_at, ())
         found = next((i for i in here if i.id == item), None)
         if found is None or self.knowledge.holding is not None:

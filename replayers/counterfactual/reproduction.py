@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from replayers.counterfactual.evidence import Evidence
 from replayers.counterfactual.logged_belief import with_beliefs
 from replayers.counterfactual.logged_world import LoggedWorld
+from replayers.counterfactual.run_tree import zero_clock
 from replayers.runs.run import Run
 from workbench.beliefs.belief import Estimator
 from workbench.execution.events import ActionEnded, Event, PlanMade, RunEnded, RunStatus
@@ -19,6 +20,7 @@ from workbench.execution.loop import LoopOptions, run_task
 from workbench.log_schema.codec import to_wire
 from workbench.log_schema.events import ActionFinished, Outcome, PlanComputed
 from workbench.planning.strategies import canonical_name, needs_truth, strategy
+from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_LOGGED_COST, NEAR_LOGGED_SUM
 
@@ -57,6 +59,11 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
     if not _holds_every_action(run):
         return Reproduction(same=None, why="the log lacks some of the run's actions")
     planner = strategy(name, origin=NameOrigin.LOG)
+    return _compared(run, events_over(run, evidence, estimator, planner))
+
+
+def events_over(run: Run, evidence: Evidence, estimator: Estimator, planner: Strategy) -> Iterator[Event]:
+    """What a planner does over a run's own log, of which it sees what was recorded and when; nothing takes time."""
     events = run_task(
         LoggedWorld(evidence, with_ways=False, as_recorded=True),
         planner,
@@ -64,14 +71,10 @@ def reproduce(run: Run, evidence: Evidence, estimator: Estimator) -> Reproductio
         evidence.task,
         costs=evidence.costs,
         seed=run.info.seed,
-        options=LoopOptions(stopwatch=_no_time),
+        options=LoopOptions(stopwatch=zero_clock),
         perception=evidence.perception,
     )
-    return _compared(run, with_beliefs(events))
-
-
-def _no_time() -> float:
-    return 0.0
+    return with_beliefs(events)
 
 
 def _holds_every_action(run: Run) -> bool:

@@ -85,7 +85,7 @@ class Copier:
             )
         except CannotCreate as error:
             raise CannotCreate(self.path, error.reason) from error
-        remove_abandoned_drafts(self.path)
+        remove_abandoned_drafts(self.path.parent)
         self._placed: dict[ChannelKey, tuple[Channel, Schema | None]] = {}
         self._channels: set[int] = set()
         self._schemas: dict[int, Schema] = {}
@@ -244,6 +244,11 @@ class ReadLoss:
     @property
     def any(self) -> bool:
         return self.count > 0 or self.messages > 0
+
+    @property
+    def loses_content(self) -> bool:
+        """Whether anything but bookkeeping was lost."""
+        return self.messages > 0 or any(damage.loses_content for damage in self.damages)
 
 
 Part = Message | Attachment | Metadata | Header

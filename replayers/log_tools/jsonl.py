@@ -35,7 +35,7 @@ def to_lines(log: Path, output: Path, *, force: bool, told: Told = iter) -> Rewr
         stream = open(draft, "wb")  # noqa: SIM115
     except OSError as error:
         raise CannotCreate(output, error.strerror or str(error)) from error
-    remove_abandoned_drafts(output)
+    remove_abandoned_drafts(output.parent)
     try:
         with stream:
             for message in told(found):

@@ -1,5 +1,6 @@
-"""The runs of a folder, one row for each log, read from indexes only and cached between calls.
+"""The runs of a folder, one row for each log, read from indexes and cached between calls.
 
+Of a run's log the checksums and the numbers of events are read too, so that it is told where something is missing.
 Of logs of replays, observations are read too, to count the containers whose contents are imputed. The cache is one
 file for each folder under $LIOS_CACHE (or ~/.cache/lios-workbench); a row is reused while the log's size and
 modification time are unchanged.
@@ -26,7 +27,7 @@ from workbench.message_enum import MessageEnum, Result
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
 
-LIST_VERSION = 4
+LIST_VERSION = 5
 STAT_WORKERS = 8
 REPLAY, OBSERVATIONS, IMPUTED = "replay", "/search/observation", "imputed"
 """The source of a replay's log, the topic of what was seen, and the support of what nobody saw."""
@@ -34,20 +35,27 @@ UNDECIDED = "undetermined"
 """The outcome of a replay whose cost the log cannot settle. Its partial cost is not reported as cost."""
 
 
+Check = Callable[["Description"], tuple[str, ...]]
+"""What is missing from a log of runs, a line for each kind of loss."""
+
+
 class Completeness(MessageEnum):
-    """Whether a log is a whole run, as far as its index and its metadata tell, and if not, why."""
+    """Whether a log is a whole run, as far as its checksums and its metadata tell, and if not, why."""
 
     WHOLE = ""
     NOT_ONE_RUN = "holds {runs}"
-    DAMAGED = "{places} could not be read"
+    NOT_WHOLE = "not whole: {lost}"
     RECOVERED = "recovered: {damages} places were lost"
     PART = "part {part} of a split run"
 
 
 class LogRow(msgspec.Struct, frozen=True, kw_only=True):
-    """One log. problem says why it could not be read; status is missing where it has no outcome, cost there too, and
-    where a replay is undecided. imputed counts the containers whose contents nobody saw: the log is of a replay in an
-    imagined world."""
+    """One log.
+
+    problem says why it could not be read, or is not whole; lost, what is missing from a log of runs. status is
+    missing where it has no outcome, cost there too, and where a replay is undecided. imputed counts the containers
+    whose contents nobody saw: the log is of a replay in an imagined world.
+    """
 
     file: str
     place: str = ""
@@ -66,6 +74,7 @@ class LogRow(msgspec.Struct, frozen=True, kw_only=True):
     run_id: str = ""
     started_ns: int = 0
     imputed: int = 0
+    lost: tuple[str, ...] = ()
     problem: str = ""
 
 
@@ -73,6 +82,7 @@ class _Known(msgspec.Struct, frozen=True):
     size: int
     changed_ns: int
     row: LogRow
+    checked: bool
 
 
 class _Memory(msgspec.Struct):
@@ -81,34 +91,44 @@ class _Memory(msgspec.Struct):
 
 
 def rows_of(
-    paths: Sequence[Path], *, memory: Path | None = None, told: Callable[[Iterator[Path]], Iterator[Path]] = iter
+    paths: Sequence[Path],
+    *,
+    memory: Path | None = None,
+    told: Callable[[Iterator[Path]], Iterator[Path]] = iter,
+    check: Check | None = None,
 ) -> list[LogRow]:
     """One row for each log, in the order given.
 
     Args:
         memory: the cache file; nothing is cached if not given.
         told: wraps the logs that must be read, for a progress bar.
+        check: finds what is missing from a log of runs; not looked for if not given, and only indexes are read.
     """
     known = _recall(memory)
     with ThreadPoolExecutor(STAT_WORKERS) as pool:
         states = list(pool.map(_state, paths))
     fresh: dict[str, _Known] = {}
-    new = [p for p, state in zip(paths, states, strict=True) if not _is_current(known.get(shown(p)), state)]
+    new = [
+        p
+        for p, state in zip(paths, states, strict=True)
+        if not _is_current(known.get(shown(p)), state, check is not None)
+    ]
     for path in told(iter(new)):
         size, changed_ns = _state(path)
-        fresh[shown(path)] = _Known(size, changed_ns, row_of(path))
+        fresh[shown(path)] = _Known(size, changed_ns, row_of(path, check=check), check is not None)
     if fresh:
         known.update(fresh)
         _remember(memory, {shown(p): known[shown(p)] for p in paths})
     return [known[shown(path)].row for path in paths]
 
 
-def row_of(path: Path) -> LogRow:
+def row_of(path: Path, *, check: Check | None = None) -> LogRow:
     """The row of one log; a log that cannot be read gets one too."""
     from replayers.log_tools.info import describe
 
     try:
         found = describe(path)
+        lost = check(found) if check is not None else ()
         imputed = _imputed(path) if found.info is not None and found.info.source == REPLAY else frozenset[str]()
     except LiosError as error:
         return LogRow(file=shown(path), problem=shown(str(error)))
@@ -131,21 +151,21 @@ def row_of(path: Path) -> LogRow:
         run_id=info.run_id if info else "",
         started_ns=info.started.ns if info else 0,
         imputed=len(imputed),
-        problem=_completeness(found).message,
+        lost=lost,
+        problem=_completeness(found, lost).message,
     )
 
 
-def _completeness(found: Description) -> Result[Completeness]:
-    if found.info is None:
+def _completeness(found: Description, lost: tuple[str, ...]) -> Result[Completeness]:
+    if found.info is None and not lost:
         return Completeness.NOT_ONE_RUN.result(runs=f"{found.runs} runs" if found.runs else "no run")
     recovered, part = found.metadata.get(RECOVERED_METADATA, {}), found.metadata.get(PART_METADATA, {})
-    damages = sum(damage.loses_content and not damage.cut_off for damage in found.loss.damages)
-    if damages:
-        return Completeness.DAMAGED.result(places=f"{damages} place{'' if damages == 1 else 's'}")
     if recovered.get("lossy") == "true":
         return Completeness.RECOVERED.result(damages=recovered.get("damages", "?"))
     if part and (part.get("part") != "0" or not found.outcome):
         return Completeness.PART.result(part=shown(part.get("part", "?")))
+    if lost:
+        return Completeness.NOT_WHOLE.result(lost="; ".join(lost))
     return Completeness.WHOLE.result()
 
 
@@ -175,8 +195,8 @@ def _state(path: Path) -> tuple[int, int]:
     return (state.st_size, state.st_mtime_ns)
 
 
-def _is_current(known: _Known | None, state: tuple[int, int]) -> bool:
-    return known is not None and (known.size, known.changed_ns) == state
+def _is_current(known: _Known | None, state: tuple[int, int], checked: bool) -> bool:
+    return known is not None and known.checked >= checked and (known.size, known.changed_ns) == state
 
 
 def _recall(memory: Path | None) -> dict[str, _Known]:

@@ -8,10 +8,13 @@ by damage, by a filter, or because the log is one part of several.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from replayers.log_tools.info import Description
+from replayers.mcap_io.integrity import damages_behind
+from replayers.mcap_io.scan import Damage
 from replayers.runs.run import Run, read
 from workbench.errors import LiosError
 from workbench.log_schema.events import TOPIC_OF, ActionFinished, BeliefUpdate, Observation, PlanComputed
@@ -59,9 +62,7 @@ def gaps_of(run: Run) -> Gaps:
     closed = run.closed and run.outcome is None and bool(run.plans)
     lost: list[str] = []
     if damages:
-        lost.append(
-            f"{_many(len(damages), 'place')} of the log could not be read, the first at byte {damages[0].offset}"
-        )
+        lost.append(damage_line(damages))
     indexes = {action.index for action in run.actions}
     absent = sorted(set(range(1, max(indexes, default=0))) - indexes)
     if absent:
@@ -94,6 +95,11 @@ def gaps_of(run: Run) -> Gaps:
     )
 
 
+def damage_line(damages: Sequence[Damage]) -> str:
+    """What is missing by damage, of which there is some."""
+    return f"{_many(len(damages), 'place')} of the log could not be read, the first at byte {damages[0].offset}"
+
+
 def losses(runs: Iterable[Run]) -> dict[str, tuple[str, ...]]:
     """What is missing from each run, by its log; runs that are whole are left out."""
     found = ((str(run.path), gaps_of(run).lost) for run in runs)
@@ -109,6 +115,18 @@ def losses_of_logs(paths: Iterable[Path]) -> dict[str, tuple[str, ...]]:
         except LiosError:
             continue  # whoever uses the log tells why
     return found
+
+
+def losses_of_listed(found: Description) -> tuple[str, ...]:
+    """What is missing from a described log, by all its checksums too; nothing where it holds no run."""
+    if not found.runs:
+        return ()
+    damages = damages_behind(found.path, found.index) if found.indexed else found.loss.damages
+    damages = [damage for damage in damages if damage.loses_content and not damage.cut_off]
+    try:
+        return gaps_of(replace(read(found.path), damage=tuple(damages))).lost
+    except LiosError:  # several runs, or too little of one
+        return (damage_line(damages),) if damages else ()
 
 
 def loss_lines(lost: Mapping[str, tuple[str, ...]]) -> list[str]:

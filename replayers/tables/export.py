@@ -23,7 +23,7 @@ from replayers.log_tools.copy_log import NoRoom
 from replayers.tables.frames import LogSource, Problem, Tables
 from replayers.tables.schemas import SCHEMAS
 from workbench.errors import BadValue, Malformed, OutputExists, UnknownName, WrongKind
-from workbench.files import draft_path
+from workbench.files import draft_path, remove_abandoned_drafts
 
 Format = Literal["parquet", "csv"]
 Told = Callable[[Iterator[str]], Iterable[str]]
@@ -99,9 +99,10 @@ def export(
             raise BadValue("--partition-by", column, f"of Parquet, by {', '.join(PARTITIONS)}")
     if folder.exists() and not folder.is_dir():
         raise WrongKind(folder, needed="folder")
+    remove_abandoned_drafts(folder)
     if folder.exists() and any(folder.iterdir()) and not force:
         raise OutputExists(folder)
-    draft = folder / f".{os.getpid()}.part"
+    draft = draft_path(folder / "tables")
     source = Tables([LogSource(path) for path in paths])
     rows: dict[str, int] = {}
     there_before = folder.exists()
@@ -138,6 +139,7 @@ def export_table(
     if file.exists() and not force:
         raise OutputExists(file)
     draft = draft_path(file)
+    remove_abandoned_drafts(file.parent)
     try:
         done = export(paths, draft, tables=(table,), file_format=file_format)
         _replace(draft / f"{table}.{file_format}", file)

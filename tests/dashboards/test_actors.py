@@ -11,7 +11,7 @@ from toy_run import ns, other_run, toy_run
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.now import legend
-from dashboards.viser_app.actors import Actors
+from dashboards.viser_app.drawing.actors import Actors
 
 OURS, OTHER = timeline_of(toy_run()), timeline_of(other_run())
 

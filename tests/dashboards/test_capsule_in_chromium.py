@@ -185,6 +185,7 @@ def _bytes(text: str) -> bytes:
     return base64.b64decode(text)
 
 
+@pytest.mark.slow
 def test_a_larger_picture_has_larger_words(tmp_path: Path) -> None:
     """The same picture in more pixels: for a slide or a print."""
     for name, width, height in (("small", 1280, 720), ("large", 1920, 1080), ("odd", 1301, 907)):

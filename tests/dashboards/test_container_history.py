@@ -7,8 +7,8 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE, toy_plan
 from toy_run import named_run, ns, other_run, toy_run
 
 from dashboards.model.clock import Clock
-from dashboards.model.container_history import ContainerHistory, container_history
-from dashboards.model.container_pick import container_met
+from dashboards.model.containers.container_history import ContainerHistory, container_history
+from dashboards.model.containers.container_pick import container_met
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.container import container
 from workbench.log_schema.events import SeenItem

@@ -10,11 +10,11 @@ import numpy.typing as npt
 from toy_run import ns, toy_run
 
 from dashboards.geometry.solids import Batch
-from dashboards.model.container_style import container_colours
+from dashboards.model.containers.container_style import container_colours
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
 from dashboards.palette import linear_rgb
-from dashboards.viser_app.belief_marks import BeliefMarks
+from dashboards.viser_app.drawing.belief_marks import BeliefMarks
 
 OURS = timeline_of(toy_run())
 

@@ -11,10 +11,10 @@ from toy import BED, COUNTER, DESK, FRIDGE, TABLE
 from toy_run import empty_run, ns, other_run, toy_run
 
 from dashboards.model.clock import Clock
+from dashboards.model.containers.unopened import unopened
 from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import timeline_of
-from dashboards.model.unopened import unopened
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.now import legend
 from dashboards.panels.plan import plan

@@ -14,7 +14,7 @@ import pytest
 from toy import FRIDGE
 from toy_run import empty_run, ns, toy_run
 
-from dashboards.model.container_style import container_colours
+from dashboards.model.containers.container_style import container_colours
 from dashboards.model.scene import scene_at
 from dashboards.model.timeline import NEVER, Timeline, timeline_of
 from replayers.log_tools.notes import add_note, notes_of

@@ -13,7 +13,7 @@ import numpy as np
 
 from dashboards.model.scene import RobotState
 from dashboards.sensing.pictures import Picture
-from dashboards.viser_app.sensor_layers import SensorLayers
+from dashboards.viser_app.drawing.sensor_layers import SensorLayers
 
 STANDING = RobotState(x_m=1.0, y_m=2.0, yaw_rad=0.0)
 

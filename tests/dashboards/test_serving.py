@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from hypothesis import given
@@ -23,7 +23,7 @@ from dashboards.viser_app.bridge import address, execute_command, parse_query
 from dashboards.viser_app.following import Follower, wait_for
 from dashboards.viser_app.server import CannotListen, Dashboard, PortInUse
 from dashboards.viser_app.serving import open_dashboard
-from dashboards.viser_app.session import ViewState
+from dashboards.viser_app.view_state import ViewState
 from workbench.errors import BadValue, FileMissing, LiosError
 
 
@@ -220,6 +220,8 @@ def test_ctrl_c_right_after_the_address_stops_it_as_asked(monkeypatch: pytest.Mo
     stopped: list[bool] = []
 
     class Dashboard:
+        lost: ClassVar[dict[str, tuple[str, ...]]] = {}
+
         def link(self) -> str:
             return "http://127.0.0.1:1/?token=abc"
 

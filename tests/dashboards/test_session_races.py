@@ -15,11 +15,12 @@ from toy_run import other_run, toy_run
 from dashboards.library.library import MAX_CACHED_RUNS, Library
 from dashboards.model.clock import Clock
 from dashboards.model.timeline import timeline_of
-from dashboards.viser_app import session as session_module
+from dashboards.viser_app import fitted_camera
 from dashboards.viser_app.bridge import execute_command, parse_query
 from dashboards.viser_app.cameras import CameraPose
-from dashboards.viser_app.options import Options
-from dashboards.viser_app.session import MAX_RUNS, Session, ViewState
+from dashboards.viser_app.panel.options import Options
+from dashboards.viser_app.session import Session
+from dashboards.viser_app.view_state import MAX_RUNS, ViewState
 from workbench.errors import BadValue
 
 CLOCK = Clock(timelines=(timeline_of(toy_run()), timeline_of(other_run())))
@@ -160,23 +161,23 @@ def test_a_house_fits_its_window_although_the_browser_tells_of_an_older_camera(
     """The panel is docked while the page arrives: the new size comes with the camera of before the first fit."""
     made = session()
     put: list[CameraPose] = []
-    monkeypatch.setattr(session_module, "look", lambda _, pose: put.append(pose))
+    monkeypatch.setattr(fitted_camera, "look", lambda _, pose: put.append(pose))
     camera = SimpleNamespace(position=(9.0, 9.0, 9.0), image_width=1600, image_height=1000)
     made.client.camera = camera  # type: ignore[misc]
-    made._placed.append(camera.position)
+    made.camera._placed.append(camera.position)
     made.look()
     camera.image_width = 1156
-    made.refit()
+    made.camera.refit()
     assert len(put) == 2
-    assert put[1] == made.fit() != put[0]
+    assert put[1] == made.camera.pose() != put[0]
     camera.position = put[0].position  # the last word of the browser: the second fit was overtaken
     made._settle()
-    assert put[2] == made.fit()
+    assert put[2] == made.camera.pose()
     camera.position = put[2].position
     made._settle()
     assert len(put) == 3, "it fits"
     camera.position, camera.image_width = (1.0, 2.0, 3.0), 900  # a person's own
-    made.refit()
+    made.camera.refit()
     made._settle()
     assert len(put) == 3
 
@@ -184,9 +185,9 @@ def test_a_house_fits_its_window_although_the_browser_tells_of_an_older_camera(
 def test_a_camera_that_never_gets_where_it_is_put_is_left_in_peace(monkeypatch: pytest.MonkeyPatch) -> None:
     made = session()
     put: list[CameraPose] = []
-    monkeypatch.setattr(session_module, "look", lambda _, pose: put.append(pose))
+    monkeypatch.setattr(fitted_camera, "look", lambda _, pose: put.append(pose))
     made.client.camera = SimpleNamespace(position=(9.0, 9.0, 9.0), image_width=1600, image_height=1000)  # type: ignore[misc]
-    made._placed.append((9.0, 9.0, 9.0))
+    made.camera._placed.append((9.0, 9.0, 9.0))
     made.look()
     for _ in range(50):
         made._settle()

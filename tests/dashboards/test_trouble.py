@@ -16,9 +16,10 @@ from dashboards.library.library import Library
 from dashboards.model.clock import Clock
 from dashboards.model.timeline import timeline_of
 from dashboards.panels.markup import error_line
-from dashboards.viser_app.controls import Controls
-from dashboards.viser_app.session import Session, ViewState
+from dashboards.viser_app.panel.controls import Controls
+from dashboards.viser_app.session import Session
 from dashboards.viser_app.trouble import ViewErrors
+from dashboards.viser_app.view_state import ViewState
 from workbench.errors import BadValue
 
 SAMPLES = Path(__file__).parents[2] / "logs"
@@ -66,6 +67,18 @@ def test_a_moment_that_cannot_be_drawn_is_told_and_the_next_is_shown(
     assert told[0].endswith("(test_trouble.py:" + told[0].rpartition(":")[2])
     assert [record.getMessage() for record in caplog.records] == [f"lios: view 3: {told[0]}"]
     assert "\n" not in told[0]
+
+
+def test_a_log_that_cannot_be_read_is_told_and_leaves_the_others_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, before = session(), session().state.runs
+
+    def fail(_: int) -> None:
+        raise KeyError("a fault of ours")
+
+    monkeypatch.setattr(made.library, "timeline", fail)
+    made.open_runs((1,))
+    assert made.state.runs == before
+    assert made.client.told[0].startswith(f"{made.library.paths[1].name} could not be drawn: KeyError")
 
 
 def test_a_settler_or_a_teller_that_fails_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -206,6 +206,7 @@ def test_a_reload_shows_the_same_moment(page: Page) -> None:
     )
 
 
+@pytest.mark.slow
 def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashboard, page: Page) -> None:
     page.evaluate("window.liosCommand('seek 3')")
     wait_for_second(page, 3.0, 3.0)
@@ -218,6 +219,7 @@ def test_two_tabs_do_not_disturb_one_another(browser: Browser, dashboard: Dashbo
     other.close()
 
 
+@pytest.mark.slow
 def test_when_the_server_comes_back_so_does_the_view(
     browser: Browser, logs: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -345,6 +347,7 @@ def test_an_evaluation_opens_with_its_scatter_and_a_point_opens_its_trial(browse
         made.stop()
 
 
+@pytest.mark.slow
 def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs: list[Path]) -> None:
     failed: list[BaseException] = []
     before, threading.excepthook = threading.excepthook, lambda args: failed.append(args.exc_value)  # type: ignore[arg-type]
@@ -365,6 +368,7 @@ def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs:
         made.stop()
 
 
+@pytest.mark.slow
 def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_the_camera(
     browser: Browser, dashboard: Dashboard
 ) -> None:
@@ -374,7 +378,7 @@ def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_t
     camera = session.client.camera
 
     def is_fitted() -> bool:
-        pose = session.fit()
+        pose = session.camera.pose()
         return pose is not None and np.allclose(camera.position, pose.position, atol=0.05)
 
     def wait(wide: int) -> None:
@@ -389,8 +393,11 @@ def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_t
     wait(1100 - 444)
     assert is_fitted()
     assert tuple(camera.position) != narrow
+    fitted = tuple(camera.position)
     session.open_container(0)
-    tab.wait_for_timeout(500)
+    end = time.monotonic() + 30
+    while np.allclose(camera.position, fitted, atol=0.05) and time.monotonic() < end:
+        tab.wait_for_timeout(100)
     moved = tuple(camera.position)
     tab.set_viewport_size({"width": 1300, "height": 800})
     tab.wait_for_timeout(1500)

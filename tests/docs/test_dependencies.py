@@ -8,8 +8,8 @@ import sys
 import tomllib
 
 from console_blocks import ROOT
+from product_source import PRODUCT, nodes
 
-PACKAGES = ("workbench", "recorders", "replayers", "dashboards")
 IMPORTED_AS = {
     "pillow": "PIL",
     "pyyaml": "yaml",
@@ -37,13 +37,12 @@ def _names(requirements: list[str]) -> set[str]:
 
 def _imported() -> set[str]:
     found: set[str] = set()
-    for path in (p for package in PACKAGES for p in (ROOT / package).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                found |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found.add(node.module.partition(".")[0])
-    return found - set(PACKAGES) - set(sys.stdlib_module_names)
+    for _, node in nodes(ast.Import, ast.ImportFrom):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.partition(".")[0])
+    return found - set(PRODUCT) - set(sys.stdlib_module_names)
 
 
 def _declared() -> set[str]:

@@ -28,11 +28,13 @@ class StraightPaths:
 
 @dataclass
 class FakeWorld:
-    """Answers from the toy house. `refuse` maps ("pick", item) and the like to how often it refuses."""
+    """Answers from the toy house. `refuse` maps ("pick", item) and the like to how often it refuses; `item_remains`
+    says of refused picks that the item is still there."""
 
     house: House = field(default_factory=toy_house)
     known: tuple[ContainerId, ...] = ()
     refuse: dict[tuple[str, str], int] = field(default_factory=dict)
+    item_remains: bool = False
     unseen: frozenset[ContainerId] = frozenset()
     clock_ns: int = 0
     at: LocationId = START
@@ -75,8 +77,10 @@ class FakeWorld:
         start = self.clock_ns
         here = self.places.get(self.at, [])
         found = next((i for i in here if i.id == item), None)
-        if self._refuses("pick", item) or found is None:
-            return ActionRefused(start_ns=start, end_ns=self._after(5), reason="not there")
+        refuses = self._refuses("pick", item)
+        if refuses or found is None:
+            remains = refuses and self.item_remains
+            return ActionRefused(start_ns=start, end_ns=self._after(5), reason="not there", item_remains=remains)
         here.remove(found)
         self.held = found
         return ActionDone(start_ns=start, end_ns=self._after(5))

@@ -10,38 +10,22 @@ import msgspec
 import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, TABLE
-from toy_logs import InOrder, simulated_log, toy_run
+from toy_logs import InOrder, simulated_log
+from toy_replays import kept
 
 from replayers.batch.compare import answers_compatible, changed_houses, compare, cost_difference, runs_once
-from replayers.batch.replay_all import (
-    ReplayRequest,
-)
 from replayers.batch.store import (
-    StoredReplay,
-    to_stored,
     write_replay,
 )
-from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_strategy
 from replayers.counterfactual.results import Assignment
 from workbench.cli import run as lios
-
-NAMES = ("opt-greedy", "model-lios", "conditioned-lios")
-
-
-def wanted(output: Path | None = None, **options: object) -> ReplayRequest:
-    return ReplayRequest(strategies=NAMES, settings=ReplaySettings(worlds=50), output=output, **options)  # type: ignore[arg-type]
-
-
-def kept(run_path: Path, planner: InOrder, tmp_path: Path) -> StoredReplay:
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=100))
-    return to_stored(ground, replay_strategy(ground, planner), key="k")
 
 
 def test_by_hand_a_difference_in_the_same_world(tmp_path: Path) -> None:
     """Bed first: 17 or, without a mug there, 6 + 6 + 3 + 5 + 2 = 22 by table and counter. Desk first: 7 + 5 + 7 = 19
     or 7 + 6 + 3 + 5 + 2 = 23. The difference is 17 - 19, 17 - 23, 22 - 19 or 22 - 23."""
-    a = kept(tmp_path, InOrder((BED, TABLE, COUNTER), name="bed"), tmp_path)
-    b = kept(tmp_path, InOrder((DESK, TABLE, COUNTER), name="desk"), tmp_path)
+    a = kept(InOrder((BED, TABLE, COUNTER), name="bed"), tmp_path)
+    b = kept(InOrder((DESK, TABLE, COUNTER), name="desk"), tmp_path)
     apart = cost_difference(a, b)
     assert apart.paired
     assert (apart.least, apart.most) == (-6.0, 3.0)
@@ -52,8 +36,8 @@ def test_by_hand_a_difference_in_the_same_world(tmp_path: Path) -> None:
 def test_worlds_are_matched_so_that_common_luck_cancels(tmp_path: Path) -> None:
     """Both look into the bed first; without a mug there, one goes on to the counter, the other to the table first.
     Bounds side by side would say undecided: 17 to 19 against 17 to 22. In the same world the first is never worse."""
-    a = kept(tmp_path, InOrder((BED, COUNTER), name="a"), tmp_path)
-    b = kept(tmp_path, InOrder((BED, TABLE, COUNTER), name="b"), tmp_path)
+    a = kept(InOrder((BED, COUNTER), name="a"), tmp_path)
+    b = kept(InOrder((BED, TABLE, COUNTER), name="b"), tmp_path)
     assert a.bounds is not None
     assert b.bounds is not None
     assert (a.bounds.lower, a.bounds.upper) == (17.0, 19.0)
@@ -77,8 +61,8 @@ def test_answers_agree_when_no_type_that_mattered_to_both_differs() -> None:
 
 
 def test_pairs_count_certain_wins_and_cluster_by_house(tmp_path: Path) -> None:
-    quick = kept(tmp_path, InOrder((TABLE, COUNTER), name="quick"), tmp_path)
-    slow = kept(tmp_path, InOrder((BED, DESK, TABLE, COUNTER), name="slow"), tmp_path)
+    quick = kept(InOrder((TABLE, COUNTER), name="quick"), tmp_path)
+    slow = kept(InOrder((BED, DESK, TABLE, COUNTER), name="slow"), tmp_path)
     elsewhere = [msgspec.structs.replace(r, sha256="2", place_sha256="changed") for r in (quick, slow)]
     pairs = compare([quick, slow, *elsewhere], rng=np.random.default_rng(0))
     assert len(pairs) == 1
@@ -92,7 +76,7 @@ def test_pairs_count_certain_wins_and_cluster_by_house(tmp_path: Path) -> None:
 
 
 def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
-    whole = kept(tmp_path, InOrder((TABLE, COUNTER), name="quick"), tmp_path)
+    whole = kept(InOrder((TABLE, COUNTER), name="quick"), tmp_path)
     other = msgspec.structs.replace(whole, sha256="other", run_id="other")
     assert whole.bounds is not None
     less = replace(whole.bounds, lower=whole.bounds.lower - 1)
@@ -110,7 +94,7 @@ def test_parts_of_one_run_are_no_six_logs(tmp_path: Path) -> None:
 def test_logs_of_one_place_draw_logs_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "kept"
     for planner in (InOrder((TABLE, COUNTER), name="quick"), InOrder((BED, DESK, TABLE, COUNTER), name="slow")):
-        first = kept(tmp_path, planner, tmp_path)
+        first = kept(planner, tmp_path)
         for k in range(3):
             shifted = tuple(cost + k * (planner.name == "slow") for cost in first.drawn)
             record = msgspec.structs.replace(first, sha256=f"{k}", run_id=f"run{k}", drawn=shifted)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 from sample_logs import killed_toy_log
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE
@@ -108,6 +109,19 @@ def test_what_was_refused_is_refused_again_unless_it_worked_later(tmp_path: Path
     assert dict(evidence.refused_moves) == {DESK: "blocked"}
     assert dict(evidence.stuck) == {"Knife|1": "slipped"}
     assert evidence.open == ()
+
+
+def test_an_item_is_left_where_it_was_if_every_failed_pick_says_so(tmp_path: Path) -> None:
+    run = toy_run(tmp_path)
+    grasped = acted("pick", COUNTER, "Knife|1", success=False, reason="the gripper closed on nothing")
+    grasp = msgspec.structs.replace(grasped, item_remains=True)
+    gone = acted("pick", COUNTER, "Fork|1", success=False, reason="its tag is not seen")
+    later = acted("pick", COUNTER, "Mug|1", success=False, reason="slipped")
+    still, slipped = (msgspec.structs.replace(action, item_remains=True) for action in (gone, later))
+    more = (grasp, grasp, gone, still, slipped)
+    evidence = evidence_of(replace(run, actions=run.actions + more))
+    assert evidence.left == {"Knife|1"}
+    assert set(evidence.stuck) == {"Knife|1", "Fork|1"}
 
 
 @pytest.mark.parametrize("events", [9, 12])

@@ -7,12 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from damaged_logs import chunks_of, flip
 from sample_logs import write_toy_log
 
 from replayers.counterfactual.evidence import PartOfRun, StartUnknown, evidence_of
 from replayers.counterfactual.evidence_rules import contents_at_start
-from replayers.mcap_io.scan import open_log
-from replayers.mcap_io.summary import read_index
 from replayers.runs.gaps import gaps_of
 from replayers.runs.run import Run, read
 from workbench import cli
@@ -117,17 +116,6 @@ def test_a_part_alone_is_refused(run: Run):
     evidence_of(replace(run, part="0"))
 
 
-def _flip(path: Path, output: Path, number: int) -> None:
-    """Flips a byte in the middle of a chunk's data."""
-    with open_log(path) as stream:
-        index = read_index(stream)
-    assert index is not None
-    chunk = index.chunks[number % len(index.chunks)]
-    data = bytearray(path.read_bytes())
-    data[chunk.chunk_start_offset + chunk.chunk_length // 2 + 20] ^= 0xFF
-    output.write_bytes(data)
-
-
 def _bounds(text: str) -> tuple[object, ...]:
     (row,) = json.loads(text)["rows"]
     return row["status"], row["lower"], row["upper"], row["exact"]
@@ -135,7 +123,7 @@ def _bounds(text: str) -> tuple[object, ...]:
 
 def test_a_damaged_chunk_is_told_by_replay_and_by_its_exit_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     log, damaged = write_toy_log(tmp_path / "a.mcap"), tmp_path / "b.mcap"
-    _flip(log, damaged, 1)
+    flip(log, damaged, 1)
     code = cli.run(["replay", str(damaged), "-s", "opt-greedy", "--json"])
     told = capsys.readouterr()
     assert code in (2, 3)
@@ -150,11 +138,8 @@ def test_every_answer_that_a_damaged_chunk_changes_carries_a_note(
     log, damaged = LOGS / f"{name}.mcap", tmp_path / "b.mcap"
     assert cli.run(["replay", str(log), "-s", "opt-greedy", "--json"]) == 0
     whole = _bounds(capsys.readouterr().out)
-    with open_log(log) as stream:
-        index = read_index(stream)
-    assert index is not None
-    for number in range(len(index.chunks)):
-        _flip(log, damaged, number)
+    for number in range(len(chunks_of(log))):
+        flip(log, damaged, number)
         code = cli.run(["replay", str(damaged), "-s", "opt-greedy", "--json"])
         told = capsys.readouterr()
         if code == 2:
@@ -199,7 +184,7 @@ def test_figures_say_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 def test_list_and_doctor_say_what_a_recovered_log_lost(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     log, damaged, saved = write_toy_log(tmp_path / "a.mcap"), tmp_path / "b.mcap", tmp_path / "c.mcap"
-    _flip(log, damaged, 1)
+    flip(log, damaged, 1)
     assert cli.run(["recover", str(damaged), "-o", str(saved)]) == 3
     capsys.readouterr()
     assert cli.run(["list", str(saved), "--json"]) == 3

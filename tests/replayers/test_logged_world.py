@@ -14,7 +14,7 @@ from replayers.counterfactual.logged_world import LoggedWorld
 from workbench.execution.events import ActionEnded, ContainerObserved, RunStatus
 from workbench.execution.loop import outcome_of, run_task
 from workbench.search.costs import SIMULATION_COSTS
-from workbench.worlds.house import START
+from workbench.worlds.house import START, ItemId, LocationId
 from workbench.worlds.world import ActionDone, ActionRefused, LookResult, NotInLog
 
 
@@ -72,6 +72,19 @@ def test_what_was_refused_while_recording_is_refused_again(tmp_path: Path) -> No
     world.go_to(COUNTER)
     world.look_into(COUNTER)
     assert isinstance(world.pick(item("Mug|1").id), ActionRefused)
+
+
+def test_an_item_that_could_not_be_grasped_is_still_there(tmp_path: Path) -> None:
+    mug = item("Mug|1")
+    stuck = MappingProxyType({mug.id: "the gripper closed on nothing"})
+    for left in (frozenset({mug.id}), frozenset[ItemId]()):
+        world = LoggedWorld(replace(toy_evidence(tmp_path), stuck=stuck, left=left))
+        world.go_to(COUNTER)
+        world.look_into(COUNTER)
+        refused = world.pick(mug.id)
+        assert isinstance(refused, ActionRefused)
+        assert refused.item_remains is bool(left)
+        assert (mug in world.knowledge.items_at[LocationId(COUNTER)]) is bool(left)
 
 
 def test_the_loop_over_a_log_ends_undetermined_at_the_container_that_nobody_opened(tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ class Viewer:
 
 def with_viewer(player: Player, steps: Any, *, name: Subprotocol = SDK) -> Viewer:
     async def run() -> Viewer:
-        async with connect(player.server.address, subprotocols=[name], max_size=None) as socket:
+        async with connect(player.server.address, subprotocols=[name], max_size=None, close_timeout=0.2) as socket:
             viewer = Viewer(socket)
             await viewer.subscribe()
             await steps(viewer)
@@ -140,7 +140,8 @@ def test_a_viewer_without_controls_gets_the_log_by_subscribing(log: Path) -> Non
         player.close()
 
 
-def test_at_the_end_it_begins_again_where_asked(log: Path) -> None:
+@pytest.mark.timeout(8)
+def test_at_the_end_it_begins_again_and_a_viewer_that_left_does_not_hold_it_up(log: Path) -> None:
     last = max(m.log_time for m in messages(log))
     player = Player([log], ServedAt(port=0), speed=100.0, loop=True)
 

@@ -14,6 +14,7 @@ import pytest
 from sample_logs import killed_toy_log
 from toy import BED, COUNTER
 from toy_logs import InOrder, delivered, simulated_log, task_of, toy_run
+from toy_replays import NAMES, wanted
 
 from replayers.batch.replay_all import (
     LogFailed,
@@ -39,17 +40,6 @@ from replayers.counterfactual.replay import ReplaySettings, prepare_log, replay_
 from replayers.runs.run import read
 from workbench.cli import run as lios
 from workbench.errors import FileMissing, MalformedFile
-
-NAMES = ("opt-greedy", "model-lios", "conditioned-lios")
-
-
-def wanted(output: Path | None = None, **options: object) -> ReplayRequest:
-    return ReplayRequest(strategies=NAMES, settings=ReplaySettings(worlds=50), output=output, **options)  # type: ignore[arg-type]
-
-
-def kept(run_path: Path, planner: InOrder, tmp_path: Path) -> StoredReplay:
-    ground = prepare_log(toy_run(tmp_path), ReplaySettings(worlds=100))
-    return to_stored(ground, replay_strategy(ground, planner), key="k")
 
 
 def test_replays_are_kept_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, TABLE
-from toy_logs import InOrder, simulated_log, toy_run
+from toy_logs import MUG, InOrder, delivered, simulated_log, task_of, toy_run
 
 from recorders.simulated_run import TaskRequest, record_trial, trial_for
 from replayers.counterfactual.bounds.bounds import Budget
@@ -56,6 +56,21 @@ def test_beliefs_are_written_to_the_last_bit() -> None:
     read_again = decode("/search/belief", encode(wire))
     assert isinstance(read_again, BeliefUpdate)
     assert np.array_equal(np.array(read_again.probability), probability)
+
+
+@pytest.mark.parametrize("grasps", [2, 3])
+def test_grasps_that_failed_are_tried_again_as_they_were(tmp_path: Path, grasps: int) -> None:
+    """Two failed grasps and one that held, or three that failed: the item was never lost."""
+    task = task_of(delivered(MUG, BED))
+    log = simulated_log(tmp_path / "run.mcap", task=task, refuse={("pick", "Mug|1"): grasps, ("pick", "Mug|2"): 9})
+    run = read(log)
+    run = replace(run, info=msgspec.structs.replace(run.info, source="spot"))
+    assert run.outcome is not None
+    picks = [action for action in run.actions if action.action == "pick"]
+    assert [pick.success for pick in picks][:grasps] == [False] * grasps
+    ground = prepare_log(run, ReplaySettings(worlds=0))
+    result = replay_on(ground, run.info.strategy)
+    assert result.cost == pytest.approx(run.outcome.cost)
 
 
 def test_an_old_log_is_replayed_with_the_estimator_that_it_names_where_that_is_here(tmp_path: Path) -> None:

@@ -147,9 +147,15 @@ def simulated_log(
     known: tuple[ContainerId, ...] = (FRIDGE,),
     truth: bool = True,
     run_id: str = "0123456789ab",
+    refuse: dict[tuple[str, str], int] | None = None,
 ) -> Path:
-    """The toy house, a strategy and the shipped counts: recorded by the loop itself."""
-    world, wanted = FakeWorld(known=known, clock_ns=T0), task or find_task(MUG, START)
+    """The toy house, a strategy and the shipped counts: recorded by the loop itself.
+
+    Args:
+        refuse: as for FakeWorld; what a refused pick wanted is still there.
+    """
+    world = FakeWorld(known=known, clock_ns=T0, refuse=dict(refuse or {}), item_remains=True)
+    wanted = task or find_task(MUG, START)
     believer = estimator("counts")
     events = run_task(
         world,

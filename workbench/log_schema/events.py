@@ -15,8 +15,8 @@ import msgspec
 SCHEMA_VERSION = 3
 """1: a plan that was not found expected a cost of 0.0. 2: it expects none (null). 3: beliefs are not rounded."""
 
-ROUNDED_BEFORE, ROUNDED_DECIMALS = 3, 6
-"""Logs of an older schema version hold beliefs rounded to so many decimals."""
+ROUNDED_BEFORE = 3
+"""Logs of an older schema version hold beliefs rounded to six decimals."""
 
 NANO = 1_000_000_000
 

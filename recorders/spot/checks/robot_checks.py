@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -20,7 +19,10 @@ from recorders.spot.checks.map_checks import map_findings
 from recorders.spot.client.battery import START_PERCENT, charge_percent, left_minutes
 from recorders.spot.client.clock import SyncedClock
 from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.client.identity import MAP_TIMEOUT_S
 from recorders.spot.client.localized import is_localized
+from recorders.spot.client.services import missing_services, services_of_a_run
+from recorders.spot.client.software import OLDEST, SoftwareVersion, client_version
 from workbench.log_schema.events import NANO
 from workbench.tolerances import TINY
 from workbench.worlds.sites.site import Site
@@ -33,8 +35,6 @@ TRIPS, PICTURES = 8, 3
 """Numbers of round trips and pictures that are timed."""
 STATE_HZ = 10.0
 """Robot states recorded per second by default."""
-OLDEST_SOFTWARE = 3
-"""Major version of the oldest robot software whose services the client knows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +60,7 @@ def robot_findings(connection: Connection, plan: CheckPlan, output: Path) -> lis
     """
     parts: tuple[tuple[str, Callable[[Connection, CheckPlan], list[Finding]], bool], ...] = (
         ("robot", _identity, False),
+        ("services", _services, True),
         ("disk", lambda robot, wanted: [_disk(robot, wanted, output)], False),
         ("e-stop", _estop, True),
         ("lease", _lease, True),
@@ -97,17 +98,26 @@ def _disk(connection: Connection, plan: CheckPlan, output: Path) -> Finding:
 
 def _identity(connection: Connection, plan: CheckPlan) -> list[Finding]:
     told: robot_id_pb2.RobotId = connection.client("robot-id").get_id(timeout=connection.timeout_s)
-    has, ours = told.software_release.version, version("bosdyn-client")
+    has, ours = SoftwareVersion.of(told), client_version()
     name = f"{told.nickname or 'no nickname'}, serial {told.serial_number}"
-    software = f"robot {has.major_version}.{has.minor_version}.{has.patch_level}, client {ours}"
-    major = int(ours.split(".")[0])
-    if has.major_version < OLDEST_SOFTWARE:
-        said = warning("software", f"{software}: not tested with robots below {OLDEST_SOFTWARE}.0")
-    elif has.major_version > major:
+    software = f"robot {has}, client {ours}"
+    if has < OLDEST:
+        said = warning("software", f"{software}: not tested with robots below {OLDEST}")
+    elif has.major > int(ours.split(".")[0]):
         said = warning("software", f"{software}: the client is older; update bosdyn-client")
     else:
         said = fine("software", software)
     return [fine("robot", name), said]
+
+
+def _services(connection: Connection, plan: CheckPlan) -> list[Finding]:
+    needed = services_of_a_run(plan.site, plan.cameras)
+    missing = missing_services(connection, needed)
+    if missing:
+        return [
+            forbids("services", f"the robot has no {', '.join(missing)}: update its software, or look at licences")
+        ]
+    return [fine("services", f"all {len(needed)} that a run needs")]
 
 
 def _estop(connection: Connection, plan: CheckPlan) -> list[Finding]:
@@ -180,7 +190,7 @@ def _dock(connection: Connection, plan: CheckPlan) -> list[Finding]:
 
 
 def _map(connection: Connection, plan: CheckPlan) -> list[Finding]:
-    graph: map_pb2.Graph = connection.client("graph-nav-service").download_graph(timeout=connection.timeout_s)
+    graph: map_pb2.Graph = connection.client("graph-nav-service").download_graph(timeout=MAP_TIMEOUT_S)
     if plan.new_map is None:
         return map_findings(graph, plan.site)
     return [fine("robot's map", f"{len(graph.waypoints)} waypoints; --map would replace it")]

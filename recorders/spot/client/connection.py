@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import re
 import sys
 import threading
 from collections.abc import Generator
@@ -23,11 +24,12 @@ from bosdyn.client.auth import InvalidLoginError, InvalidTokenError, Temporarily
 from bosdyn.client.exceptions import Error as BosdynError
 from bosdyn.client.exceptions import NonexistentAuthorityError, RpcError, UnauthenticatedError, UnimplementedError
 from bosdyn.client.lease import Error as LeaseClientError
-from bosdyn.client.robot import UnregisteredServiceError
+from bosdyn.client.robot import UnregisteredServiceError, UnregisteredServiceNameError
 from bosdyn.client.time_sync import TimeSyncError, TimeSyncThread
 
 from recorders.spot.client.clock import SessionClock, Stepped, SyncedClock
 from recorders.spot.client.errors import BadLogin, LockedOut, NoTimeSync, RobotUnreachable, ServiceMissing
+from recorders.spot.client.software import SoftwareVersion, fit_to
 from recorders.spot.client.time_source import SteppedClock
 from workbench.errors import BadValue, FileMissing, MalformedFile
 
@@ -126,19 +128,21 @@ class Connection:
         self.timeout_s = timeout_s
         self._credentials = credentials
         self._clients = threading.Lock()
+        self.software = SoftwareVersion(0)
         root = str(certificate or _shipped_root())
         sdk = bosdyn.client.create_standard_sdk("lios-workbench", cert_resource_glob=root)
         self.robot = sdk.create_robot(address.host)
         self.robot.update_secure_channel_port(address.port)
         try:
             self._log_in()
-            self.serial = str(self.client("robot-id").get_id(timeout=timeout_s).serial_number)
+            told = self.client("robot-id").get_id(timeout=timeout_s)
+            self.serial, self.software = str(told.serial_number), SoftwareVersion.of(told)
             self.client("directory")
             self.robot.sync_with_directory()
             self.clock: SessionClock = self._start_time_sync(stepped)
         except RpcError as error:
             self.close()
-            raise _as_line(address, error) from error
+            raise self.as_line(error) from error
         except BaseException:
             self.close()
             raise
@@ -146,7 +150,13 @@ class Connection:
     def client(self, service: str) -> Any:
         """The SDK's client of a service (untyped); shared by all threads."""
         with self._clients:
-            return self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
+            client: Any = self.robot.ensure_client(service, options=list(CHANNEL_OPTIONS))
+            fit_to(self.software, service, client)
+            return client
+
+    def as_line(self, error: Exception) -> RobotUnreachable | ServiceMissing:
+        """A bosdyn error as one of ours, which is one line."""
+        return _as_line(self.address, error, self.software)
 
     def log_in_again(self) -> None:
         """Log in again, for example after a reboot, which invalidates tokens."""
@@ -176,7 +186,7 @@ class Connection:
         except TemporarilyLockedOutError:
             raise LockedOut(str(self.address)) from None
         except BosdynError as error:
-            raise _as_line(self.address, error) from error
+            raise self.as_line(error) from error
 
     def _start_time_sync(self, stepped: SteppedClock | None) -> SessionClock:
         try:
@@ -185,7 +195,7 @@ class Connection:
             thread = cast("TimeSyncThread", self.robot.time_sync)  # None only before it was started
             thread.wait_for_sync(timeout_sec=2 * self.timeout_s)
         except NOT_ON_THIS_ROBOT as error:
-            raise _as_line(self.address, error) from error
+            raise self.as_line(error) from error
         except (TimeSyncError, RpcError) as error:
             raise NoTimeSync(str(self.address)) from error
         return SyncedClock(thread) if stepped is None else Stepped(stepped, thread.endpoint)
@@ -222,12 +232,15 @@ def talking_to(host: RobotAddress) -> Generator[None]:
         raise _as_line(host, error) from error
 
 
-def _as_line(host: RobotAddress, error: Exception) -> RobotUnreachable | ServiceMissing:
-    """A bosdyn error as one of ours, which is one line."""
+def _as_line(
+    host: RobotAddress, error: Exception, software: SoftwareVersion | None = None
+) -> RobotUnreachable | ServiceMissing:
     if isinstance(error, NOT_ON_THIS_ROBOT):
-        return ServiceMissing(str(host), f"{reason_of(error)}: {_first_line(error)}")
+        return ServiceMissing(str(host), _missing_name(error), software or "other than this client's")
     return RobotUnreachable(str(host), reason_of(error))
 
 
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [""])[0][:200]
+def _missing_name(error: Exception) -> tuple[str, ...]:
+    """The service that an error of the SDK is about, where it names one."""
+    named = re.search(r'"([^"]+)"', str(error)) if isinstance(error, UnregisteredServiceNameError) else None
+    return () if named is None else (named[1],)

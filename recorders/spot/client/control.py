@@ -27,9 +27,9 @@ from bosdyn.client.robot_command import RobotCommandBuilder
 
 from recorders.spot.client.battery import START_PERCENT, charge_percent
 from recorders.spot.client.clock import Stepped
-from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
+from recorders.spot.client.connection import NOT_ON_THIS_ROBOT, ROBOT_ERRORS, Connection, reason_of
 from recorders.spot.client.docking import DockOutcome, docked_at, undock
-from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady, RobotUnreachable
+from recorders.spot.client.errors import Estopped, LeaseTaken, NoEstop, NotReady
 
 GIVE_BACK_S = 20.0
 SIT_S = 10.0
@@ -76,7 +76,7 @@ class Control:
         estop_guard: names of the endpoints whose emergency stop guards the run; "" before control is taken.
 
     Raises:
-        LeaseTaken, Estopped, NoEstop, NotReady, RobotUnreachable.
+        LeaseTaken, Estopped, NoEstop, NotReady, RobotUnreachable, ServiceMissing.
     """
 
     def __init__(
@@ -110,8 +110,8 @@ class Control:
                 self._stand_up()
         except ROBOT_ERRORS as error:
             self.give_back()
-            if isinstance(error, RpcError):
-                raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
+            if isinstance(error, (RpcError, *NOT_ON_THIS_ROBOT)):
+                raise self._connection.as_line(error) from error
             raise NotReady(str(self._connection.address), not_ready_reason(error)) from error
         except BaseException:
             self.give_back()
@@ -159,7 +159,7 @@ class Control:
             owner = error.response.lease_owner.client_name
             raise LeaseTaken(str(self._connection.address), owner) from None
         except ROBOT_ERRORS as error:
-            raise RobotUnreachable(str(self._connection.address), reason_of(error)) from error
+            raise self._connection.as_line(error) from error
         self._keep_alive = LeaseKeepAlive(
             client, rpc_interval_seconds=1, warnings=False, on_failure_callback=self._on_failure
         )

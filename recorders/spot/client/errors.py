@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 
 from workbench.errors import Failed, InputError, MissingExtra, Unsupported
 
@@ -38,12 +39,18 @@ class LockedOut(InputError):
 
 
 class ServiceMissing(InputError):
-    """The robot's software does not have a service, or not one that the client understands."""
+    """The robot's software does not have a service, or not a call of it.
 
-    def __init__(self, host: str, reason: str) -> None:
+    Args:
+        missing: names of services or calls; empty where the robot does not say which.
+        software: the robot's version.
+    """
+
+    def __init__(self, host: str, missing: Sequence[str], software: object) -> None:
+        what = f"service {', '.join(missing)}" if missing else "such service"
         super().__init__(
-            f"{host}: {reason}. Its software is older or newer than this client: update it, or use the "
-            "bosdyn-client of its version."
+            f"{host}: the robot has no {what}. Its software is {software}: update it, or use the bosdyn-client of "
+            "its version; some services also need a licence or an arm."
         )
 
 
@@ -104,6 +111,16 @@ class MapRefused(Failed):
         super().__init__(
             f"{host}: the robot does not take the map ({reason}). It must not be recording, and the map must be of "
             "this kind of robot. Try it with the tablet."
+        )
+
+
+class MapUploadBrokeOff(Failed):
+    """The network failed while a map was uploaded."""
+
+    def __init__(self, host: str, reason: str) -> None:
+        super().__init__(
+            f"{host}: the upload of the map broke off ({reason}), and the robot holds a part of it now. "
+            "Go nearer to it or its access point, then give --map again."
         )
 
 

@@ -6,19 +6,23 @@ A robot forgets its map when it restarts. The folder holds `graph`, `waypoint_sn
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from bosdyn.api.graph_nav import graph_nav_pb2, map_pb2
-from bosdyn.client.exceptions import ResponseError
+from bosdyn.client.exceptions import ResponseError, RpcError, UnimplementedError
 from google.protobuf.message import DecodeError
 
 from recorders.spot.client.connection import Connection, reason_of
-from recorders.spot.client.errors import MapRefused
+from recorders.spot.client.errors import MapRefused, MapUploadBrokeOff
 from workbench.errors import FileMissing, MalformedFile
 
 UPLOAD_TIMEOUT_S, SLOWEST_BYTES_PER_S = 30.0, 100e3
 """An upload may take UPLOAD_TIMEOUT_S, and as long as its bytes take on a slow wireless network."""
+UPLOAD_ATTEMPTS, UPLOAD_PAUSE_S = 4, 3.0
+"""How often a snapshot is sent before the upload fails, and the pause in seconds before each time but the first."""
+Snapshot: TypeAlias = map_pb2.WaypointSnapshot | map_pb2.EdgeSnapshot
 MapPart = TypeVar("MapPart", map_pb2.Graph, map_pb2.WaypointSnapshot, map_pb2.EdgeSnapshot)
 MAP_FOLDER = "Give the folder of a recorded GraphNav map"
 
@@ -43,7 +47,7 @@ def upload_map(connection: Connection, folder: Path) -> int:
 
     Raises:
         FileMissing, MalformedFile: the folder contains no valid map. MapRefused: the robot refuses it, or asks for
-            a snapshot that is not of this map.
+            a snapshot that is not of this map. MapUploadBrokeOff: the network failed again and again.
     """
     graph, snapshots, edges = read_map_folder(folder)
     client, wallet = connection.client("graph-nav-service"), connection.client("lease").lease_wallet
@@ -56,14 +60,32 @@ def upload_map(connection: Connection, folder: Path) -> int:
             timeout=_time_for(graph),
         )
         for name in answer.unknown_waypoint_snapshot_ids:
-            client.upload_waypoint_snapshot(snapshots[name], timeout=_time_for(snapshots[name]))
+            _send(connection, client.upload_waypoint_snapshot, snapshots[name])
         for name in answer.unknown_edge_snapshot_ids:
-            client.upload_edge_snapshot(edges[name], timeout=_time_for(edges[name]))
+            _send(connection, client.upload_edge_snapshot, edges[name])
     except ResponseError as error:
         raise MapRefused(str(connection.address), reason_of(error)) from error
     except KeyError as error:
         raise MapRefused(str(connection.address), f"it asks for a snapshot {error} that is not of this map") from None
     return len(graph.waypoints)
+
+
+def _send(connection: Connection, upload: Callable[..., object], part: Snapshot) -> None:
+    """Upload a snapshot; again if the network fails, which replaces what came of it before.
+
+    Raises:
+        MapUploadBrokeOff: the network failed UPLOAD_ATTEMPTS times.
+    """
+    for left in reversed(range(UPLOAD_ATTEMPTS)):
+        try:
+            upload(part, timeout=_time_for(part))
+            return
+        except UnimplementedError:
+            raise
+        except RpcError as error:
+            if not left:
+                raise MapUploadBrokeOff(str(connection.address), reason_of(error)) from error
+        connection.clock.sleep(UPLOAD_PAUSE_S)
 
 
 def _time_for(part: map_pb2.Graph | map_pb2.WaypointSnapshot | map_pb2.EdgeSnapshot) -> float:

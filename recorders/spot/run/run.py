@@ -18,6 +18,7 @@ from recorders.spot.client.docking import DockOutcome, dock
 from recorders.spot.client.errors import NotLocalized
 from recorders.spot.client.identity import ROBOT_METADATA, robot_metadata, robot_run_info
 from recorders.spot.client.map_upload import read_graph, upload_map
+from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
@@ -105,7 +106,8 @@ def run_and_record(
         as for Connection and Control before the run; a started run always ends with a status.
     """
     setup = setup or setup_of(run)
-    check_cameras(connection, run.rates.cameras if run.rates.images_hz > 0 else ())
+    require_services(connection, services_of_a_run(run.site, _cameras(run)))
+    check_cameras(connection, _cameras(run))
     if run.map_folder is not None:
         read_graph(run.map_folder)
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
@@ -140,6 +142,10 @@ def run_and_record(
     )
 
 
+def _cameras(run: RobotRun) -> tuple[str, ...]:
+    return run.rates.cameras if run.rates.images_hz > 0 else ()
+
+
 def _recorder(
     connection: Connection, run: RobotRun, setup: RunSetup, output: Path, *, found: dict[str, object], force: bool
 ) -> RunRecorder:
@@ -163,8 +169,9 @@ def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None
     """The first decision, without moving the robot, taking the lease or recording.
 
     Raises:
-        NotLocalized, NoMap, WaypointMissing: as for a run.
+        NotLocalized, NoMap, WaypointMissing, ServiceMissing: as for a run.
     """
+    require_services(connection, services_of_a_run(run.site, _cameras(run)))
     world = _world(connection, Control(connection), run)
     world.know_the_map()
     if not world.localize():

@@ -16,8 +16,7 @@ from google.protobuf.timestamp_pb2 import Timestamp
 
 from recorders.foxglove.scene import MAP_FRAME, ODOM_FRAME
 from recorders.spot.client.clock import SyncedClock
-from recorders.spot.client.connection import ROBOT_ERRORS, Connection, reason_of
-from recorders.spot.client.errors import RobotUnreachable
+from recorders.spot.client.connection import ROBOT_ERRORS, Connection
 from recorders.spot.client.frame_trees import tform
 from recorders.spot.client.localized import is_localized
 from recorders.spot.client.seed_frame import on_map
@@ -82,14 +81,14 @@ def check_cameras(connection: Connection, cameras: Sequence[str]) -> None:
     """Check that the robot has these image sources, since one unknown name makes the whole request fail.
 
     Raises:
-        UnknownName: a source does not exist. RobotUnreachable: the robot does not answer.
+        UnknownName: a source does not exist. RobotUnreachable, ServiceMissing: the robot does not answer, or cannot.
     """
     if not cameras:
         return
     try:
         sources = connection.client("image").list_image_sources(timeout=connection.timeout_s)
     except ROBOT_ERRORS as error:
-        raise RobotUnreachable(str(connection.address), f"image service: {reason_of(error)}") from error
+        raise connection.as_line(error) from error
     known = sorted(source.name for source in sources)
     for name in cameras:
         if name not in known:

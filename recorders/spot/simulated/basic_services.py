@@ -139,9 +139,13 @@ class RobotIdentity(robot_id_service_pb2_grpc.RobotIdServiceServicer):
                 version="V3",
                 nickname=f"simulated at {self._state.site.name}",
                 software_release=robot_id_pb2.RobotSoftwareRelease(
-                    version=robot_id_pb2.SoftwareVersion(major_version=5, minor_version=0, patch_level=0),
+                    version=robot_id_pb2.SoftwareVersion(
+                        major_version=self._state.software.major,
+                        minor_version=self._state.software.minor,
+                        patch_level=self._state.software.patch,
+                    ),
                     name="simulated",
-                    api_version="5.0.0",
+                    api_version=str(self._state.software),
                 ),
             ),
         )

@@ -9,6 +9,7 @@ Written `KIND@SECONDS` or `KIND@SECONDS+DURATION`, in seconds of body time:
     dropped@30+3          the network is down; the server returns on the same port
     estop@30              someone presses the emergency stop
     dropped-item@60       the gripper loses what it holds
+    expired-tokens@30     every token is refused until the client logs in again
     no-route@30           GraphNav finds no route; so also constraint-fault, area-callback, overridden, impaired
     clock-skew@0+2.5      the robot's clock is ahead by DURATION seconds
 """
@@ -32,6 +33,7 @@ class FaultKind(StrEnum):
     ESTOP = "estop"
     CLOCK_SKEW = "clock-skew"
     DROPPED_ITEM = "dropped-item"
+    EXPIRED_TOKENS = "expired-tokens"
     NO_ROUTE = "no-route"
     CONSTRAINT_FAULT = "constraint-fault"
     AREA_CALLBACK = "area-callback"

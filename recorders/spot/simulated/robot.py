@@ -16,6 +16,7 @@ import numpy as np
 from bosdyn.api import license_pb2, power_pb2, robot_state_pb2, world_object_pb2
 from bosdyn.api.graph_nav import graph_nav_pb2, nav_pb2
 
+from recorders.spot.client.software import SoftwareVersion
 from recorders.spot.client.time_source import RobotClock
 from recorders.spot.simulated.body import TOP_SPEED_MPS, Body, Walk, WalkState
 from recorders.spot.simulated.estop import EstopBoard
@@ -31,6 +32,8 @@ from workbench.worlds.sites.site import Site
 NOT_CARRIABLE = robot_state_pb2.ManipulatorState.CARRY_STATE_NOT_CARRIABLE
 PICK_S, PLACE_S = 20.0, 4.0
 """Times in seconds of a grasp and of an arm motion."""
+NEWEST = SoftwareVersion(5)
+"""The release of the robot's software, if no other is wanted."""
 FORGET_S = 15.0
 """Time in seconds for which a tag is still listed after its last detection."""
 
@@ -101,6 +104,8 @@ class RobotState:
         navigation_status: the feedback status with which every walk ends at once; None for none.
         fiducials: tag numbers of the map's own fiducials, and where they hang in metres on the map.
         on_drop: called with the duration of a network outage in seconds.
+        on_expired_tokens: called when all tokens expire at once.
+        software: the release of its software.
     """
 
     site: Site
@@ -147,6 +152,8 @@ class RobotState:
     navigation_status: graph_nav_pb2.NavigationFeedbackResponse.Status.ValueType | None = None
     fiducials: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     on_drop: Callable[[float], None] | None = None
+    on_expired_tokens: Callable[[], None] | None = None
+    software: SoftwareVersion = NEWEST
 
     @property
     def sees_fiducials(self) -> bool:
@@ -201,6 +208,8 @@ class RobotState:
             if self.carry_state == NOT_CARRIABLE:
                 self.drop_item()
             self.on_drop(fault.for_s or 2.0)
+        elif fault.kind is FaultKind.EXPIRED_TOKENS and self.on_expired_tokens is not None:
+            self.on_expired_tokens()
         if fault.for_s is not None and fault.kind not in (FaultKind.CLOCK_SKEW, FaultKind.DROPPED):
             self.ends.append((self.body.lived_s + fault.for_s, fault.kind))
 

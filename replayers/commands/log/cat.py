@@ -5,12 +5,15 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 from replayers.commands.log.options import End, Exclude, Include, Log, Start, wanted_of, warn
 from workbench.parameters import Option
 from workbench.terminal import say
 
 if TYPE_CHECKING:
     from replayers.mcap_io.messages import Message
+    from replayers.mcap_io.scan import Damage
 
 
 def cat(
@@ -34,12 +37,18 @@ def cat(
     """
     import msgspec
 
+    from replayers.log_tools.copy_log import ReadLoss
     from replayers.log_tools.decode_message import MessageDecoder
     from replayers.mcap_io.reader import messages
 
     wanted = wanted_of(log, include, exclude, start, end, topics=topics)
-    shown = MessageDecoder(whole=whole)
-    found = messages(log, topics=wanted.topic, start_ns=wanted.start_ns, end_ns=wanted.end_ns, on_damage=warn)
+    shown, loss = MessageDecoder(whole=whole), ReadLoss()
+
+    def damage(found: Damage) -> None:
+        warn(found)
+        loss.add(found)
+
+    found = messages(log, topics=wanted.topic, start_ns=wanted.start_ns, end_ns=wanted.end_ns, on_damage=damage)
     count = 0
     for count, message in enumerate(found, start=1):
         if as_json:
@@ -51,6 +60,9 @@ def cat(
     sys.stdout.flush()
     if not count:
         say(f"{log}: no message there{' in that time' if start or end else ''}; lios info {log} shows what is in it.")
+    if loss.loses_content:
+        say("Something was lost; lios doctor shows what.")
+        raise click.exceptions.Exit(3)
 
 
 def _readable(message: Message, value: Any) -> str:

@@ -5,8 +5,10 @@ bring it there, each part once; they look only while something is missing; and t
 needed can be found. Every run that is explored is checked against that; a strategy that breaks it has no upper bound.
 A closer one is for those that look into the nearest container first (nearest_legs).
 
-Where things are to be prepared there is no such bound. After every look a cook may change its mind about what to
-prepare, with what, and where, and carry things once more: nothing that is known of a strategy says how often.
+Where a recorded pick failed and left the item there, a strategy may come back for it, and there is no such bound.
+
+Where things are to be prepared there is no such bound either. After every look a cook may change its mind about what
+to prepare, with what, and where, and carry things once more: nothing that is known of a strategy says how often.
 """
 
 from __future__ import annotations
@@ -53,7 +55,7 @@ class UpperBound:
         self._parts = _leaves(self._goal)
         self._wanted = Counter(part.item_type for part in self._parts)
         self._into: Cache[tuple[tuple[int, ...], tuple[int, ...]], float] = Cache(MAX_CACHED_LEGS)
-        self.fits_straight = _is_plain_delivery(self._goal)
+        self.fits_straight = _is_plain_delivery(self._goal) and not evidence.left
         self.most_picks = max_instances(self._goal)
 
     def nothing_missing(self, knowledge: Knowledge) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 from mcap.reader import make_reader
 
 from recorders.spot.client.connection import Connection
+from recorders.spot.client.software import SoftwareVersion
 from recorders.spot.client.time_source import RobotClock, SteppedClock
 from recorders.spot.run.run import RobotRun
 from recorders.spot.run.run_settings import RunSettings
@@ -38,13 +39,20 @@ def robot(
     configuration: str = "A",
     site: Site | None = None,
     password: str = "simulated",
+    software: str = "5.0.0",
 ) -> Iterator[tuple[SimulatedSpot, Connection]]:
     """A robot on stepped time unless another clock is given, and a connection to it."""
     place, house = placed(configuration)
     if site is not None:
         place, house = site, House(plan=site.plan, contents=house.contents)
+    release = SoftwareVersion.read("software", software)
     with simulated_robot(
-        place, house, clock=clock or SteppedClock(), faults=read_faults(faults), password=password
+        place,
+        house,
+        clock=clock or SteppedClock(),
+        faults=read_faults(faults),
+        password=password,
+        software=release,
     ) as both:
         yield both
 

@@ -7,16 +7,18 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import grpc
 import pytest
 from bosdyn.api.graph_nav import map_pb2
 from spot_help import placed, robot, run_of
 
 from recorders.spot.client.connection import Connection
 from recorders.spot.client.control import Control
-from recorders.spot.client.errors import MapRefused, NoMap, WaypointMissing
-from recorders.spot.client.map_upload import upload_map
+from recorders.spot.client.errors import MapRefused, MapUploadBrokeOff, NoMap, WaypointMissing
+from recorders.spot.client.map_upload import UPLOAD_ATTEMPTS, upload_map
 from recorders.spot.run.run import run_and_record
 from recorders.spot.run.world import SpotWorld
+from recorders.spot.simulated.services.graph_nav import GraphNav
 from workbench.errors import FileMissing, MalformedFile
 from workbench.worlds.house import LocationId
 
@@ -108,3 +110,29 @@ def test_a_snapshot_that_the_map_does_not_name_is_not_read_from_the_disk(tmp_pat
         client.upload_graph = lambda *_, **__: answer
         with pytest.raises(MapRefused, match=r"\.\./secret"), Control(connection, stand=False):
             upload_map(connection, tmp_path)
+
+
+@pytest.mark.parametrize(("failures", "arrives"), [(2, True), (99, False)])
+def test_a_snapshot_is_sent_again_when_the_network_fails(
+    failures: int, arrives: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[str] = []
+    real = GraphNav.UploadWaypointSnapshot
+
+    def flaky(self: GraphNav, requests: Any, context: Any) -> Any:
+        sent.append("snapshot")
+        if len(sent) <= failures:
+            context.abort(grpc.StatusCode.UNAVAILABLE, "away")
+        return real(self, requests, context)
+
+    monkeypatch.setattr(GraphNav, "UploadWaypointSnapshot", flaky)
+    with robot() as (_, connection):
+        connection.client("graph-nav-service").write_graph_and_snapshots(str(tmp_path))
+        with Control(connection, stand=False):
+            if arrives:
+                assert upload_map(connection, tmp_path) == len(sent) - failures
+            else:
+                with pytest.raises(MapUploadBrokeOff, match="holds a part of it now") as caught:
+                    upload_map(connection, tmp_path)
+                assert caught.value.exit_code == 1
+                assert len(sent) == UPLOAD_ATTEMPTS

@@ -9,6 +9,7 @@ import pytest
 from mcap.reader import make_reader
 from spot_help import placed
 
+from recorders.spot.client.connection import Credentials
 from recorders.spot.client.time_source import RunningClock
 from recorders.spot.simulated.services.server import SimulatedSpot
 from workbench.cli import run
@@ -39,7 +40,7 @@ def test_nothing_of_a_login_is_in_a_log(
     monkeypatch.setenv("BOSDYN_CLIENT_PASSWORD", PASSWORD)
     log = tmp_path / "log.mcap"
     clock = RunningClock(speed_up=30)
-    with SimulatedSpot(site, house, clock=clock, username=USER, password=PASSWORD) as spot:
+    with SimulatedSpot(site, house, clock=clock, login=Credentials(username=USER, password=PASSWORD)) as spot:
         certificate = spot.write_certificate(tmp_path / "robot.pem")
         there = ["--robot", f"{spot.address}:{spot.port}", "--certificate", str(certificate), "--site", "paper_home"]
         how = {

@@ -36,6 +36,8 @@ from bosdyn.api.docking import docking_service_pb2_grpc
 from bosdyn.api.graph_nav import graph_nav_service_pb2_grpc
 
 from recorders.certificate import new_identity
+from recorders.spot.client.connection import Credentials
+from recorders.spot.client.software import SoftwareVersion
 from recorders.spot.client.time_source import RobotClock, RunningClock
 from recorders.spot.simulated.basic_services import (
     AUTHORITIES,
@@ -46,7 +48,7 @@ from recorders.spot.simulated.basic_services import (
     RobotIdentity,
 )
 from recorders.spot.simulated.faults import Fault, FaultKind
-from recorders.spot.simulated.robot import RobotState, new_state
+from recorders.spot.simulated.robot import NEWEST, RobotState, new_state
 from recorders.spot.simulated.sensing import State, WorldObjects
 from recorders.spot.simulated.services.commands import Commands
 from recorders.spot.simulated.services.docking import Docking
@@ -55,6 +57,7 @@ from recorders.spot.simulated.services.images import Images
 from recorders.spot.simulated.services.licences import Licences
 from recorders.spot.simulated.services.local_grids import LocalGrids
 from recorders.spot.simulated.services.manipulation import Manipulation
+from recorders.spot.simulated.services.older_software import OlderSoftware
 from recorders.spot.simulated.services.permission import Estops, Leases, Power
 from recorders.spot.simulated.services.time_sync import TimeSync
 from workbench.errors import Failed
@@ -62,6 +65,7 @@ from workbench.worlds.house import House
 from workbench.worlds.sites.site import Site
 
 HOST = "127.0.0.1"
+SIMULATED_LOGIN = Credentials(username="user", password="simulated")
 MAX_MESSAGE_BYTES = 100 * 1024**2
 WORKERS = 24
 Handler: TypeAlias = "grpc.RpcMethodHandler[Any, Any]"
@@ -83,9 +87,10 @@ class SimulatedSpot:
     Args:
         site: the site. house: the true house.
         port: 0 for a free one.
-        username, password: the client's credentials.
+        login: the user that it lets in.
         faults: scheduled faults.
         seed: seed of the sensor noise.
+        software: the release of its software, whose services and fields it has.
 
     Attributes:
         address, port: the server's address.
@@ -106,18 +111,21 @@ class SimulatedSpot:
         *,
         clock: RobotClock | None = None,
         port: int = 0,
-        username: str = "user",
-        password: str = "simulated",
+        login: Credentials = SIMULATED_LOGIN,
         faults: tuple[Fault, ...] = (),
         seed: int = 0,
+        software: SoftwareVersion = NEWEST,
     ) -> None:
+        self.software = software
         self.clock = clock or RunningClock()
         self.state: RobotState = new_state(site, house, self.clock, faults=faults, seed=seed)
+        self.state.software = software
         self.state.on_drop = self._drop_from_inside
-        self.username, self.password = username, password
+        self.username, self.password = login.username, login.password
         self._identity = new_identity(AUTHORITIES)
         self.certificate_pem = self._identity.root_pem
-        self._auth = Auth(self.state, username, password)
+        self._auth = Auth(self.state, login.username, login.password)
+        self.state.on_expired_tokens = self._auth.tokens.clear
         self._time_sync = TimeSync(self.state)
         self._lock = threading.Lock()
         self._timers: list[threading.Timer] = []
@@ -178,7 +186,7 @@ class SimulatedSpot:
     def _start(self) -> grpc.Server:
         server = grpc.server(
             futures.ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="spot"),
-            interceptors=[_TokenRequired(self._auth)],
+            interceptors=[_TokenRequired(self._auth), OlderSoftware(self.software)],
             options=[
                 ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
                 ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),

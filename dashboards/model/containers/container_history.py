@@ -11,6 +11,7 @@ from dashboards.model.timeline import NEVER, DecisionFrame, Timeline
 from workbench.log_schema.events import SeenItem
 from workbench.planning.tasks import goal_types
 from workbench.worlds.house import Container, LocationId
+from workbench.worlds.names import readable_name
 
 MAX_DECISIONS = 40
 """Decisions that are explained, at most: the last ones up to the moment."""
@@ -114,6 +115,12 @@ def container_history(
         if known
         else _considerations(timeline, container.id, min(stamp_ns, searched_ns - 1), focus),
     )
+
+
+def wanted_words(timeline: Timeline, items: Sequence[SeenItem]) -> str:
+    """The items that the goal names among some, in words: "egg, mug"; "" for none."""
+    wanted = set(goal_types(timeline.run.task.goal))
+    return ", ".join(sorted({readable_name(item.type) for item in items if item.type in wanted}))
 
 
 def _counts(timeline: Timeline, container: str, items: Sequence[SeenItem], stamp_ns: int) -> tuple[ItemCount, ...]:

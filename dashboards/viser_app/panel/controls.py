@@ -11,7 +11,7 @@ import viser
 from markupsafe import Markup
 
 from dashboards.model.clock import Clock
-from dashboards.model.container_history import container_history
+from dashboards.model.containers.container_history import container_history
 from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.run_names import run_names
 from dashboards.model.scene import Scene
@@ -29,16 +29,19 @@ from dashboards.panels.runs import passes, runs
 from dashboards.panels.scatter import default_pair, scatter
 from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, script, update_address
-from dashboards.viser_app.options import Options
-from dashboards.viser_app.session import PANEL_PX, Session
+from dashboards.viser_app.panel.notes_tab import NotesTab
+from dashboards.viser_app.panel.options import Options
+from dashboards.viser_app.session import Session
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
 
 SLIDER_STEPS, SLIDER_CHARACTERS = 2000, 6
+PANEL_PX = 440
+"""Width of the panel beside the view."""
 CAMERA_PX, CAMERAS_PX = 220, 330
+"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 TYPED_AFTER_S = 0.7
 """Somebody who pauses for this long has typed what they wanted."""
-"""Width of the window that shows pictures, for one camera (as narrow as Viser makes one) and for several."""
 NONE_YET: tuple[str, ...] = ("",)
 """The only entry of a list before anything is known."""
 Key = Literal["space", "home", "end", "F", "J", "L", "O", "T", "U"]
@@ -111,6 +114,9 @@ class Controls:
                 self._add(name)
         with tabs.add_tab("Container"):
             self._build_container()
+        with tabs.add_tab("Notes"):
+            self._notes = NotesTab(self._session)
+            self._add("events")
         if self._session.library.folder is None:
             self._build_runs(tabs)
         with tabs.add_tab("View"):
@@ -226,7 +232,8 @@ class Controls:
         self._list_runs()
         self._offer_strategies()
         colours = [run_colour(i) for i in range(len(names))]
-        self._set("strip", strip(clock, names, colours, session.notes()))
+        self._draw("strip", lambda: strip(clock, names, colours, session.notes()))
+        self._draw("events", lambda: self._notes.panel(names))
 
     def _shown(self, session: Session, scenes: list[Scene]) -> None:
         scene, timeline, state = scenes[0], session.clock.timelines[0], session.state
@@ -249,7 +256,9 @@ class Controls:
         self._options.follow()
         self._draw("comparison", lambda: comparison(session.clock, scenes, self._names, not_shown=self._not_shown()))
         ended = any(t.ends_unseen for t in session.clock.timelines)
-        self._draw("legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended))
+        self._draw(
+            "legend", lambda: legend(scene, unopened=bool(session.unopened.any()), ended=ended, items=state.items)
+        )
         self._draw("cursor", lambda: cursor(session.clock, state.at))
         reading = round(min(state.at, self._slider.max), self._slider.precision)
         if abs(self._slider.value - reading) > ROUNDING:
@@ -316,7 +325,7 @@ class Controls:
         size = (camera.image_width, camera.image_height)
         if size != self._size:
             self._size = size
-            self._session.refit()
+            self._session.camera.refit()
         self._session.stir()
 
     def _list_runs(self) -> None:

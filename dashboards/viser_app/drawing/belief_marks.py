@@ -14,7 +14,7 @@ import viser
 
 from dashboards.geometry.marks import cross, tick, unopened_marker, unseen_marker
 from dashboards.geometry.solids import Batch, unit_mesh
-from dashboards.model.container_style import bar_heights_m, container_colours
+from dashboards.model.containers.container_style import bar_heights_m, container_colours
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import STATUSES, Scene
 from dashboards.palette import UNOPENED, UNSEEN, linear_rgb

@@ -23,6 +23,8 @@ LAYERS = (
     ("Order of search", "orders"),
     ("Room names", "room_names"),
     ("Unopened marked", "unopened"),
+    ("Items seen", "items"),
+    ("Names of all items", "item_names"),
     ("Occupancy map", "occupancy"),
     ("Pictures", "pictures"),
     ("Point clouds", "points"),

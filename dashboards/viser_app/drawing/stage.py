@@ -11,16 +11,20 @@ from typing import final
 
 import viser
 
+from dashboards.geometry.goal_places import goal_frames
 from dashboards.geometry.house import HouseShape
 from dashboards.geometry.occupancy import occupancy_mesh
 from dashboards.geometry.solids import Batch, unit_mesh
+from dashboards.model.containers.item_marks import ItemMarks
 from dashboards.model.labels import label as label_words
 from dashboards.model.scene import Scene
 from dashboards.palette import OCCUPIED, Colour, linear_rgb
-from dashboards.viser_app.actors import Actors
-from dashboards.viser_app.belief_marks import BeliefMarks
+from dashboards.viser_app.drawing.actors import Actors
+from dashboards.viser_app.drawing.belief_marks import BeliefMarks
+from dashboards.viser_app.drawing.item_layer import ItemLayer
 from workbench.arrays import Bools
-from workbench.worlds.house import FloorPlan
+from workbench.log_schema.place import Place
+from workbench.planning.tasks import Task
 from workbench.worlds.maps.occupancy import OccupancyGrid
 from workbench.worlds.names import readable_name
 
@@ -40,6 +44,7 @@ class Stage:
         self._rooms: list[viser.LabelHandle] = []
         self._occupancy: viser.MeshHandle | None = None
         self._marks: BeliefMarks | None = None
+        self._items: ItemLayer | None = None
         self._actors = Actors(client.scene)
 
     def light(self) -> None:
@@ -53,10 +58,10 @@ class Stage:
         scene.add_light_directional("/light/sun", color=(255, 246, 232), intensity=1.7, position=(-6.0, -9.0, 14.0))
         scene.add_light_directional("/light/fill", color=(226, 236, 255), intensity=0.5, position=(9.0, 6.0, 6.0))
 
-    def show_house(self, plan: FloorPlan, shape: HouseShape, grid: OccupancyGrid | None = None) -> None:
-        """Replaces what is shown by an empty house, with its occupancy grid as a layer."""
+    def show_house(self, place: Place, task: Task, shape: HouseShape) -> None:
+        """Replaces what is shown by an empty house, its occupancy grid as a layer, the goal's places framed."""
         self.clear()
-        self._add_occupancy(grid)
+        self._add_occupancy(place.occupancy)
         self._add_floors(shape)
         furniture = [(batch, self._batch("/house/furniture", batch)) for batch in shape.furniture]
         for batch in shape.shadows:
@@ -68,7 +73,8 @@ class Stage:
                 *(self._batch("/house/hung", b, visible=False) for b in shape.hung),
             ],
         }
-        self._marks = BeliefMarks(self._scene, plan, shape.tops_m, furniture)
+        self._marks = BeliefMarks(self._scene, place.plan, shape.tops_m, furniture)
+        self._items = ItemLayer(self._scene, goal_frames(place, task))
 
     def show_walls(self, mode: str) -> None:
         """Cut away, whole, or none."""
@@ -104,15 +110,23 @@ class Stage:
             self._marks.show(scenes, unopened, bars=bars, orders=orders)
             self._actors.show(scenes, self._marks.numbered)
 
+    def show_items(self, marks: ItemMarks) -> None:
+        """Shows the items that were seen."""
+        if self._items is not None:
+            with self._client.atomic():
+                self._items.show(marks)
+
     def clear(self) -> None:
         """Removes everything of the house and its runs."""
         self._actors.cast([], [], [])
         if self._marks is not None:
             self._marks.remove()
+        if self._items is not None:
+            self._items.remove()
         for handle in self._handles:
             handle.remove()
         self._handles, self._rooms, self._walls = [], [], {}
-        self._occupancy, self._marks = None, None
+        self._occupancy, self._marks, self._items = None, None, None
 
     def _add_occupancy(self, grid: OccupancyGrid | None) -> None:
         cells = occupancy_mesh(grid) if grid is not None else None

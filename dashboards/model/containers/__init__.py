@@ -1,0 +1,1 @@
+"""Containers and what was seen in them: appearance, history, items."""

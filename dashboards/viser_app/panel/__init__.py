@@ -1,0 +1,1 @@
+"""The panel of one browser: its controls and tabs."""
