@@ -44,7 +44,9 @@ def select(
         Path | None,
         Option("--figure", help="Write a PNG of standings and regret over the trials of the largest group."),
     ] = None,
-    estimator: Annotated[str, Option("--estimator", help="Whose beliefs, as of lios replay.")] = "log",
+    estimator: Annotated[
+        str, Option("--estimator", help="Whose beliefs; several, by comma, are candidates each.")
+    ] = "log",
     ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     budget: Annotated[
@@ -69,31 +71,33 @@ def select(
         lios select logs/ --strategies pes-greedy,pes-lios,conditioned-lios
 
         lios select trials/ -o replays/ --look-next --figure selection.png --json
+
+        lios select trials/ -s conditioned-lios --estimator by-room.prompt,by-sight.prompt --ask
     """
-    import replayers
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import Budget
     from replayers.counterfactual.logged_belief import ask_whom
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
+    from replayers.selection.candidates import estimators_named, replay_candidates
     from replayers.selection.verdict import SelectionSettings, history
-    from workbench.errors import Failed
+    from workbench.errors import Unsupported
     from workbench.plugins import NameOrigin
     from workbench.terminal import emit_json, progress, say
 
     by = group_by(group)
     settings = ReplaySettings(
-        estimator=estimator,
         estimator_origin=NameOrigin.USER,
         ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(stretches=budget),
         seed=seed,
     )
-    made = replayers.replay(
+    made = replay_candidates(
         logs,
         strategies,
+        estimators_named(estimator),
         settings=settings,
         output=output,
         workers=workers,
@@ -104,10 +108,10 @@ def select(
     failed = [f.reason if f.reason.startswith(f.log) else f"{f.log}: {f.reason}" for f in made.failed]
     left_out = [*found.left_out, *dict.fromkeys(failed)]
     if not found.groups:
-        raise Failed(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
+        raise Unsupported(f"no log can be compared: {left_out[0] if left_out else 'there is none'}")
     wanted = SelectionSettings(alpha=alpha, horizon=horizon, seed=seed)
     told = [history(g.trials, wanted) for g in found.groups]
-    looks = shared_looks(looks_by_log(made.outcomes, made.logs, settings)) if look_next else None
+    looks = shared_looks(looks_by_log(made.outcomes, made.logs, made.settings)) if look_next else None
     if json:
         groups = [_group_row(g, h) for g, h in zip(found.groups, told, strict=True)]
         answer: dict[str, Any] = {"groups": groups, "left_out": left_out, "alpha": alpha, "seed": seed}
@@ -133,11 +137,15 @@ def select(
 
 def _candidates(made: Replays, strategies: str) -> tuple[str, ...]:
     """The candidates that were replayed, by the names that they give themselves, in the order asked for."""
-    from workbench.errors import BadValue
+    from workbench.errors import BadValue, Unsupported
 
     names = tuple(dict.fromkeys(replay.strategy for replay in made))
+    others = [f for f in made.failed if f.strategy and f.strategy not in names]
+    if len(names) == 1 and others:
+        raise Unsupported(f"only {names[0]} can be replayed. {others[0].strategy}: {others[0].reason}")
     if len(names) == 1:
-        raise BadValue("--strategies", strategies, "two or more: there is nothing to choose between")
+        more = "two or more, or several by --estimator: there is nothing to choose between"
+        raise BadValue("--strategies", strategies, more)
     return names
 
 
