@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from replayers.evaluation.trials import MeasurementSettings
 
 POOL_FILE, FIGURE_FILE = "pool.jsonl", "regret.png"
+TASK_SEEDS = 1000
+"""Seeds of tasks that are kept for one pool; the next one's begin after them."""
 
 
 def select(
@@ -28,9 +30,7 @@ def select(
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of a campaign.")] = 40,
     seeds: Annotated[int, Option("--seeds", min=2, help="Campaigns of each selector.")] = 30,
     pool: Annotated[int, Option("--pool", min=2, help="Tasks that campaigns draw their trials from.")] = 80,
-    pools: Annotated[
-        int, Option("--pools", min=1, help="Pools of other tasks, by --seed and the seeds after it.")
-    ] = 1,
+    pools: Annotated[int, Option("--pools", min=1, help="Pools of tasks, no task in two of them.")] = 1,
     proofs: Annotated[
         int,
         Option(
@@ -67,7 +67,7 @@ def select(
     wanted = (houses, part, scenario, strategies)
     plans = [
         _plan(*wanted, pool=pool, estimator=estimator, worlds=worlds, seed=number)
-        for number in range(seed, seed + pools)
+        for number in range(seed, seed + pools * TASK_SEEDS, TASK_SEEDS)
     ]
     names = plans[0].strategies
     if dry_run:
