@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from recorders.simulated_run import Trial, record_trial
 from workbench.errors import Failed
 from workbench.evaluation.search.experiment import Experiment
+from workbench.evaluation.search.missed_looks import START_OVER
 from workbench.evaluation.search.strategies import strategy_of, with_policy
 from workbench.evaluation.search.trials import SearchTrial
 from workbench.execution.events import RunStatus
@@ -30,7 +32,7 @@ class RecordingDiffers(Failed):
 def record_search_trials(
     trials: Iterable[SearchTrial], houses: Iterable[House], experiment: Experiment, folder: Path, *, force: bool
 ) -> Iterator[Path]:
-    """Record the trials, house by house; yields the log files.
+    """Record the trials, house by house; yields the log files. Searches that start over are left out.
 
     Raises:
         OutputExists: a log exists and `force` is false.
@@ -38,6 +40,8 @@ def record_search_trials(
     """
     by_house: dict[str, list[SearchTrial]] = {}
     for trial in trials:
+        if trial.policy.endswith(START_OVER):  # no strategy: the closed loop goes on by posterior
+            continue
         by_house.setdefault(trial.house, []).append(trial)
     for house in houses:
         for trial in by_house.get(house.plan.name, ()):
@@ -55,12 +59,16 @@ def _record(trial: SearchTrial, house: House, experiment: Experiment, folder: Pa
     path = log_path(folder, trial)
     path.parent.mkdir(parents=True, exist_ok=True)
     named = strategy_of(trial.policy)
+    misses = experiment.misses_of(trial.policy, trial.house, trial.item_type)
+    task = find_task(trial.item_type, START)
     run = Trial(
         house=house,
-        task=find_task(trial.item_type, START),
+        task=replace(task, available=(trial.item_type,)) if experiment.miss_rate else task,
         strategy=with_policy(trial.policy) if named is None else named,
         estimator=experiment.estimator_for(trial.policy, trial.house),
         costs=experiment.costs,
+        seed=misses.seed if experiment.miss_rate else 0,
+        miss_rate=misses.rate,
     )
     end = record_trial(run, path, force=force)
     if end.status is not RunStatus.DONE or abs(end.cost - trial.cost) > NEAR_COST:

@@ -113,7 +113,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 SLOW = ("figures", "report")
 """Met with one log of all names' kinds instead of each."""
 
-NO_LOGS = {"demo", "record", "train", "import", "view", "serve", "render", *KINDS}
+NO_LOGS = {"demo", "record", "train", "import", "upload", "view", "serve", "render", *KINDS}
 NO_LOGS |= {"site.check", "site.from-graph-nav"}
 """Commands that read none, serve, which resolves no names, and view and render, which open the log as the test of the
 dashboard does."""

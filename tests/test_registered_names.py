@@ -45,7 +45,7 @@ def test_an_installed_plug_in_is_listed_and_completed(monkeypatch: pytest.Monkey
     entry = EntryPoint(name="rooms-first", value="own_planner:RoomsFirst", group="lios.strategies")
     monkeypatch.setattr(registered_names, "installed_entries", lambda kind: (entry,))
     assert registered_names.registered_names("strategies")[-1].line == "own_planner:RoomsFirst"
-    assert completions(("--strategies", "-s"), "lios,ro") == ["lios,rooms-first"]
+    assert completions(("--strategies", "-s"), "lios,roo") == ["lios,rooms-first"]
 
 
 def test_completion_takes_the_last_of_a_list_and_leaves_out_what_is_given() -> None:

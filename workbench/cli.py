@@ -28,7 +28,7 @@ PANELS: dict[str, tuple[str, ...]] = {
     "Run": ("demo", "record", "plan", "evaluate", "train"),
     "Replay": ("replay", "compare", "select", "certify"),
     "Look": ("view", "serve", "render", "figures", "capsule", "report"),
-    "Logs": ("info", "list", "doctor", "recover", "export", "import", "log"),
+    "Logs": ("info", "list", "doctor", "recover", "export", "import", "upload", "log"),
     "Places": ("houses", "site", "spot"),
     "Yours": ("new", "strategies", "policies", "estimators", "scenarios", "solvers"),
 }

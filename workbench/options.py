@@ -32,7 +32,17 @@ Workers = Annotated[int, Option("--workers", "-j", min=1, help="Processes on thi
 Scheduler = Annotated[
     str, Option("--scheduler", help="A Dask scheduler (tcp://HOST:PORT), or local for a Dask cluster here.")
 ]
+MissRate = Annotated[
+    float,
+    Option(
+        "--miss-rate",
+        help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
+    ),
+]
 RecordTrials = Annotated[bool, Option("--record", help="Record every trial to OUTPUT/logs as MCAP.")]
+Upload = Annotated[
+    str, Option("--upload", help="Also send what was written to this address, such as s3://bucket/runs/.")
+]
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
 Ask = Annotated[

@@ -21,6 +21,8 @@ import click
 from click.shell_completion import CompletionItem
 
 from workbench.registered_names import KIND_OF_OPTION, completions
+from workbench.remote.errors import IsRemote
+from workbench.remote.path import RemotePath, path_of
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -50,9 +52,12 @@ class Argument:
 
     Args:
         help: the sentence in the command's help.
+        local: a path must be of this machine, because the command writes to it or needs all of it; otherwise an
+            address, such as s3://bucket/run.mcap, is one too.
     """
 
     help: str = ""
+    local: bool = False
 
 
 def command_of(name: str, function: Callable[..., Any], *, help: str) -> click.Command:
@@ -87,7 +92,9 @@ def _parameter(given: inspect.Parameter, hint: Any) -> click.Parameter:
     if not attributes["required"] and not several:
         attributes["default"] = given.default
     if isinstance(how, Argument):
-        attributes |= {"type": _type(given.name, kind, None, None), "nargs": -1 if several else 1}
+        path = _LocalPath() if how.local else _PathOrAddress()
+        value = path if kind is Path else _type(given.name, kind, None, None)
+        attributes |= {"type": value, "nargs": -1 if several else 1}
         note = "[required]" if attributes["required"] else f"[default: {given.default}]" if given.default else ""
         return _ExplainedArgument([given.name], f"{how.help}  {note}".strip(), **attributes)
     if kind is bool:
@@ -122,12 +129,36 @@ def _type(name: str, kind: type, low: float | None, high: float | None) -> click
     if kind is str:
         return click.STRING
     if kind is Path:
-        return click.Path(path_type=Path)
+        return _LocalPath()
     raise TypeError(f"parameter {name!r}: no command line gives a {kind}")
 
 
 def _whole(end: float | None) -> int | None:
     return None if end is None else int(end)
+
+
+class _PathOrAddress(click.Path):
+    """A path, or an address, whose two slashes it keeps."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return path_of(value) if isinstance(value, str) else value
+
+
+class _LocalPath(click.Path):
+    """A path of this machine."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = path_of(value) if isinstance(value, str) else value
+        if isinstance(path, RemotePath):
+            raise IsRemote("path" if param is None else _named(param), path)
+        return path
+
+
+def _named(param: click.Parameter) -> str:
+    return "/".join(sorted(param.opts, key=len)) if isinstance(param, click.Option) else str(param.name).upper()
 
 
 class _Finite(click.types.FloatParamType):

@@ -27,6 +27,7 @@ STRATEGIES: Mapping[str, str] = MappingProxyType(
         "most-probable": "Variant: as marginal-lios, searching the most probable container first.",
         "model-lios-per-find": "Variant: model-lios with candidates chosen for each find.",
         "conditioned-lios-per-find": "Variant: conditioned-lios with candidates chosen for each find.",
+        "robust-lios": "As conditioned-lios; where looks can miss, it plans to look again.",
     }
 )
 
@@ -38,6 +39,7 @@ POLICIES: Mapping[str, str] = MappingProxyType(
         "conditioned-lios": "Least expected cost, given that the object exists.",
         "marginal-lios": "Least expected cost under the marginal belief.",
         "full-lios": "Expected cost optimised over all unsearched containers, not a few candidates.",
+        "robust-lios": "As conditioned-lios; where looks can miss, the best sequence of looks, some repeated.",
     }
 )
 

@@ -10,7 +10,7 @@ from workbench.parameters import Argument
 
 
 def report(
-    folder: Annotated[Path, Argument(help="The output folder of lios evaluate tasks.")],
+    folder: Annotated[Path, Argument(help="The output folder of lios evaluate tasks.", local=True)],
     as_json: Json = False,
 ) -> None:
     """Make an HTML page and PNG and PDF figures of an evaluation of tasks.

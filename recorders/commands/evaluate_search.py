@@ -12,6 +12,7 @@ from workbench.options import (
     FoldCount,
     Houses,
     Json,
+    MissRate,
     RecordTrials,
     Split,
     Workers,
@@ -38,6 +39,7 @@ def search(
         str, Option("--paper-estimator", help="Estimator of the paper's policy, lios.")
     ] = "fcnn",
     look: Annotated[float, Option("--search-cost", help="Cost of a look: 0 in simulation, 1 on the robot.")] = 0.0,
+    miss_rate: MissRate = 0.0,
     workers: Workers = 1,
     seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
@@ -53,7 +55,9 @@ def search(
     """Measure search policies: the paper's object-search experiment.
 
     Every pair of a house and an item type that it holds is one query: find it and bring it to the start. Greedy and
-    the oracle are always among the policies.
+    the oracle are always among the policies. Where looks can miss (--miss-rate), every policy goes on until it has
+    found the item, by posterior once all is searched; POLICY@start-over then begins as if it had seen nothing. The
+    oracle's looks never miss.
 
     Examples:
 
@@ -64,6 +68,8 @@ def search(
         lios evaluate search --queries 20 --record -o out
 
         lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
+
+        lios evaluate search --miss-rate 0.2 --policies robust-lios,conditioned-lios,conditioned-lios@start-over
     """
     from workbench.errors import BadValue
     from workbench.evaluation.beliefs.fold_weights import folds_from_options, trained_per_fold
@@ -84,6 +90,7 @@ def search(
         seed=seed,
         assets=assets,
         folds=folds_from_options(folds, also),
+        miss_rate=miss_rate,
     )
     experiment = request.experiment()
     if dry_run:
@@ -135,6 +142,9 @@ SHOWN = (
     "ms_a_decision",
 )
 
+MISSED = ("policy", "mean_cost", "found", "saved_of_greedy", "searches")
+"""What is shown where looks can miss."""
+
 SHARES = ("saved_of_greedy", "oracle_gap_closed")
 """Columns whose values are shares of another cost: shown as signed percentages, as "against model lios" is."""
 
@@ -145,7 +155,9 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
 
     title = f"{answer['queries']} queries in {answer['houses']} houses ({answer['split']})"
     shown = [row | {name: signed_percentage(row[name]) for name in SHARES} for row in answer["rows"]]
-    emit_table(shown, columns=SHOWN, title=title)
+    emit_table(shown, columns=MISSED if answer["miss_rate"] else SHOWN, title=title)
+    if answer["miss_rate"]:
+        _say_what_robust_saves(answer)
     for pair in answer["pairs"]:
         if pair["a"] == "lios" and pair["b"] != "oracle":
             saved = [None if end is None else -end for end in reversed(pair["ci95"])]
@@ -159,3 +171,14 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
     for skipped in answer["skipped"]:
         say(f"left out: {skipped['house']}: {skipped['reason']}")
     say(f"{answer['seconds']:.0f} s, seed {answer['seed']}" + (f". Written to {output}" if output else ""))
+
+
+def _say_what_robust_saves(answer: dict[str, Any]) -> None:
+    """The mean cost of robust-lios against that of each other policy."""
+    from workbench.evaluation.statistics import ends_in_words
+    from workbench.terminal import say
+
+    for pair in answer["pairs"]:
+        if pair["b"] == "robust-lios":
+            share = ends_in_words(pair["share_of_a_ci95"], "+.1f", scale=100)
+            say(f"robust-lios against {pair['a']}: {100 * pair['share_of_a']:+.1f} % (95 %: {share})")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from workbench.options import AssetsOrBeside, ServePort
+from workbench.options import AssetsOrBeside, MissRate, ServePort, Upload
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -34,13 +34,7 @@ def record(
         float | None,
         Option("--known", help="Largest share of containers known at the start; default 0 for --find, else 0.2."),
     ] = None,
-    miss_rate: Annotated[
-        float,
-        Option(
-            "--miss-rate",
-            help="Chance that a look misses an item, drawn for each item and look; looks may be repeated.",
-        ),
-    ] = 0.0,
+    miss_rate: MissRate = 0.0,
     assets: AssetsOrBeside = None,
     output: Annotated[Path, Option("--output", "-o", help="The MCAP file to write.")] = Path("run.mcap"),
     split_mb: Annotated[
@@ -50,6 +44,7 @@ def record(
         float | None, Option("--split-s", help="Continue in another file after this many seconds of the run.")
     ] = None,
     serve: ServePort = None,
+    upload: Upload = "",
     force: Annotated[bool, Option("--force", help="Replace the output.")] = False,
     json: Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")] = False,
 ) -> None:
@@ -69,8 +64,11 @@ def record(
     from workbench.errors import Failed, OutputExists, Unsupported
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
+    from workbench.remote.upload import require_upload, send
     from workbench.terminal import patience, say
 
+    if upload:
+        require_upload(upload, output)
     if output.exists() and not force and split_mb is None and split_s is None:
         raise OutputExists(output)
     split = Split(part_bytes=None if split_mb is None else round(split_mb * 1e6), part_s=split_s)
@@ -107,6 +105,9 @@ def record(
         _emit(trials[0], by, end, output, parts)
     else:
         _tell(end, output, parts)
+    if upload:
+        for part in (output,) if parts is None else parts:
+            send(part, upload, force=force)
     if end.status is RunStatus.PLANNER_FAILED:
         raise Failed(f"{by} broke: {end.reason}")
     if end.status is RunStatus.ESTIMATOR_FAILED:

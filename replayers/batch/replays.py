@@ -23,6 +23,7 @@ from replayers.runs.run import Run
 from workbench.errors import BadValue
 from workbench.planning.strategies import StrategyNotLoaded
 from workbench.plugins import NameOrigin
+from workbench.remote.path import path_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -159,7 +160,7 @@ def _several(logs: Log | Sequence[Log]) -> Sequence[Log]:
 
 
 def _path(log: Log) -> Path:
-    return Path(log.path) if isinstance(log, Run) else Path(log)
+    return log.path if isinstance(log, Run) else path_of(log)
 
 
 def _not_loaded(names: tuple[str, ...], settings: ReplaySettings) -> dict[str, str]:

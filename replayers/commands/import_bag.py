@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def import_bag(
-    bag: Annotated[Path, Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.")],
+    bag: Annotated[Path, Argument(help="ROS 1 .bag, ROS 2 bag folder, or its .mcap or .db3.", local=True)],
     site: Annotated[
         str, Option("--site", help="Survey file (site.yaml) or a shipped site: paper_home; none for a new place.")
     ] = "",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -41,6 +40,7 @@ def list_logs(
     """
     from replayers.log_tools.listing import cache_path, rows_of
     from replayers.log_tools.log_paths import find_logs
+    from workbench.remote.path import RemotePath, path_of
 
     if sort not in SORTS:
         raise BadValue("--sort", sort, f"one of {', '.join(SORTS)}")
@@ -49,7 +49,9 @@ def list_logs(
 
         strategy = resolved_name(strategy)
     places = where or ["."]
-    memory = cache_path(Path(places[0])) if len(places) == 1 and not fresh and Path(places[0]).is_dir() else None
+    here = path_of(places[0])
+    kept = len(places) == 1 and not fresh and not isinstance(here, RemotePath) and here.is_dir()
+    memory = cache_path(here) if kept else None
     paths = find_logs(places)
     rows = rows_of(paths, memory=memory, told=lambda new: progress(list(new), title="reading"), check=_missing)
     wanted = [

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 def recover(
     log: Annotated[Path, Argument(help="A cut-off or damaged log.")],
-    output: Annotated[Path | None, Option("-o", "--output", help="By default LOG.recovered.mcap.")] = None,
+    output: Annotated[
+        Path | None,
+        Option("-o", "--output", help="By default LOG.recovered.mcap, beside the log; of one at an address, here."),
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -28,8 +31,9 @@ def recover(
         lios recover run.mcap -o saved.mcap
     """
     from replayers.log_tools.recover import recover as save
+    from workbench.remote.path import RemotePath
 
-    saved = output or log.parent / f"{log.stem}.recovered.mcap"
+    saved = output or (Path() if isinstance(log, RemotePath) else log.parent) / f"{log.stem}.recovered.mcap"
     done = save(log, saved, force=force, told=lambda records: progress(records, title="recover"))
     if as_json:
         emit_json(_answer(done))

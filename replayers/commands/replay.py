@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue
-from workbench.options import Ask, Json, Scheduler
+from workbench.options import Ask, Json, Scheduler, Upload
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -96,6 +96,7 @@ def replay(
         int | None, Option("--workers", "-j", min=1, help="Number of processes; default: one for each core.")
     ] = None,
     scheduler: Scheduler = "",
+    upload: Upload = "",
     seed: Annotated[int, Option("--seed", help="Seed of the drawn worlds.")] = 0,
     json: Json = False,
 ) -> None:
@@ -129,8 +130,11 @@ def replay(
     from replayers.counterfactual.relevance import Assumptions
     from workbench.errors import Failed
     from workbench.plugins import NameOrigin
+    from workbench.remote.upload import require_upload, send
     from workbench.terminal import emit_json, progress, say
 
+    if upload:
+        require_upload(upload, output)
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
@@ -157,6 +161,8 @@ def replay(
     failed = [o for o in outcomes if isinstance(o, LogFailed)]
     if len(failed) == len(outcomes):
         _refuse(failed)
+    if upload and output is not None:
+        send(output, upload)
     rows = [replay_row(o) for o in outcomes]
     next_look = [_look(look) for look in replayers.look_next(made)] if look_next else None
     if json:

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from replayers.batch.next_look import SharedLook
     from replayers.batch.replays import Replays
     from replayers.selection.campaign_logs import TrialGroup
-    from replayers.selection.elimination import Elimination
-    from replayers.selection.verdict import SelectionVerdict
+    from replayers.selection.verdict import SelectionVerdict, StrategyStanding
 
 LOOKS_SHOWN = 3
 
@@ -189,68 +188,32 @@ def _look(look: SharedLook) -> dict[str, Any]:
 
 
 def _tell(group: TrialGroup, verdicts: Sequence[SelectionVerdict], *, alpha: float) -> None:
+    from replayers.selection.wording import at_most, summary
     from workbench.terminal import counted, emit_table, emit_text, say
 
     last = verdicts[-1]
     steps = [{"trial": v.trials, "log": group.logs[i].name, "drive next": v.next,
               "out by proof": ", ".join(e.strategy for e in v.by_proof) or "none",
               "out by sequence": ", ".join(e.strategy for e in v.by_sequence) or "none",
-              "regret so far": _most(v.regret_so_far)} for i, v in enumerate(verdicts)]  # fmt: skip
+              "regret so far": at_most(v.regret_so_far)} for i, v in enumerate(verdicts)]  # fmt: skip
     title = f"{group.name}: {counted(len(verdicts), 'trial')} in {counted(len(group.places), 'place')}"
     emit_table(steps, title=title, minor=("out by sequence",))
-    proofs = {e.strategy: e for e in last.by_proof}
-    emit_table([_standing(s, proofs.get(s.strategy), last) for s in last.standings], minor=("driven", "exact"))
-    emit_text(_summary(last, alpha))
+    emit_table([_standing(s, last) for s in last.standings], minor=("driven", "exact"))
+    emit_text(summary(last, alpha=alpha))
     for name, (logs, why) in group.broke.items():
         say(f"note: {name} broke on {len(logs)} of {counted(len(verdicts), 'log')}; it counts as failed there, and "
             f"nothing is proved about it: {why}")  # fmt: skip
 
 
-def _standing(s: Any, proof: Elimination | None, last: SelectionVerdict) -> dict[str, Any]:
-    upper = f"{s.upper:.1f}" if s.upper < float("inf") else "no upper bound"
+def _standing(s: StrategyStanding, last: SelectionVerdict) -> dict[str, Any]:
+    from replayers.selection.wording import mean_cost, standing_words
+
     return {
         "strategy": s.strategy,
         "driven": s.driven,
         "exact": s.exact,
-        "mean cost": f"{s.lower:.1f}" if s.upper - s.lower < 0.05 else f"{s.lower:.1f} to {upper}",
+        "mean cost": mean_cost(s),
         "expected": s.expected,
         "chance best": s.chance_best,
-        "standing": _words(s.strategy, proof, last),
+        "standing": standing_words(s.strategy, last),
     }
-
-
-def _words(name: str, proof: Elimination | None, last: SelectionVerdict) -> str:
-    if name == last.next:
-        return "drive next"
-    if any(e.strategy == name for e in last.by_sequence):
-        return "out by sequence"
-    if proof is not None:
-        return f"out by proof: {proof.margin:.1f} or more above {proof.by} in all"
-    return "the same so far" if name in last.same else "open"
-
-
-def _summary(last: SelectionVerdict, alpha: float) -> str:
-    from replayers.selection.verdict import Settled
-
-    words = (
-        f"Drive {last.next} next. On the trials so far it cost at most {_most(last.regret_so_far)} a trial more than "
-        f"any other"
-    )
-    if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
-        words += (
-            f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({_percent(alpha)} confidence)"
-        )
-    words += "."
-    if last.settled is not Settled.NO:
-        return f"{words} Settled {last.settled}: more trials do not change the answer."
-    if last.trials_to_settle is not None and last.trials_to_settle > 0:
-        return f"{words} Not settled; about {last.trials_to_settle} more trials like these would settle it."
-    return f"{words} Not settled, and these trials do not tell how many more it takes."
-
-
-def _percent(alpha: float) -> str:
-    return f"{100 * (1 - alpha):g} %"
-
-
-def _most(value: float) -> str:
-    return f"{value:.1f}" if value < float("inf") else "unknown"

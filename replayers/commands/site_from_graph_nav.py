@@ -10,7 +10,9 @@ from workbench.parameters import Argument, Option
 
 
 def from_graph_nav(
-    folder: Annotated[Path, Argument(help="Folder of a GraphNav map: graph, waypoint_snapshots, edge_snapshots.")],
+    folder: Annotated[
+        Path, Argument(help="Folder of a GraphNav map: graph, waypoint_snapshots, edge_snapshots.", local=True)
+    ],
     output: Annotated[Path, Option("--output", "-o", help="Folder for site.yaml, travel.csv and the map.")] = (
         Path("site")
     ),

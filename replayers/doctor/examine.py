@@ -19,6 +19,7 @@ from replayers.doctor.run_checks import RunChecks
 from replayers.log_tools.multi_run import unmarked
 from replayers.mcap_io.messages import Message
 from replayers.mcap_io.scan import open_log
+from workbench.remote.path import path_of
 
 Told = Callable[[Iterator[Message | Attachment | Metadata]], Iterable[Message | Attachment | Metadata]]
 
@@ -57,7 +58,7 @@ def examine(path: Path | str, *, told: Told = iter) -> Examination:
     Raises:
         FileMissing, NoMcap: there is nothing to examine.
     """
-    path, findings = Path(path), Findings()
+    path, findings = path_of(path), Findings()
     walk, runs, count = ContainerScan(findings), dict[int | None, RunChecks](), 0
     with open_log(path) as stream:
         for part in told(walk_container(path, stream, walk)):

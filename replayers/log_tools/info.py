@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from replayers.mcap_io.summary import has_counts, is_closed, read_index
 from workbench.errors import LiosError
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.run_info import INFO_METADATA, OUTCOME_METADATA, info_from_metadata
+from workbench.remote.path import path_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,10 +93,10 @@ def describe(path: Path | str) -> Description:
     Raises:
         FileMissing, NoMcap: there is nothing to read.
     """
-    path, loss = Path(path), ReadLoss()
+    path, loss = path_of(path), ReadLoss()
     found: dict[str, dict[str, str]] = {}
     with open_log(path) as stream:
-        size = os.fstat(stream.fileno()).st_size
+        size = stream.seek(0, io.SEEK_END)
         index, closed = read_index(stream), is_closed(stream)
         indexed = index is not None and has_counts(index)
         if index is None or not indexed:

@@ -12,6 +12,7 @@ import hashlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,12 +24,14 @@ from replayers.log_tools.metadata_names import RECOVERED_METADATA
 from workbench.errors import LiosError
 from workbench.files import cache_folder, write_atomically
 from workbench.message_enum import MessageEnum, Result
+from workbench.remote.path import RemotePath
 
 if TYPE_CHECKING:
     from replayers.log_tools.info import Description
 
 LIST_VERSION = 5
 STAT_WORKERS = 8
+REMOTE_READERS = 64
 REPLAY, OBSERVATIONS, IMPUTED = "replay", "/search/observation", "imputed"
 """The source of a replay's log, the topic of what was seen, and the support of what nobody saw."""
 UNDECIDED = "undetermined"
@@ -113,13 +116,23 @@ def rows_of(
         for p, state in zip(paths, states, strict=True)
         if not _is_current(known.get(shown(p)), state, check is not None)
     ]
-    for path in told(iter(new)):
-        size, changed_ns = _state(path)
-        fresh[shown(path)] = _Known(size, changed_ns, row_of(path, check=check), check is not None)
+    for path, row in _read(new, partial(row_of, check=check), told):
+        fresh[shown(path)] = _Known(*_state(path), row, check is not None)
     if fresh:
         known.update(fresh)
         _remember(memory, {shown(p): known[shown(p)] for p in paths})
     return [known[shown(path)].row for path in paths]
+
+
+def _read(
+    paths: Sequence[Path], read: Callable[[Path], LogRow], told: Callable[[Iterator[Path]], Iterator[Path]]
+) -> Iterator[tuple[Path, LogRow]]:
+    """The rows of logs: many at a time where they lie at addresses, since each answer is waited for."""
+    with ThreadPoolExecutor(REMOTE_READERS) as pool:
+        remote: list[Path] = [path for path in paths if isinstance(path, RemotePath)]
+        coming = {path: pool.submit(read, path) for path in remote}
+        for path in told(iter(paths)):
+            yield path, coming[path].result() if path in coming else read(path)
 
 
 def row_of(path: Path, *, check: Check | None = None) -> LogRow:
@@ -188,6 +201,9 @@ def cache_path(folder: Path) -> Path | None:
 
 
 def _state(path: Path) -> tuple[int, int]:
+    """Size and time of change; (-1, -1) where they are not known, or not without asking a server."""
+    if isinstance(path, RemotePath):
+        return (-1, -1)
     try:
         state = path.stat()
     except OSError:

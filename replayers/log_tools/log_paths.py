@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from workbench.errors import NotFound
+from workbench.remote.path import RemotePath, path_of
 
 
 class NoLogs(NotFound):
@@ -25,8 +26,10 @@ def find_logs(where: str | Path | Iterable[str | Path]) -> list[Path]:
     wanted = [where] if isinstance(where, str | Path) else list(where)
     found: dict[Path, None] = {}
     for one in wanted:
-        path = Path(one)
-        if path.is_dir():
+        path = path_of(one)
+        if isinstance(path, RemotePath) and path.is_pattern():
+            paths = [p for p in path.matching() if p.suffix == ".mcap"]
+        elif path.is_dir():
             paths = sorted(path.rglob("*.mcap"))
         elif path.exists():
             paths = [path]

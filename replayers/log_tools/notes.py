@@ -27,6 +27,8 @@ from replayers.mcap_io.summary import has_counts, is_closed, read_index
 from workbench.errors import BadValue, Malformed
 from workbench.log_schema.codec import UndecodableMessage
 from workbench.log_schema.events import NANO
+from workbench.remote.errors import IsRemote
+from workbench.remote.path import RemotePath, path_of
 
 NOTE_TOPIC = "/notes"
 TRIES, WAIT_S = 20, 0.05
@@ -83,9 +85,12 @@ def add_note(
         LogInUse: another process has been writing to it for longer than a note takes.
         CannotCreate: there is no permission to write to it.
         DiskFull: no space is left; the log is unchanged.
+        IsRemote: it lies at an address, where nothing is changed.
         BadValue: an empty text, an invalid time, or one outside the log.
     """
-    path = Path(path)
+    path = path_of(path)
+    if isinstance(path, RemotePath):
+        raise IsRemote("the log", path)
     if not text.strip():
         raise BadValue("the note", text or None, "some words")
     for _ in range(TRIES):

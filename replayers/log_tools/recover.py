@@ -8,7 +8,7 @@ Why not mcap's own reader: it ends at the first record that is damaged.
 
 from __future__ import annotations
 
-import os
+import io
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +27,7 @@ from replayers.mcap_io.summary import is_closed, read_summary
 from workbench.errors import BadValue
 from workbench.log_schema.run_info import INFO_METADATA, is_intact
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, MalformedSettings, settings_from_json
+from workbench.remote.path import path_of
 
 Told = Callable[[Iterator[Any]], Iterable[Any]]
 
@@ -74,10 +75,10 @@ def recover(source: Path | str, output: Path | str, *, force: bool = False, told
         OutputExists, CannotCreate, NoRoom: the output cannot be written; no partial file is left.
         BadValue: output and source are the same file.
     """
-    source, output = Path(source), Path(output)
+    source, output = path_of(source), Path(output)
     with open_log(source) as stream:
         summary, closed = read_summary(stream), is_closed(stream)
-        source_bytes = os.fstat(stream.fileno()).st_size
+        source_bytes = stream.seek(0, io.SEEK_END)
     if output.exists() and output.samefile(source):
         raise BadValue("output", str(output), "another file than the log itself")
     expected = summary.statistics.message_count if summary and summary.statistics else None

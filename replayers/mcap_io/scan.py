@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, cast
 
 from mcap.opcode import Opcode
 
@@ -28,6 +28,7 @@ from replayers.mcap_io.records import (
 )
 from replayers.mcap_io.resync import INSIDE, OF_CHUNKS, next_record
 from workbench.errors import FileMissing, Malformed, MalformedFile
+from workbench.remote.path import RemotePath, path_of
 
 CHUNK_HEAD_BYTES = 48
 BOOKKEEPING = frozenset({-1, 2, 7, 8, 10, 11, 13, 14, 15})
@@ -78,11 +79,29 @@ def open_log(path: Path | str) -> BinaryIO:
 
     Raises:
         FileMissing, NoMcap, MalformedFile: no such file, not an MCAP file, or it cannot be opened.
+        NoCredentials, NoRanges, Unreachable: of one at an address.
     """
+    path = path_of(path)
+    stream = _remote(path) if isinstance(path, RemotePath) else _local(path)
+    magic = stream.read(len(MAGIC))
+    if magic != MAGIC:
+        stream.close()
+        raise NoMcap(path, empty=not magic)
+    stream.seek(0)
+    return stream
+
+
+def _remote(path: RemotePath) -> BinaryIO:
+    from workbench.remote.reading import open_remote
+
+    return cast("BinaryIO", open_remote(path))
+
+
+def _local(path: Path) -> BinaryIO:
     try:
         if not S_ISREG(mode := os.stat(path).st_mode) and not S_ISDIR(mode):
             raise MalformedFile(path, "it is no regular file", "Write it to one first: a log is read back and forth")
-        stream = open(path, "rb")  # noqa: SIM115
+        return open(path, "rb")
     except (FileNotFoundError, NotADirectoryError):
         raise FileMissing(path) from None
     except IsADirectoryError:
@@ -90,12 +109,6 @@ def open_log(path: Path | str) -> BinaryIO:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise MalformedFile(path, f"it cannot be opened ({reason})", "Check the path and its permissions") from None
-    magic = stream.read(len(MAGIC))
-    if magic != MAGIC:
-        stream.close()
-        raise NoMcap(path, empty=not magic)
-    stream.seek(0)
-    return stream
 
 
 def scan(

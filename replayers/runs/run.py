@@ -48,6 +48,7 @@ from workbench.log_schema.place import PLACE_ATTACHMENT, TASK_ATTACHMENT, Place,
 from workbench.log_schema.run_info import INFO_METADATA, info_from_metadata
 from workbench.log_schema.settings_json import SETTINGS_ATTACHMENT, settings_from_json
 from workbench.planning.tasks import Task
+from workbench.remote.path import path_of
 from workbench.search.costs import ActionCosts
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ class Run:
     def sha256(self) -> str:
         """Hash of the whole file, in hexadecimal."""
         digest = hashlib.sha256()
-        with open(self.path, "rb") as stream:
+        with open_log(self.path) as stream:
             while block := stream.read(1 << 20):
                 digest.update(block)
         return digest.hexdigest()
@@ -165,7 +166,7 @@ def read(path: Path | str, *, with_truth: bool = False) -> Run:
         UndecodableMessage: a message inside an intact chunk that is not what its topic says.
         NewerSchema: recorded by a later release.
     """
-    found = _Found(Path(path), with_truth)
+    found = _Found(path_of(path), with_truth)
     content = ChunkMessages(topics=found.wants, on_damage=found.damage.append)
     with open_log(path) as stream:
         index, closed = read_index(stream), is_closed(stream)

@@ -22,6 +22,7 @@ from replayers.mcap_io.scan import open_log, record_at, scan
 from replayers.mcap_io.summary import read_index
 from workbench.arrays import Ints
 from workbench.caches import Cache
+from workbench.remote.path import path_of
 
 if TYPE_CHECKING:
     from mcap_protobuf.decoder import DecoderFactory
@@ -130,7 +131,7 @@ def sensor_tracks(path: Path | str) -> SensorTracks:
             _walk(stream, path, found)
         else:
             _by_index(stream, index, found)
-    return SensorTracks(path=Path(path), tracks=found.tracks())
+    return SensorTracks(path=path_of(path), tracks=found.tracks())
 
 
 @dataclass(slots=True)

@@ -13,6 +13,7 @@ from replayers.batch.store import StoredReplay
 from replayers.runs.run import read
 from replayers.selection.trial_costs import TrialCosts, trial_costs
 from workbench.errors import BadValue, LiosError
+from workbench.remote.path import path_of
 
 BROKE, UNLIKE = "planner-failed", "not-reproduced"
 
@@ -79,7 +80,7 @@ def trial_groups(replays: Replays, strategies: Sequence[str], by: GroupBy) -> Tr
         by_log.setdefault(record.log, []).append(record)
     found: dict[tuple[str, ...], list[tuple[int, Path, str, TrialCosts, list[StoredReplay]]]] = {}
     for log, records in by_log.items():
-        path = Path(log)
+        path = path_of(log)
         try:
             run = read(path)
         except LiosError as error:

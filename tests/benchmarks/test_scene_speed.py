@@ -23,10 +23,10 @@ from timings import HOLD_FIGURES
 from dashboards.geometry.house import house_shape
 from dashboards.model.clock import Clock
 from dashboards.model.containers.container_style import bar_heights_m, container_colours
+from dashboards.model.containers.unopened import unopened
 from dashboards.model.first_stop_costs import first_looks
 from dashboards.model.scene import Scene, scene_at
 from dashboards.model.timeline import Timeline, timeline_of
-from dashboards.model.containers.unopened import unopened
 from dashboards.palette import run_colour
 from dashboards.panels.beliefs import beliefs
 from dashboards.panels.comparison import comparison

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 import viser
@@ -366,40 +365,3 @@ def test_browsers_that_leave_midway_leave_nothing_behind(browser: Browser, logs:
     finally:
         threading.excepthook = before
         made.stop()
-
-
-@pytest.mark.slow
-def test_the_house_is_fitted_to_a_window_of_another_shape_until_somebody_moves_the_camera(
-    browser: Browser, dashboard: Dashboard
-) -> None:
-    before = set(dashboard.sessions)
-    tab = open_view(browser, dashboard.link(), width=1300, height=800)
-    (session,) = [s for i, s in dashboard.sessions.items() if i not in before]
-    camera = session.client.camera
-
-    def is_fitted() -> bool:
-        pose = session.camera.pose()
-        return pose is not None and np.allclose(camera.position, pose.position, atol=0.05)
-
-    def wait(wide: int) -> None:
-        end = time.monotonic() + 30
-        while (camera.image_width != wide or not is_fitted()) and time.monotonic() < end:
-            tab.wait_for_timeout(100)
-
-    wait(1300 - 444)
-    assert is_fitted()
-    narrow = tuple(camera.position)
-    tab.set_viewport_size({"width": 1100, "height": 800})
-    wait(1100 - 444)
-    assert is_fitted()
-    assert tuple(camera.position) != narrow
-    fitted = tuple(camera.position)
-    session.open_container(0)
-    end = time.monotonic() + 30
-    while np.allclose(camera.position, fitted, atol=0.05) and time.monotonic() < end:
-        tab.wait_for_timeout(100)
-    moved = tuple(camera.position)
-    tab.set_viewport_size({"width": 1300, "height": 800})
-    tab.wait_for_timeout(1500)
-    assert np.allclose(camera.position, moved, atol=0.05), "what somebody looks at stays"
-    tab.close()

@@ -9,7 +9,7 @@ from fake_world import FakeWorld
 from toy import toy_house
 
 from workbench.beliefs.estimators import estimator
-from workbench.execution.events import BeliefUpdated, ContainerObserved, Event, RunEnded, RunStatus
+from workbench.execution.events import BeliefUpdated, ContainerObserved, Event, FindCostsUpdated, RunEnded, RunStatus
 from workbench.execution.loop import run_task
 from workbench.planning.strategies import strategy
 from workbench.planning.tasks import Task, find_task
@@ -101,3 +101,39 @@ def test_each_look_says_how_it_was_made() -> None:
     assert all(
         e.look is None for e in run(find_task(MUG, START), misses=0, seen=PERFECT) if isinstance(e, ContainerObserved)
     )
+
+
+def test_a_strategy_that_plans_with_repeated_looks_makes_them_where_it_stands() -> None:
+    events = run(find_task(MUG, START), misses=1, seen=HALF, name="robust-lios")
+    looked, ended = looks_of(events), events[-1]
+    assert isinstance(ended, RunEnded)
+    assert ended.status is RunStatus.DONE
+    assert looked[0] == looked[1], "a look costs nothing, and half of them miss"
+    assert ended.travel_m < sum(e.travel_m for e in run(find_task(MUG, START), misses=1, seen=HALF) if is_end(e))
+
+
+def is_end(event: Event) -> bool:
+    return isinstance(event, RunEnded)
+
+
+def test_no_container_is_looked_into_for_ever_before_the_others() -> None:
+    task = replace(find_task(MUG, START), available=(MUG,))
+    events = run(task, misses=MAX_LOOKS, seen=HALF, name="robust-lios")
+    looked, ended = looks_of(events), events[-1]
+    assert isinstance(ended, RunEnded)
+    assert ended.status is RunStatus.DONE
+    every = [c.id for c in toy_house().plan.containers]
+    first_round = looked[: MAX_LOOKS * len(every)]
+    assert {first_round.count(c) for c in every} == {MAX_LOOKS}
+
+
+def test_robust_lios_is_conditioned_lios_where_looks_show_everything() -> None:
+    ours, theirs = (
+        run(find_task(MUG, START), misses=0, seen=PERFECT, name=n) for n in ("robust-lios", "conditioned-lios")
+    )
+    assert looks_of(ours) == looks_of(theirs)
+    prices = [
+        [e.find_costs.metres.tobytes() for e in events if isinstance(e, FindCostsUpdated)]
+        for events in (ours, theirs)
+    ]
+    assert prices[0] == prices[1] != []

@@ -1,8 +1,9 @@
 """When containers are looked into again, where looks can miss.
 
-A strategy that plans with repeated looks (attribute `looks_again`) may choose any container at every decision. For
-all others, containers are searched once first; when none is left and something is still missing, all are open again.
-Where the task says that what is missing exists, that goes on for ever, else for MAX_LOOKS looks a container.
+A strategy that plans with repeated looks (attribute `looks_again`) may choose at every decision any container that
+was looked into fewer than MAX_LOOKS times; when all were, that many times once more. For all others, containers are
+searched once first; when none is left and something is still missing, all are open again. Where the task says that
+what is missing exists, that goes on for ever, else for MAX_LOOKS looks a container.
 """
 
 from __future__ import annotations
@@ -10,23 +11,31 @@ from __future__ import annotations
 from workbench.planning.actions import relevant_types
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
+from workbench.search.policy import SearchPolicy
 from workbench.worlds.house import ContainerId
 from workbench.worlds.knowledge import Knowledge
 from workbench.worlds.perception import MAX_LOOKS, Perception
 
 
 def worth_another_look(
-    knowledge: Knowledge, perception: Perception, task: Task, strategy: Strategy
+    knowledge: Knowledge, perception: Perception, task: Task, planner: Strategy | SearchPolicy
 ) -> frozenset[ContainerId]:
-    """The searched containers that a strategy may choose to look into again; those known at the start never are."""
+    """The searched containers that a planner may choose to look into again; those known at the start never are."""
     if perception.perfect:
         return frozenset()
-    always = bool(getattr(strategy, "looks_again", False))
-    if not always and set(knowledge.unsearched) - knowledge.again:
+    always = bool(getattr(planner, "looks_again", False))
+    never_searched = set(knowledge.unsearched) - knowledge.again
+    if not always and never_searched:
         return frozenset()
     if not always and knowledge.again.intersection(knowledge.unsearched):
         return knowledge.again  # this round is not over
     missing = [t for t in relevant_types(task.goal) if not knowledge.has_known_instance(t)]
     endless = any(t in task.available for t in missing)
     looked = dict.fromkeys(knowledge.visited)
-    return frozenset(c for c in looked if missing and (endless or knowledge.looks(c) < MAX_LOOKS))
+    if not missing:
+        return frozenset()
+    if endless and not always:
+        return frozenset(looked)
+    least = 0 if never_searched else min((knowledge.looks(c) for c in looked), default=0)
+    most = MAX_LOOKS * (1 + least // MAX_LOOKS) if endless else MAX_LOOKS
+    return frozenset(c for c in looked if knowledge.looks(c) < most)

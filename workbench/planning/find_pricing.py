@@ -18,6 +18,7 @@ from workbench.search.costs import ActionCosts
 from workbench.search.engine import expected_find_costs
 from workbench.search.find_costs import BeliefModel, FindCosts
 from workbench.search.per_find import per_find_costs
+from workbench.search.repeated_looks.table import TWO_LOOKS, LookModel, robust_find_costs
 from workbench.worlds.house import House, ItemType, LocationId
 from workbench.worlds.travel import TravelCosts
 
@@ -100,6 +101,20 @@ class Expected:
     def price(self, question: FindCostRequest) -> FindCosts:
         formula = per_find_costs if self.per_find else expected_find_costs
         return question.answered_by(partial(formula, belief_model=self.belief_model, limit=self.limit))
+
+    def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
+        return ()
+
+
+@final
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WithRepeatedLooks:
+    """Eq. 1 over states that count looks, with the belief's chances that a look detects."""
+
+    model: LookModel = TWO_LOOKS
+
+    def price(self, question: FindCostRequest) -> FindCosts:
+        return question.answered_by(partial(robust_find_costs, model=self.model))
 
     def meeting_places(self, belief: Belief) -> tuple[LocationId, ...]:
         return ()

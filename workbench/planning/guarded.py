@@ -40,6 +40,11 @@ class GuardedStrategy:
     def name(self) -> str:
         return self.strategy.name
 
+    @property
+    def looks_again(self) -> bool:
+        """Whether the strategy says that it plans with repeated looks."""
+        return getattr(self.strategy, "looks_again", False) is True
+
     def relevant_types(self, task: Task) -> tuple[ItemType, ...]:
         """The item types that the strategy wants beliefs about; empty if it fails to say."""
         self.fault = None

@@ -16,7 +16,7 @@ from typing import TypeVar, cast
 
 from workbench.errors import BadValue, Unsupported
 from workbench.planning.composed import Composed
-from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch
+from workbench.planning.find_pricing import Expected, Optimistic, Pessimistic, WholeSearch, WithRepeatedLooks
 from workbench.planning.guarded import GuardedStrategy
 from workbench.planning.oracle import Oracle
 from workbench.planning.rollouts.scout import Scout
@@ -62,6 +62,11 @@ def _conditioned(name: str, *, per_find: bool = False) -> Composed:
     return Composed(name=name, pricing=pricing, policy=policy("conditioned-lios"))
 
 
+def _robust(name: str) -> Composed:
+    """conditioned-lios where looks can miss: it plans with repeated looks."""
+    return Composed(name=name, pricing=WithRepeatedLooks(), policy=policy(name), looks_again=True)
+
+
 def _whole_search(name: str) -> Composed:
     """A strategy with find costs that count the whole search under the `marginal` belief, and the policy of that
     name."""
@@ -91,9 +96,11 @@ VARIANTS: Mapping[str, StrategyFactory] = MappingProxyType(
         ),
         "model-lios-per-find": lambda _: _model("model-lios-per-find", per_find=True),
         "conditioned-lios-per-find": lambda _: _conditioned("conditioned-lios-per-find", per_find=True),
+        "robust-lios": lambda _: _robust("robust-lios"),
     }
 )
-"""Ablations of our strategies, and a baseline of the search experiment; selectable by name, not part of "all"."""
+"""Selectable by name, not part of "all": ablations of our strategies, a baseline of the search experiment, and
+robust-lios, which differs from conditioned-lios only where looks can miss."""
 
 EVERYWHERE = "everywhere"
 """STRATEGY@everywhere plans over all locations and states the proven gap with each plan; STRATEGY@everywhere-SOLVER
@@ -127,6 +134,7 @@ PAPER_NAMES: Mapping[str, str] = MappingProxyType(
         "most-probable": "MostProbable",
         "model-lios-per-find": "ModelLIOS-per-find",
         "conditioned-lios-per-find": "ConditionedLIOS-per-find",
+        "robust-lios": "RobustLIOS",
         "oracle": "Oracle",
     }
 )

@@ -119,12 +119,7 @@ class SimulatedWorld:
         return LookResult(start_ns=done.start_ns, end_ns=done.end_ns, container=container, items=items)
 
     def _misses(self, item: ItemId, container: ContainerId) -> bool:
-        """Whether the next look into a container misses an item: the same for the same seed, item and look."""
-        if not self._miss_rate:
-            return False
-        drawn = f"{self._seed}|{self._looks[container]}|{container}|{item}"
-        chance = int.from_bytes(hashlib.blake2b(drawn.encode(), digest_size=8).digest(), "big") / 2.0**64
-        return chance < self._miss_rate
+        return is_missed(item, container, look=self._looks[container], rate=self._miss_rate, seed=self._seed)
 
     def pick(self, item: ItemId) -> ActionDone | ActionRefused:
         """Pick an item at the robot's location; the hand must be free."""
@@ -164,3 +159,17 @@ class SimulatedWorld:
 
     def _refuse(self, reason: str) -> ActionRefused:
         return ActionRefused(start_ns=self._now_ns, end_ns=self._now_ns, reason=reason)
+
+
+def is_missed(item: ItemId, container: ContainerId, *, look: int, rate: float, seed: int) -> bool:
+    """Whether a look into a container misses an item: the same for the same seed, item and look.
+
+    Args:
+        look: number of earlier looks into that container.
+        rate: the chance that a look misses an item, in [0, 1).
+    """
+    if not rate:
+        return False
+    drawn = f"{seed}|{look}|{container}|{item}"
+    chance = int.from_bytes(hashlib.blake2b(drawn.encode(), digest_size=8).digest(), "big") / 2.0**64
+    return chance < rate

@@ -5,6 +5,7 @@ A trial depends only on its house, item type and policy, so the number of worker
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,6 +18,7 @@ import numpy as np
 from workbench.beliefs.belief import Estimator
 from workbench.errors import BadValue, LiosError
 from workbench.evaluation.beliefs.fold_weights import Believers
+from workbench.evaluation.search.missed_looks import START_OVER, MissedLooks, search_with_misses
 from workbench.evaluation.search.table import GREEDY
 from workbench.evaluation.search.trials import (
     ASKS_NO_BELIEF,
@@ -29,9 +31,11 @@ from workbench.evaluation.search.trials import (
 from workbench.plugins import NameOrigin
 from workbench.process_pool import process_pool
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
-from workbench.search.policies.registry import canonical_policy, policy, policy_names
+from workbench.search.policies.oracle import oracle_policy
+from workbench.search.policies.registry import WHERE_LOOKS_MISS, canonical_policy, policy, policy_names
 from workbench.worlds.house import Contents, FloorPlan, House, ItemType
 from workbench.worlds.maps.navigation import navigate
+from workbench.worlds.travel import TravelCosts
 
 WAITING_A_WORKER = 3
 """Houses queued ahead, which bounds memory."""
@@ -46,6 +50,8 @@ class Experiment:
         estimator: the estimator of the policies.
         paper_estimator: the estimator of the paper's policy, lios.
         believers: the weights of both for each house, if retrained per fold.
+        miss_rate: the chance that a look misses an item; where it is not 0, POLICY@start-over is a policy, too.
+        seed: of the draws of misses.
     """
 
     policies: tuple[str, ...]
@@ -53,10 +59,12 @@ class Experiment:
     paper_estimator: str
     costs: ActionCosts = SIMULATION_COSTS
     believers: Believers = field(default_factory=Believers)
+    miss_rate: float = 0.0
+    seed: int = 0
 
     def estimators(self) -> tuple[str, ...]:
         """The estimator names in use."""
-        asking = [name for name in self.policies if name not in ASKS_NO_BELIEF]
+        asking = [name for name in self.policies if base_policy(name) not in ASKS_NO_BELIEF]
         return tuple(dict.fromkeys(self._estimator_of(name) for name in asking))
 
     def estimator_for(self, name: str, house: str) -> str:
@@ -64,7 +72,13 @@ class Experiment:
         return self.believers.of(self._estimator_of(name), house)
 
     def _estimator_of(self, name: str) -> str:
-        return self.paper_estimator if name == PAPER_POLICY else self.estimator
+        return self.paper_estimator if base_policy(name) == PAPER_POLICY else self.estimator
+
+    def misses_of(self, name: str, house: str, item_type: ItemType) -> MissedLooks:
+        """How looks miss in the trial of a policy; the draws are the same for all policies."""
+        drawn = int.from_bytes(hashlib.sha256(f"{self.seed}/{house}/{item_type}".encode()).digest()[:4], "big")
+        rate = 0.0 if name == ORACLE else self.miss_rate
+        return MissedLooks(rate=rate, seed=drawn >> 1, start_over=name.endswith(START_OVER))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,14 +90,30 @@ class HouseResult:
     skipped: str = ""
 
 
-def policies_named(names: Sequence[str]) -> tuple[str, ...]:
-    """The policies of an experiment: the named ones or all, with greedy first and the oracle last.
+def base_policy(name: str) -> str:
+    """The policy without the way in which it goes on when all is searched."""
+    return name.removesuffix(START_OVER)
+
+
+def policies_named(names: Sequence[str], *, looks_miss: bool = False) -> tuple[str, ...]:
+    """The policies of an experiment: the named ones or all, with greedy first, the oracle last and
+    those for looks that miss before it.
+
+    Args:
+        looks_miss: whether looks can miss; "all" then holds the policies for that, and conditioned-lios@start-over.
 
     Raises:
         UnknownName: a policy does not exist.
+        BadValue: POLICY@start-over where no look misses.
     """
-    wanted = policy_names() if "all" in [n.lower() for n in names] else tuple(names)
+    every = policy_names(looks_miss=looks_miss)
+    if looks_miss:
+        every = (*every, f"conditioned-lios{START_OVER}")
+    elif any(name.endswith(START_OVER) for name in names):
+        raise BadValue("--policies", ", ".join(names), f"without {START_OVER}, unless looks can miss (--miss-rate)")
+    wanted = every if "all" in [n.lower() for n in names] else tuple(names)
     chosen = [_checked(name) for name in wanted if name.lower() not in (GREEDY, ORACLE)]
+    chosen.sort(key=lambda name: name in WHERE_LOOKS_MISS)
     return (GREEDY, *dict.fromkeys(chosen), ORACLE)
 
 
@@ -148,8 +178,9 @@ def _queries_or_none(house: House) -> tuple[ItemType, ...]:
 
 
 def _checked(name: str) -> str:
-    policy(name, origin=NameOrigin.USER)
-    return canonical_policy(name) or name
+    base = base_policy(name)
+    policy(base, origin=NameOrigin.USER)
+    return (canonical_policy(base) or base) + name[len(base) :]
 
 
 def _house(
@@ -157,17 +188,37 @@ def _house(
 ) -> HouseResult:
     try:
         travel = navigate(plan).travel
-        trials = house_trials(
-            House(plan=plan, contents=contents),
-            travel,
-            policies=experiment.policies,
-            estimators=lambda name: _estimator(experiment.estimator_for(name, plan.name)),
-            costs=experiment.costs,
-            item_types=items,
-        )
+        house = House(plan=plan, contents=contents)
+        if experiment.miss_rate:
+            trials = _trials_with_misses(experiment, house, travel, items)
+        else:
+            trials = house_trials(
+                house,
+                travel,
+                policies=experiment.policies,
+                estimators=lambda name: _estimator(experiment.estimator_for(name, plan.name)),
+                costs=experiment.costs,
+                item_types=items,
+            )
     except LiosError as error:
         return HouseResult(house=plan.name, trials=(), skipped=str(error))
     return HouseResult(house=plan.name, trials=tuple(trials))
+
+
+def _trials_with_misses(
+    experiment: Experiment, house: House, travel: TravelCosts, items: tuple[ItemType, ...] | None
+) -> list[SearchTrial]:
+    trials: list[SearchTrial] = []
+    for name in experiment.policies:
+        base = base_policy(name)
+        searcher = oracle_policy(house) if name == ORACLE else policy(base, origin=NameOrigin.USER)
+        asked = None if base in ASKS_NO_BELIEF else _estimator(experiment.estimator_for(name, house.plan.name))
+        for item in queries(house, travel) if items is None else items:
+            misses = experiment.misses_of(name, house.plan.name, item)
+            trials.append(
+                search_with_misses(house, travel, item, searcher, asked, costs=experiment.costs, misses=misses)
+            )
+    return trials
 
 
 @lru_cache(maxsize=32)

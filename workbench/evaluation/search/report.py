@@ -32,6 +32,7 @@ from workbench.files import write_atomically
 from workbench.plugins import NameOrigin
 from workbench.search.costs import ActionCosts
 from workbench.worlds.house import House, ItemType
+from workbench.worlds.perception import missing_at
 from workbench.worlds.procthor.assets import assets_for
 from workbench.worlds.procthor.load import iter_houses
 from workbench.worlds.shipped import shipped_houses
@@ -58,9 +59,10 @@ class SearchRequest:
         queries: "all", or how many to draw.
         part: part of a shared file (evaluation/splits.py); ignored with folds.
         folds: cross-validation over the training houses, each evaluated with weights trained without it.
+        miss_rate: the chance that a look misses an item.
 
     Raises:
-        BadValue: `queries` is neither. An unknown part raises UnknownName.
+        BadValue: `queries` is neither, or a miss rate outside [0, 1). An unknown part raises UnknownName.
     """
 
     houses: Path | None = None
@@ -74,9 +76,11 @@ class SearchRequest:
     seed: int = 0
     assets: Path | None = None
     folds: Folds | None = None
+    miss_rate: float = 0.0
 
     def __post_init__(self) -> None:
         split_of(self.part)
+        missing_at(self.miss_rate)
         if self.queries != "all" and not (
             self.queries.isascii() and self.queries.isdigit() and int(self.queries) > 0
         ):
@@ -111,10 +115,12 @@ class SearchRequest:
             InputError: weights cannot be read.
         """
         experiment = Experiment(
-            policies=policies_named(self.policies),
+            policies=policies_named(self.policies, looks_miss=self.miss_rate > 0),
             estimator=self.estimator,
             paper_estimator=self.paper_estimator,
             costs=ActionCosts(search=self.search_cost),
+            miss_rate=self.miss_rate,
+            seed=self.seed,
         )
         if self.folds is not None:
             require_trainable(experiment.estimators())
@@ -204,6 +210,7 @@ def answer_of(report: SearchReport) -> dict[str, Any]:
         "estimator": report.experiment.estimator,
         "paper_estimator": report.experiment.paper_estimator,
         "search_cost": report.experiment.costs.search,
+        "miss_rate": report.experiment.miss_rate,
         "seed": seed,
         "workers": report.request.workers,
         "seconds": report.seconds,

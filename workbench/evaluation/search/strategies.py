@@ -24,6 +24,7 @@ NAMED: Mapping[str, str] = MappingProxyType(
         "most-probable": "most-probable",
         "marginal-lios": "marginal-lios",
         "full-lios": "full-lios",
+        "robust-lios": "robust-lios",
     }
 )
 

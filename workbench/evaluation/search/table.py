@@ -30,7 +30,7 @@ class Costs:
     Attributes:
         policies: axis 0 of cost.
         houses, kinds: of each query.
-        cost, searches, decide_s, predicted, corrected: shape (policies, queries); NaN where missing.
+        cost, searches, decide_s, predicted, corrected, found: shape (policies, queries); NaN where missing.
 
     Raises:
         BadValue: a policy lacks a trial for some query.
@@ -44,6 +44,7 @@ class Costs:
     decide_s: Floats
     predicted: Floats
     corrected: Floats
+    found: Floats
 
     def of(self, policy: str) -> Floats:
         return self.cost[self.policies.index(policy)]
@@ -60,6 +61,7 @@ class Costs:
             decide_s=self.decide_s[:, these],
             predicted=self.predicted[:, these],
             corrected=self.corrected[:, these],
+            found=self.found[:, these],
         )
 
 
@@ -85,6 +87,7 @@ def costs_of(trials: Sequence[SearchTrial]) -> Costs:
         decide_s=table("decide_s"),
         predicted=table("predicted"),
         corrected=table("corrected"),
+        found=table("found"),
     )
 
 
@@ -104,8 +107,8 @@ def rows_by_kind(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[s
 
 
 def pairs(costs: Costs, *, seed: int, level: float = 0.95) -> list[dict[str, Any]]:
-    """Paired differences between any two policies: cost of b minus cost of a, absolute and as a share of Greedy's
-    cost."""
+    """Paired differences between any two policies: cost of b minus cost of a, absolute, as a share of a's
+    cost and of Greedy's."""
     return [_pair(costs, a, b, seed, level) for i, a in enumerate(costs.policies) for b in costs.policies[i + 1 :]]
 
 
@@ -121,6 +124,7 @@ def _row(costs: Costs, name: str, seed: int, level: float) -> dict[str, Any]:
     return {
         "policy": name,
         "queries": len(own),
+        "found": float(costs.found[place].mean()),
         "houses": mean.clusters,
         "mean_cost": mean.value,
         "ci95": _ends(mean),
@@ -144,12 +148,15 @@ def _pair(costs: Costs, a: str, b: str, seed: int, level: float) -> dict[str, An
     first, second, greedy = costs.of(a), costs.of(b), costs.of(GREEDY)
     difference = paired_difference(second, first, costs.houses, rng=np.random.default_rng(seed), level=level)
     share = ratio_with_interval(second - first, greedy, costs.houses, rng=np.random.default_rng(seed), level=level)
+    of_a = ratio_with_interval(second - first, first, costs.houses, rng=np.random.default_rng(seed), level=level)
     return {
         "a": a,
         "b": b,
         "b_minus_a": difference.value,
         "ci95": _ends(difference),
         "ci95_resamples": difference.resampled("houses", "queries"),
+        "share_of_a": of_a.value,
+        "share_of_a_ci95": _ends(of_a),
         "share_of_greedy": share.value,
         "share_of_greedy_ci95": _ends(share),
         "b_costs_more": float(np.mean(second > first + ROUNDING)),

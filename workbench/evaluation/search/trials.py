@@ -42,12 +42,13 @@ class SearchTrial:
     Attributes:
         house: the house's name.
         cost: total cost of travel, looks and the pick, including the way back, in cost units.
-        order: searched containers; the last one holds the item.
+        order: searched containers; the last one holds the item. Where looks can miss, one may come again.
         said: predicted probability before each look that it finds an instance; empty for policies without beliefs.
         predicted: the policy's own expected cost before the first step; None for a policy without one.
         corrected: the corrected find cost of the same query (search/corrected.py), for policies of ours.
         decide_s: time of all decisions without beliefs, in seconds.
         believe_s: time of computing beliefs in seconds; 0 for cached beliefs.
+        found: whether the search ended with the item.
     """
 
     house: str
@@ -60,6 +61,7 @@ class SearchTrial:
     corrected: float | None = None
     decide_s: float = 0.0
     believe_s: float = 0.0
+    found: bool = True
 
     @property
     def kind(self) -> str:
@@ -133,7 +135,7 @@ def search_trial(
             item_type=item_type,
             origin=knowledge.robot_at,
             target=START,
-            belief=_empty_belief(item_type, knowledge) if beliefs is None else beliefs.about(item_type, knowledge),
+            belief=empty_belief(item_type, knowledge) if beliefs is None else beliefs.about(item_type, knowledge),
             travel=travel,
             costs=costs,
         )
@@ -199,7 +201,8 @@ def _metres(travel: TravelCosts, a: LocationId, b: LocationId) -> float:
     return float(travel.metres[travel.index(a), travel.index(b)])
 
 
-def _empty_belief(item_type: ItemType, knowledge: Knowledge) -> Belief:
+def empty_belief(item_type: ItemType, knowledge: Knowledge) -> Belief:
+    """The belief that a policy without beliefs is given: no chance anywhere."""
     containers = knowledge.unsearched
     return Belief(
         item_types=(item_type,), containers=containers, probability=np.zeros((1, len(containers))), estimator="none"

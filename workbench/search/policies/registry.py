@@ -17,6 +17,7 @@ from workbench.search.policies.least_expected_cost import LeastExpectedCost
 from workbench.search.policies.most_probable import MostProbable
 from workbench.search.policies.nearest_first import NearestFirst
 from workbench.search.policies.oracle import oracle_policy
+from workbench.search.policies.robust import Robust
 from workbench.search.policy import SearchPolicy
 
 PolicyFactory = Callable[[], SearchPolicy]
@@ -31,9 +32,13 @@ POLICIES: Mapping[str, PolicyFactory] = MappingProxyType(
         ),
         "marginal-lios": lambda: LeastExpectedCost(name="marginal-lios", belief_model="marginal", ranking="worth"),
         "full-lios": lambda: FullTour(),
+        "robust-lios": lambda: Robust(),
     }
 )
 """Policies that do not know the true house. For the oracle see oracle_policy(house)."""
+
+WHERE_LOOKS_MISS = ("robust-lios",)
+"""Policies that differ from others only where looks can miss; elsewhere they are not part of "all"."""
 
 
 def policy(name: str, *, origin: NameOrigin = NameOrigin.LOG) -> SearchPolicy:
@@ -60,9 +65,14 @@ def canonical_policy(name: str) -> str | None:
     return wanted if wanted in POLICIES else joined.get(wanted)
 
 
-def policy_names() -> tuple[str, ...]:
-    """All policies that do not need the true house: the table in its order, then installed plug-ins, sorted."""
-    return (*POLICIES, *(name for name in installed_names(POLICY) if name not in POLICIES))
+def policy_names(*, looks_miss: bool = False) -> tuple[str, ...]:
+    """All policies that do not need the true house: the table in its order, then installed plug-ins, sorted.
+
+    Args:
+        looks_miss: with those that differ from others only where looks can miss.
+    """
+    ours = tuple(name for name in POLICIES if looks_miss or name not in WHERE_LOOKS_MISS)
+    return (*ours, *(name for name in installed_names(POLICY) if name not in POLICIES))
 
 
 def _from_outside(found: Plugin) -> SearchPolicy:
