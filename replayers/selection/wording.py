@@ -10,12 +10,11 @@ from workbench.tolerances import NEAR_COST, NEAR_SHOWN_COST
 
 def summary(last: SelectionVerdict, *, alpha: float) -> str:
     """What to drive next, what it may cost at most, and whether that is settled."""
-    words = (
-        f"Drive {last.next} next. On the trials so far it cost at most {at_most(last.regret_so_far)} a trial more than "
-        f"any other"
-    )
+    so_far = at_most(last.regret_so_far)
+    words = f"Drive {last.next} next. On the trials so far it cost at most {so_far} a trial more than any other"
     if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
-        words += f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({100 * (1 - alpha):g} % confidence)"
+        sure = f"{100 * (1 - alpha):g} % confidence"
+        words += f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({sure})"
     words += "."
     if last.settled is not Settled.NO:
         return f"{words} Settled {last.settled}: more trials do not change the answer."

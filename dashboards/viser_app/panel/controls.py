@@ -31,6 +31,7 @@ from dashboards.panels.strip import cursor, strip
 from dashboards.viser_app.bridge import PAGE, address, choose_tab, execute_command, script, update_address
 from dashboards.viser_app.panel.notes_tab import NotesTab
 from dashboards.viser_app.panel.options import Options
+from dashboards.viser_app.panel.selection_view import SelectionView
 from dashboards.viser_app.session import Session
 from workbench.errors import BadValue
 from workbench.tolerances import ROUNDING
@@ -145,6 +146,8 @@ class Controls:
             for chosen in (self._first, self._second):
                 chosen.on_update(lambda _: self._draw_scatter())
             self._add("scatter")
+            if self._session.library.folder is not None:
+                SelectionView(self._session, self._session.library.folder)
 
     def _build_container(self) -> None:
         self._add("container")
