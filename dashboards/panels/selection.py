@@ -7,7 +7,7 @@ from pathlib import Path
 from markupsafe import Markup
 
 from dashboards.model.selection import FolderSelection
-from dashboards.panels.markup import html, name, number, percent, table, text
+from dashboards.panels.markup import breakable, html, name, percent, table, text
 from replayers.selection.campaign_logs import TrialGroup
 from replayers.selection.verdict import SelectionVerdict
 from replayers.selection.wording import at_most, mean_cost, standing_words, summary
@@ -52,24 +52,22 @@ def _standings(number_of: int, last: SelectionVerdict) -> Markup:
     rows = [
         [
             name(s.strategy),
-            str(s.driven),
             text(mean_cost(s)),
-            number(s.expected),
             "–" if s.chance_best is None else percent(s.chance_best),
             text(standing_words(s.strategy, last)),
         ]
         for s in last.standings
     ]
-    head = ("strategy", "driven", "mean cost", "expected", "best", "standing")
+    head = ("strategy", "mean cost", "best", "standing")
     hints = {"best": "share of resampled trials and worlds in which it is the cheapest"}
-    return table(head, rows, key=f"standings{number_of}", classes=("w", "n", "n", "n", "n", "w"), hints=hints)
+    return table(head, rows, key=f"standings{number_of}", classes=("", "n", "n", ""), hints=hints)
 
 
 def _trials(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict, ...]) -> Markup:
     rows = [
         [
             str(v.trials),
-            name(log.name),
+            breakable(log.name),
             name(v.next),
             Markup(", ").join(name(e.strategy) for e in v.by_proof) or text("none"),
             text(at_most(v.regret_so_far)),
@@ -78,7 +76,7 @@ def _trials(number_of: int, group: TrialGroup, verdicts: tuple[SelectionVerdict,
     ]
     head = ("trial", "log", "drive next", "out by proof", "regret")
     hints = {"regret": "by how much the one to drive next may at most have cost more, a trial, than any other so far"}
-    return table(head, rows, key=f"trials{number_of}", classes=("n", "w", "w", "w", "n"), hints=hints)
+    return table(head, rows, key=f"trials{number_of}", classes=("n", "", "", "", "n"), hints=hints)
 
 
 def _left_out(found: FolderSelection) -> Markup:

@@ -10,8 +10,11 @@ from workbench.tolerances import NEAR_COST, NEAR_SHOWN_COST
 
 def summary(last: SelectionVerdict, *, alpha: float) -> str:
     """What to drive next, what it may cost at most, and whether that is settled."""
-    so_far = at_most(last.regret_so_far)
-    words = f"Drive {last.next} next. On the trials so far it cost at most {so_far} a trial more than any other"
+    words = f"Drive {last.next} next. "
+    if last.regret_so_far < inf:
+        words += f"On the trials so far it cost at most {last.regret_so_far:.1f} a trial more than any other"
+    else:
+        words += "How much more than others it may have cost on the trials so far, nothing bounds"
     if last.regret_to_come < last.regret_to_come_unknown - NEAR_COST:
         sure = f"{100 * (1 - alpha):g} % confidence"
         words += f"; in the mean of trials like these, at most {last.regret_to_come:.1f} ({sure})"

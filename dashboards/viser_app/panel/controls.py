@@ -146,7 +146,8 @@ class Controls:
             for chosen in (self._first, self._second):
                 chosen.on_update(lambda _: self._draw_scatter())
             self._add("scatter")
-            if self._session.library.folder is not None:
+        if self._session.library.folder is not None:
+            with tabs.add_tab("Select"):
                 SelectionView(self._session, self._session.library.folder)
 
     def _build_container(self) -> None:
