@@ -118,8 +118,9 @@ def select(
             answer["look_next"] = [_look(look) for look in looks]
         emit_json(answer)
     else:
-        if len(found.groups) > 1:
-            say(f"These logs are of {len(found.groups)} kinds of trial; each has its own answer (--group-by).")
+        kinds = len(told)
+        if kinds > 1:
+            say(f"These logs are of {kinds} kinds of trial; each has its own answer (--group-by).")
         for g, h in zip(found.groups, told, strict=True):
             _tell(g, h, alpha=alpha)
         for look in (looks or ())[:LOOKS_SHOWN]:
