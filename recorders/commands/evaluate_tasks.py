@@ -15,6 +15,7 @@ from workbench.options import (
     FoldCount,
     Houses,
     Json,
+    MissRate,
     RecordTrials,
     Scheduler,
     Split,
@@ -43,6 +44,7 @@ def tasks(
         Option("-k", help='Only these cells, as pytest -k: "deliver and not greedy", "coffee or breakfast".'),
     ] = "",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
+    miss_rate: MissRate = 0.0,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     split: Split = "test",
@@ -65,7 +67,8 @@ def tasks(
     """Measure strategies on tasks: the paper's table of five scenarios.
 
     All strategies, the oracle among them, run the same trials. To resume a stopped evaluation, give the same
-    command again; costs do not depend on the number of workers.
+    command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, by the same draws
+    for every strategy, and strategies go on until what must exist is found; the oracle's looks never miss.
 
     Examples:
 
@@ -78,6 +81,8 @@ def tasks(
         lios evaluate tasks --scheduler tcp://10.0.0.1:8786 --record -o out
 
         lios evaluate tasks --houses mine.jsonl.gz --folds 5 --scenarios deliver-3 --workers 2 -o out
+
+        lios evaluate tasks --miss-rate 0.2 --scenarios deliver-3 --strategies robust-lios,conditioned-lios -o out
     """
     from workbench.errors import BadValue
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
@@ -85,9 +90,11 @@ def tasks(
     from workbench.evaluation.tasks.cell_filter import cell_filter
     from workbench.evaluation.tasks.store import TrialStore
     from workbench.terminal import emit_json
+    from workbench.worlds.perception import missing_at
     from workbench.worlds.procthor.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
 
+    missing_at(miss_rate)
     if record and output is None:
         raise BadValue("-o/--output", None, "a folder, for --record to record to")
     table = assets_for(houses or shipped_houses(), assets)
@@ -104,6 +111,7 @@ def tasks(
         assets=str(table.absolute()) if table else "",
         folds=dealt_as.count if dealt_as else 0,
         also=tuple(str(path.absolute()) for path in dealt_as.also) if dealt_as else (),
+        miss_rate=miss_rate,
     )
     meant = cell_filter(cells)
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
@@ -185,6 +193,7 @@ def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dic
         "split": request.house_description,
         "also": list(request.also),
         "assets": request.assets or None,
+        "miss_rate": request.miss_rate,
         "seed": request.seed,
         "rows": table(rows, seed=request.seed),
         "pairs": pairs(rows, seed=request.seed),
@@ -229,7 +238,7 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
     shown = [row | {"against_model_lios": signed_percentage(row["against_model_lios"])} for row in answer["rows"]]
     emit_table(shown, columns=(*SHOWN, *TIMES))
     for pair in answer["pairs"]:
-        if pair["b"] != "model-lios" or pair["a"] == "conditioned-lios":
+        if pair["b"] != "model-lios" or pair["a"] in ("conditioned-lios", "robust-lios"):
             share = ends_in_words(pair["share_ci95"], "+.1f", scale=100)
             say(
                 f"{pair['scenario']}: {pair['a']} against {pair['b']}: {100 * pair['share']:+.1f} % "

@@ -20,7 +20,7 @@ from recorders.spot.run.operator import KeyboardOperator, StopSwitch, stop_on_si
 from recorders.spot.run.run import place_of
 from recorders.spot.run.site_tasks import session_task
 from recorders.spot.session.inferred_actions import ActionDeriver
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.errors import OutputExists
 from workbench.execution.events import RunEnded, RunStatus
@@ -30,6 +30,8 @@ from workbench.search.costs import ROBOT_COSTS
 from workbench.terminal import counted, say
 from workbench.worlds.sites.site import Site
 
+OPERATOR = "operator"
+"""The strategy that the log of a session names."""
 ASKED_LATER = "best"
 """The estimator for replays of a session, which itself used none."""
 POLL_S = 0.05
@@ -132,7 +134,7 @@ def record_session(
     """Record until a key, a signal or the time limit; the log is always closed properly."""
     ending, stop = ending or Ending(), StopSwitch()
     task = plan.task or session_task()
-    cameras = plan.rates.cameras if plan.rates.images_hz > 0 else ()
+    cameras = wanted_cameras(plan.site, plan.rates)
     require_services(connection, services_of_cameras(cameras))
     check_cameras(connection, cameras)
     kept = None if plan.keep_last_s is None else RecentMoments(output, plan.keep_last_s, force=force)
@@ -263,5 +265,5 @@ def _tell_inconclusive(session: Session, derived: ActionDeriver) -> None:
 
 def session_info(connection: Connection, site: Site, task: Task) -> RunInfo:
     """The identity of an operator-driven session."""
-    driver = Driver(strategy="operator", estimator=ASKED_LATER)
+    driver = Driver(strategy=OPERATOR, estimator=ASKED_LATER)
     return robot_run_info(connection, site, task, driver, told_apart_by="session")

@@ -251,7 +251,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     source: str = "simulation"
     """simulation, spot, import, or replay."""
     origin_run: str = ""
-    """For a replay: the run id of the source log."""
+    """For a replay: the run id of the source log. For a run that goes on from an interrupted one: its run id."""
     origin_sha256: str = ""
     code_version: str = ""
     code_revision: str = ""

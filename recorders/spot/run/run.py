@@ -22,8 +22,9 @@ from recorders.spot.client.services import require_services, services_of_a_run
 from recorders.spot.run.abort_guard import stopping_on_error
 from recorders.spot.run.operator import KeyboardOperator, NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
+from recorders.spot.run.taken_over import TakenOver, look_where_items_were_put, settings_of
 from recorders.spot.run.world import SpotWorld
-from recorders.spot.session.sensor_pollers import check_cameras
+from recorders.spot.session.sensor_pollers import check_cameras, wanted_cameras
 from recorders.spot.session.session import Rates, Session
 from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
@@ -49,6 +50,7 @@ class RobotRun:
         take_lease, own_estop: as in Control.
         operator_name: who runs it, for the log. log_serial: whether the log names the robot's serial number.
         map_folder: a GraphNav map to upload first; None keeps the robot's map.
+        earlier: what it takes over from earlier logs of the place; None for a run that begins anew.
         audience: viewers that are shown every message once it is written.
     """
 
@@ -67,6 +69,7 @@ class RobotRun:
     title: str = ""
     operator_name: str = ""
     log_serial: bool = True
+    earlier: TakenOver | None = None
     audience: Audience | None = None
 
 
@@ -106,19 +109,23 @@ def run_and_record(
         as for Connection and Control before the run; a started run always ends with a status.
     """
     setup = setup or setup_of(run)
-    require_services(connection, services_of_a_run(run.site, _cameras(run)))
-    check_cameras(connection, _cameras(run))
+    cameras = wanted_cameras(run.site, run.rates)
+    require_services(connection, services_of_a_run(run.site, cameras))
+    check_cameras(connection, cameras)
     if run.map_folder is not None:
         read_graph(run.map_folder)
     control = Control(connection, take=run.take_lease, own_estop=run.own_estop, dock=run.site.robot.dock)
     with ExitStack() as held:
         world = _world(connection, control, run, operator=operator, stop=stop)
         _localize_and_set_start(world, run, held)
-        run = replace(run, site=world.site)
         if not control.held:
             held.enter_context(control)
+        if run.earlier is not None:
+            say(run.earlier.in_words())
+            look_where_items_were_put(world, run.earlier)
+        run = replace(run, site=world.site)
         robot = robot_metadata(connection, operator=run.operator_name, serial=run.log_serial)
-        with _recorder(connection, run, setup, output, found=_as_found(world), force=force) as recorder:
+        with _recorder(connection, run, setup, output, found=_as_found(world, run), force=force) as recorder:
             session = Session(connection, run.site, recorder.sink, rates=run.rates)
             world.tell = session.words
             recorder.sink.describe(ROBOT_METADATA, robot)
@@ -140,10 +147,6 @@ def run_and_record(
         gaps=tuple(session.gaps),
         skipped=sum(session.skipped.values()),
     )
-
-
-def _cameras(run: RobotRun) -> tuple[str, ...]:
-    return run.rates.cameras if run.rates.images_hz > 0 else ()
 
 
 def _recorder(
@@ -171,12 +174,14 @@ def first_decision(connection: Connection, run: RobotRun, setup: RunSetup | None
     Raises:
         NotLocalized, NoMap, WaypointMissing, ServiceMissing: as for a run.
     """
-    require_services(connection, services_of_a_run(run.site, _cameras(run)))
+    require_services(connection, services_of_a_run(run.site, wanted_cameras(run.site, run.rates)))
     world = _world(connection, Control(connection), run)
     world.know_the_map()
     if not world.localize():
         raise NotLocalized(str(connection.address))
     world.start_here()
+    if run.earlier is not None:
+        world.known = run.earlier.known
     for event in (setup or setup_of(run)).events(world):
         if isinstance(event, PlanMade):
             return event
@@ -296,13 +301,19 @@ def _dock_at_the_end(world: SpotWorld, seen: list[Event]) -> None:
         say(failure)
 
 
-def _as_found(world: SpotWorld) -> dict[str, object]:
-    """What was found before the first decision: whose e-stop guards the run, and where the robot was localised."""
+def _as_found(world: SpotWorld, run: RobotRun) -> dict[str, object]:
+    """What was found before the first decision: whose e-stop guards the run, where the robot was localised, and what
+    earlier logs told."""
     localized = None if world.localized is None else asdict(world.localized)
-    return {"estop_guard": world.control.estop_guard, "localization": localized}
+    return {
+        "estop_guard": world.control.estop_guard,
+        "localization": localized,
+        **settings_of(run.earlier, world.known),
+    }
 
 
 def _info(connection: Connection, run: RobotRun, setup: RunSetup) -> RunInfo:
     driver = Driver(strategy=setup.strategy.name, estimator=setup.estimator.name, seed=run.seed)
     by = f"{driver.strategy}|{driver.seed}|{run.title}"
-    return robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    info = robot_run_info(connection, run.site, run.task, driver, title=run.title, told_apart_by=by)
+    return info if run.earlier is None else run.earlier.continued(info)

@@ -28,12 +28,15 @@ from recorders.spot.client.graph_nav_map import waypoint_ids
 from recorders.spot.client.localized import Localization, is_localized
 from recorders.spot.client.odometer import WalkLog
 from recorders.spot.client.seed_frame import on_map
-from recorders.spot.client.tags import TagSighting, read_tags, within
+from recorders.spot.run.look_around import look_around
 from recorders.spot.run.manipulation import ArmManipulator, Handling, HelperManipulator, Manipulator, Picked
 from recorders.spot.run.navigate import LEASE_LOST, Ending, WalkEnd, walk
 from recorders.spot.run.operator import NoOperator, Operator, StopSwitch
 from recorders.spot.run.run_settings import RunSettings
 from recorders.spot.session.foxglove import map_from_odom
+from recorders.spot.tags.detections import TagSighting, place_on_map, robot_detections
+from recorders.spot.tags.item_places import ItemPlaces
+from recorders.spot.tags.pictures import counted, picture_detections, tag_sizes
 from workbench.errors import LiosError
 from workbench.log_schema.events import NANO
 from workbench.message_enum import Result
@@ -63,10 +66,10 @@ class SpotWorld:
     Attributes:
         tell: called with what the log should say in words.
         recording_trouble: why nothing is recorded any more; None while it is.
-        ending: whether the run is over and the robot only comes to rest: no key stops that, and no outage is asked
-            about.
+        ending: whether the run is over and the robot only comes to rest: neither keys nor outages stop that.
         opened_by: who opened which closed furniture.
-        hands: what picks and places.
+        hands: what picks and places. places: where looks have shown items.
+        known: contents of containers that are known before the run, from earlier logs.
         localized: where, by which tag and how long ago the robot was last localised; None before.
     """
 
@@ -77,6 +80,7 @@ class SpotWorld:
     operator: Operator = field(default_factory=NoOperator)
     stop: StopSwitch = field(default_factory=StopSwitch)
     at: LocationId | None = None
+    known: Contents = field(default_factory=lambda: MappingProxyType({}))
     tell: Callable[[str], None] = field(default=lambda _text: None)
     localized: Localization | None = None
     recording_trouble: Callable[[], LiosError | None] = field(default=lambda: None)
@@ -84,8 +88,10 @@ class SpotWorld:
     _power_checked_ns: int = 0
     opened_by: dict[LocationId, str] = field(default_factory=dict)
     hands: Manipulator = field(init=False)
+    places: ItemPlaces = field(init=False)
 
     def __post_init__(self) -> None:
+        self.places = ItemPlaces(self.site.plan, margin_m=self.settings.margin_m)
         arm = self.site.robot.arm and self.call(self.connection.robot.has_arm)
         self.hands = ArmManipulator(self) if arm else HelperManipulator(self)
 
@@ -105,7 +111,7 @@ class SpotWorld:
         return self.connection.clock.now_ns()
 
     def known_at_start(self) -> Contents:
-        return MappingProxyType({})
+        return self.known
 
     def go_to(self, location: LocationId) -> ActionDone | ActionRefused:
         start_ns, walked = self.now_ns(), WalkLog()
@@ -136,27 +142,18 @@ class SpotWorld:
         start_ns = self.now_ns()
         if not self._stands_open(container):
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason="nobody opened it")
-        found: dict[ItemId, TagSighting] = {}
-        box, placed = self.site.plan.container(container), self._localize()
-        while self.now_ns() - start_ns < round(self.settings.look_s * 1e9):
-            self.wait(self.settings.poll_s)
-            sightings = self.sightings()
-            placed = placed or sightings is not None
-            for sighting in sightings or ():
-                item = self.site.tags.get(sighting.tag)
-                fresh = sighting.stamp_ns >= start_ns
-                if item is not None and fresh and within(box, sighting.position, margin_m=self.settings.margin_m):
-                    found[item.id] = sighting
-        if not placed:
+        seen = look_around(self, start_ns, localized=self._localize())
+        if seen is None:
             reason = "the robot does not know where it is, so what it sees cannot be placed"
             return ActionRefused(start_ns=start_ns, end_ns=self.now_ns(), reason=reason)
+        found = self.places.shown_in(container, seen)
+        self.places.settle(container, found)
         by_id: Mapping[ItemId, Item] = {item.id: item for item in self.site.tags.values()}
-        items = tuple(by_id[name] for name in sorted(found))
         return LookResult(
             start_ns=start_ns,
             end_ns=self.now_ns(),
             container=container,
-            items=items,
+            items=tuple(by_id[name] for name in found),
             opened_by=self.opened_by.get(LocationId(container), ""),
         )
 
@@ -164,7 +161,10 @@ class SpotWorld:
         start_ns = self.now_ns()
         picked = self.hands.pick(item) if self._may_reach() else Picked(result=self._not_opened(), item_remains=True)
         answer = self._handled(start_ns, picked.result)
-        return replace(answer, item_remains=picked.item_remains) if isinstance(answer, ActionRefused) else answer
+        if isinstance(answer, ActionRefused):
+            return replace(answer, item_remains=picked.item_remains)
+        self.places.moved(item)
+        return answer
 
     def place(self, item: ItemId) -> ActionDone | ActionRefused:
         start_ns = self.now_ns()
@@ -219,15 +219,18 @@ class SpotWorld:
 
     def sightings(self) -> tuple[TagSighting, ...] | None:
         """The currently visible tags on the map; None if the robot is not localised."""
+        connection = self.connection
         objects: world_object_pb2.ListWorldObjectResponse = self.call(
-            lambda: self.connection.client("world-objects").list_world_objects(timeout=self.connection.timeout_s)
+            lambda: connection.client("world-objects").list_world_objects(timeout=connection.timeout_s)
         )
+        found = robot_detections(objects.world_objects, connection.clock, tag_sizes(self.site))
+        ours = self.call(lambda: picture_detections(connection, self.site))
         state = self._localization_state()
         if not is_localized(state):
             return None
         body = on_map(self.site, state.localization.seed_tform_body)
         odom = map_from_odom(body, state.robot_kinematics.transforms_snapshot)
-        return read_tags(objects.world_objects, body, self.connection.clock, odom)
+        return None if odom is None else place_on_map(counted(self.site, (*found, *ours)), odom)
 
     def body_pose(self) -> geometry_pb2.SE3Pose | None:
         """The body pose on the map; None if the robot is not localised."""

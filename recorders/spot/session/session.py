@@ -47,6 +47,7 @@ class Rates:
     state_hz: float = 10.0
     localization_hz: float = 5.0
     fiducials_hz: float = 4.0
+    tags_hz: float = 2.0
     images_hz: float = 2.0
     grid_hz: float = 1.0
     clock_hz: float = 0.2
@@ -160,7 +161,8 @@ class Session:
 
     def tell(self, fact: SessionFact) -> None:
         """Write one of our JSON messages."""
-        self.sink.write(fact_channel(type(fact)), msgspec.json.encode(fact), log_time=self.now_ns())
+        known = {name: value for name, value in msgspec.structs.asdict(fact).items() if value is not None}
+        self.sink.write(fact_channel(type(fact)), msgspec.json.encode(known), log_time=self.now_ns())
 
     def note(self, text: str, *, at_ns: int | None = None) -> None:
         """Write an operator's note: as JSON, as the event that `lios log note` writes, and as a log message."""

@@ -15,6 +15,8 @@ from workbench.worlds.sites.paths import SiteNavigation
 from workbench.worlds.sites.ros_map import read_survey_map
 from workbench.worlds.sites.site import Site
 
+SMALL_TAG_M = 0.07
+"""Side in metres below which Spot's own detector, which sees a tag of 0.146 m from 3 m, needs to be close."""
 Level = Literal["error", "warning", "note"]
 ORDER: tuple[Level, ...] = ("error", "warning", "note")
 
@@ -153,6 +155,14 @@ def _tags(site: Site) -> Iterator[SiteFinding]:
             where="tags",
             what="no item has a tag, so a robot recognises nothing",
             fix="Add tags: with the fiducial's number, the item and its type",
+        )
+    small = [n for n, tag in site.file.tags.items() if tag.size_m < SMALL_TAG_M]
+    if small and site.file.detector.kind == "robot":
+        yield SiteFinding(
+            level="warning",
+            where="tags",
+            what=f"{len(small)} are too small for Spot's own detector beyond 1.4 m (first: {small[0]})",
+            fix="Add detector: {kind: opencv}, and give tags their size_m",
         )
     for number, item in site.tags.items():
         word = vocabulary().get(item.type)
