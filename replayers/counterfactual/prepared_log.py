@@ -55,6 +55,8 @@ class ReplaySettings:
         estimator: "log", "first", or an estimator's name (logged_belief.py).
         estimator_origin: who gives that name; no answer depends on it, so it is in no replay's key.
         worlds: how many worlds the estimate draws; 0 leaves it out.
+        drawn_by: the built-in estimator by whose beliefs they are drawn, so that replays by several estimators meet
+            the same worlds; empty for the replay's own.
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
@@ -80,6 +82,7 @@ class ReplaySettings:
     history: History | None = None
     rates: MoveRates | None = None
     seed: int = 0
+    drawn_by: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,7 +180,7 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         settings=settings,
         recorded=run.outcome,
         place_sha256=hashlib.sha256(place_to_json(run.place)).hexdigest(),
-        draws=_draws(evidence, settings, estimator),
+        draws=_draws(evidence, settings, drawer_of(estimator, settings)),
         paths=evidence.place.paths() if with_ways else NoPaths(evidence),
         exact_beliefs=not believer.rounded,
         contradicting=contradicting,
@@ -234,6 +237,13 @@ def house_from_truth(evidence: Evidence, truth: GroundTruth) -> House:
     return House(plan=evidence.place.plan, contents=contents)
 
 
+def drawer_of(estimator: Estimator, settings: ReplaySettings) -> Estimator:
+    """By whose beliefs worlds are drawn."""
+    from workbench.beliefs.estimators import estimator as estimator_named
+
+    return estimator_named(settings.drawn_by, origin=NameOrigin.LOG) if settings.drawn_by else estimator
+
+
 def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledWorlds | None:
     """Worlds for the estimate, sampled from the belief given all that the log shows."""
     evidence, settings = ground.evidence, ground.settings
@@ -241,7 +251,7 @@ def _sample_worlds(ground: PreparedLog, types: tuple[ItemType, ...]) -> SampledW
         return None
     relevance: Relevance = relevance_of(evidence, types, settings.assumptions)
     all_seen = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.contents)
-    believed = ground.estimator.believe(all_seen, relevance.types)
+    believed = drawer_of(ground.estimator, settings).believe(all_seen, relevance.types)
     belief = believe_scenario_items(believed, evidence.task, evidence.place.plan)
     if evidence.misses:
         belief = _with_doubtful(ground, belief)
@@ -260,7 +270,9 @@ def _with_doubtful(ground: PreparedLog, belief: Belief) -> Belief:
     evidence = ground.evidence
     at_start = knowledge_at_start(evidence.place.plan, evidence.place.travel, evidence.known)
     before = believe_scenario_items(
-        ground.estimator.believe(at_start, belief.item_types), evidence.task, evidence.place.plan
+        drawer_of(ground.estimator, ground.settings).believe(at_start, belief.item_types),
+        evidence.task,
+        evidence.place.plan,
     )
     columns = [before.containers.index(c) for c in evidence.doubtful if c in before.containers]
     return replace(
