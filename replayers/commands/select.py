@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from workbench.options import Json, Workers
+from workbench.options import Ask, Json, Workers
 from workbench.parameters import Argument, Option
 from workbench.tolerances import NEAR_COST
 
@@ -45,6 +45,7 @@ def select(
         Option("--figure", help="Write a PNG of standings and regret over the trials of the largest group."),
     ] = None,
     estimator: Annotated[str, Option("--estimator", help="Whose beliefs, as of lios replay.")] = "log",
+    ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for each estimate.")] = 100,
     budget: Annotated[
         int, Option("--budget", min=1, help="Pieces of run that the bounds of one replay may take.")
@@ -73,6 +74,7 @@ def select(
     from replayers.batch.next_look import looks_by_log, shared_looks
     from replayers.batch.replay_all import LogFailed
     from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.logged_belief import ask_whom
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.selection.campaign_logs import group_by, trial_groups
     from replayers.selection.verdict import SelectionSettings, history
@@ -84,6 +86,7 @@ def select(
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
+        ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(stretches=budget),
         seed=seed,

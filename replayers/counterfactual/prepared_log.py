@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field, replace
+from math import inf
 
 import numpy as np
 
@@ -15,12 +16,15 @@ from replayers.counterfactual.bounds.search_cache import SearchCache
 from replayers.counterfactual.durations import SIMULATED, Durations, fitted_durations
 from replayers.counterfactual.estimates.sampled_worlds import SampledWorlds, sample_worlds
 from replayers.counterfactual.evidence import Evidence, evidence_of
-from replayers.counterfactual.logged_belief import EstimatorChoice, estimator_for
+from replayers.counterfactual.logged_belief import EstimatorChoice, LoggedBelief, estimator_for
 from replayers.counterfactual.logged_world import NoPaths
 from replayers.counterfactual.overlooked import contradicting_types, misses_note
 from replayers.counterfactual.relevance import Assumptions, Relevance, relevance_of
 from replayers.counterfactual.reproduction import SIMULATED_SOURCES, Reproduction, reproduce
+from replayers.counterfactual.strategy_traits import uses_beliefs
 from replayers.runs.run import Run
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
+from workbench.beliefs.asking.answers import NotAnswered
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.memory.history import History
 from workbench.beliefs.memory.move_rates import MoveRates, shipped_rates
@@ -29,6 +33,7 @@ from workbench.log_schema.events import GroundTruth, Outcome
 from workbench.log_schema.place import place_to_json
 from workbench.planning.actions import relevant_types
 from workbench.planning.scenarios.added_items import believe_scenario_items
+from workbench.planning.strategy import Strategy
 from workbench.plugins import NameOrigin
 from workbench.worlds.house import ContainerId, House, Item, ItemId, ItemType
 from workbench.worlds.knowledge import knowledge_at_start
@@ -53,7 +58,8 @@ class ReplaySettings:
         budget: how far the tree of runs is followed.
         assumptions: what is taken for granted beyond the log.
         with_truth: also run in the recorded truth.
-        timeout_s: the longest that a planner from outside may take for one decision.
+        ask: an estimator whose answers cost something is asked for those that neither log nor cache holds.
+        timeout_s: the longest that a planner from outside may take for one decision, and an estimator for a belief.
         in_process: planners from outside run in this process, without a time limit, so that a debugger stops in
             them; no answer depends on it, so it is in no replay's key.
         history: earlier runs that the strategies remember, in place of what the robot remembered; None for the
@@ -68,6 +74,7 @@ class ReplaySettings:
     budget: Budget = field(default_factory=Budget)
     assumptions: Assumptions = field(default_factory=Assumptions)
     with_truth: bool = False
+    ask: bool = field(default=False, repr=False)
     timeout_s: float = 10.0
     in_process: bool = field(default=False, repr=False)
     history: History | None = None
@@ -120,6 +127,14 @@ class PreparedLog:
         """Whether the durations were fitted to the log, as they are for a robot's."""
         return bool(self.durations.samples)
 
+    def estimator_of(self, planner: Strategy) -> Estimator:
+        """Who believes for a strategy: one whose answers cost something is not asked for a strategy that goes by
+        distance alone, which then gets the log's first belief."""
+        asks = isinstance(self.estimator, AnsweredEstimator)
+        if asks and not uses_beliefs(planner, self.evidence.task.goal):
+            return LoggedBelief(self.evidence)
+        return self.estimator
+
 
 def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -> PreparedLog:
     """Prepares a log.
@@ -144,6 +159,8 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
         name=settings.estimator,
         origin=settings.estimator_origin,
         other_memory=other_memory,
+        may_ask=settings.ask,
+        limit_s=inf if settings.in_process else settings.timeout_s,
     )
     estimator = believer.estimator
     hypothetical = believer.hypothetical or other_memory
@@ -175,7 +192,10 @@ def prepare_log(run: Run, settings: ReplaySettings, *, with_ways: bool = True) -
             if note
         ),
     )
-    return replace(ground, worlds=_sample_worlds(ground, types))
+    try:
+        return replace(ground, worlds=_sample_worlds(ground, types))
+    except NotAnswered as error:
+        return replace(ground, notes=(*ground.notes, f"no estimate: {error}"))
 
 
 def _notes(

@@ -22,6 +22,7 @@ from dashboards.panels.comparison import comparison
 from dashboards.panels.container import NO_TRUTH, NOTHING_CHOSEN, container
 from dashboards.panels.find_costs import find_costs
 from dashboards.panels.markup import error_line, style
+from dashboards.panels.memory import memory
 from dashboards.panels.now import legend, now, title
 from dashboards.panels.plan import plan
 from dashboards.panels.plots import plots
@@ -115,6 +116,9 @@ class Controls:
             self._add("events")
         if self._session.library.folder is None:
             self._runs = RunsTab(self._session, tabs)
+        if self._session.library.history is not None:
+            with tabs.add_tab("Memory"):
+                gui.add_html(str(memory(self._session.library.history)))
         with tabs.add_tab("View"):
             self._options = Options(self._session)
         panel = gui.add_panel()

@@ -12,15 +12,23 @@ if TYPE_CHECKING:
     from workbench.beliefs.training.train import TrainingSet, Watch
 
 
+PEOPLE = "people"
+"""The estimator that is made from votes instead of houses."""
 ENCODER = "encoder"
 """The name that writes vectors of names, like the shipped ones, instead of training an estimator."""
 
 
 def train(
-    houses: Annotated[list[Path], Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
+    houses: Annotated[
+        list[Path] | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")
+    ] = None,
     estimator: Annotated[
-        str, Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
+        str, Option("--estimator", "-e", help="counts, fcnn, best; people, of votes; encoder, for vectors of names.")
     ] = "best",
+    votes: Annotated[
+        Path | None,
+        Option("--votes", help="For people: a table of votes (CSV) with object, room, receptacle and three counts."),
+    ] = None,
     output: Annotated[
         Path | None, Option("--output", "-o", help="The weights file to write; default: ESTIMATOR.safetensors.")
     ] = None,
@@ -47,6 +55,8 @@ def train(
         lios train --houses mine.jsonl.gz --estimator fcnn --seed 3 -o mine.safetensors
 
         lios train --houses mine.jsonl.gz --estimator encoder -o vectors.safetensors
+
+        lios train --estimator people --votes housekeep_placement.csv.gz -o people.safetensors
     """
     from secrets import randbelow
     from time import perf_counter
@@ -58,8 +68,11 @@ def train(
     from workbench.terminal import say
 
     target = output or Path(f"{estimator}.safetensors")
-    if estimator != ENCODER and estimator not in TRAINERS:
-        raise UnknownName("estimator to train", estimator, (*TRAINERS, ENCODER))
+    if estimator not in (*TRAINERS, ENCODER, PEOPLE):
+        raise UnknownName("estimator to train", estimator, (*TRAINERS, PEOPLE, ENCODER))
+    if (votes is not None) != (estimator == PEOPLE) or bool(houses) == (estimator == PEOPLE):
+        needed = "given, and --houses not" if estimator == PEOPLE else "left out, and --houses given"
+        raise BadValue(f"--votes for {estimator}", None if votes is None else str(votes), needed)
     if not 0 < hold_out < 1:
         raise BadValue("--hold-out", hold_out, "between 0 and 1")
     if seed is not None and seed >= 2**63:
@@ -68,6 +81,10 @@ def train(
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():
         raise BadValue("folder of -o/--output", str(target.absolute().parent), "a folder that exists")
+    if votes is not None:
+        _count_votes(votes, encoder, target, as_json=json)
+        return
+    assert houses, "checked with the votes"
     if estimator == ENCODER:
         _encode(houses, encoder, target, as_json=json)
         return
@@ -77,6 +94,18 @@ def train(
     begin = perf_counter()
     weights = _watched(run, estimator, lesson, target)
     _answer(weights, perf_counter() - begin, as_json=json)
+
+
+def _count_votes(votes: Path, encoder: str, target: Path, *, as_json: bool) -> None:
+    """Write the weights of the estimator that goes by people's votes."""
+    from time import perf_counter
+
+    from workbench.beliefs.encoder import text_encoder
+    from workbench.beliefs.people.votes import write_votes
+
+    begin = perf_counter()
+    weights = write_votes(votes, target, text_encoder(encoder))
+    _answer(weights, perf_counter() - begin, as_json=as_json)
 
 
 def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) -> None:
