@@ -10,7 +10,8 @@ from pathlib import Path
 import msgspec
 
 from replayers.batch.replay_all import LogFailed, Outcome
-from replayers.batch.replays import Log, Replays, Told, replay
+from replayers.batch.replays import Log, Replays, Told
+from replayers.batch.replays import replay as replay_logs
 from replayers.batch.store import StoredReplay
 from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.runs.run import read
@@ -60,13 +61,13 @@ def replay_candidates(
     """
     if len(estimators) == 1:
         by = replace(settings, estimator=estimators[0])
-        return replay(logs, strategies, settings=by, output=output, workers=workers, told=told)
+        return replay_logs(logs, strategies, settings=by, output=output, workers=workers, told=told)
     believers = believers_of(estimators)
     made: list[Replays] = []
     for one in believers:
         by = replace(settings, estimator=one.given, drawn_by=DRAWN_BY)
         folder = None if output is None else output / file_name_of(one.label)
-        made.append(replay(logs, strategies, settings=by, output=folder, workers=workers, told=told))
+        made.append(replay_logs(logs, strategies, settings=by, output=folder, workers=workers, told=told))
     return _together(made, believers)
 
 

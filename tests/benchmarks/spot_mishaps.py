@@ -22,7 +22,7 @@ from pathlib import Path
 
 from dashboards.library.library import Library
 from recorders.spot.client.time_source import RunningClock
-from recorders.spot.simulated.faults import read_faults
+from recorders.spot.simulated.faults import FaultKind, read_faults
 from recorders.spot.simulated.services.server import SimulatedSpot
 from replayers.counterfactual.replay import replay
 from replayers.runs.run import read
@@ -33,7 +33,7 @@ from workbench.worlds.sites.site import load_site
 
 LIOS = [sys.executable, "-c", "import sys; from workbench.cli import run; sys.exit(run(sys.argv[1:]))"]
 SPEED_UP = 5.0
-ROOM_BYTES = 1_500_000
+ROOM_BYTES = 800_000
 """Size at which the log's disk is full."""
 KILLED_AFTER_S = 12.0
 STRATEGIES = ("pes-greedy", "model-lios")
@@ -46,23 +46,28 @@ class Mishap:
 
     Attributes:
         faults: of the simulated robot. options: of `lios spot run`, beyond those of every run.
-        full_disk: whether the log's disk is full after ROOM_BYTES. killed: whether the process is killed.
+        outages_s: seconds from the first decision at which the network is away, for away_s each.
+        drops_item: whether the gripper loses what it holds. killed: whether the process is killed.
+        full_disk: whether the log's disk is full after ROOM_BYTES.
     """
 
     faults: tuple[str, ...] = ()
     options: tuple[str, ...] = ()
+    outages_s: tuple[float, ...] = ()
+    away_s: float = 5.0
+    drops_item: bool = False
     full_disk: bool = False
     killed: bool = False
 
 
 MISHAPS = {
     "none": Mishap(),
-    "outages": Mishap(faults=("dropped@10+2", "dropped@40+2"), options=("--resume",)),
-    "outage-without-resume": Mishap(faults=("dropped@10+2",)),
+    "outages": Mishap(outages_s=(2.0, 12.0), away_s=1.5, options=("--resume",)),
+    "outage-without-resume": Mishap(outages_s=(2.0,)),
     "full-disk": Mishap(options=("--images-hz", "10"), full_disk=True),
     "killed": Mishap(killed=True),
     "missed-tag": Mishap(faults=("tag-not-seen@0",)),
-    "dropped-item": Mishap(faults=("dropped-item@125", "dropped-item@135", "dropped-item@145", "dropped-item@155")),
+    "dropped-item": Mishap(drops_item=True),
 }
 
 
@@ -102,11 +107,9 @@ def suffer(mishap: Mishap, log: Path) -> Told:
             text=True,
             preexec_fn=_small_disk if mishap.full_disk else None,
         )
-        if mishap.killed:
-            while not log.exists():
-                time.sleep(0.1)
-            time.sleep(KILLED_AFTER_S)
-            process.kill()
+        while process.poll() is None and not log.exists():
+            time.sleep(0.1)
+        _happen(mishap, robot, process)
         said = process.communicate()[1]
     told = [line for line in said.splitlines() if line.startswith(("Ended", "lios:"))]
     ended = told or [f"killed ({process.returncode})"]
@@ -116,6 +119,25 @@ def suffer(mishap: Mishap, log: Path) -> Told:
         replay=_replayed(log),
         view=_viewed(log),
     )
+
+
+def _happen(mishap: Mishap, robot: SimulatedSpot, process: subprocess.Popen[str]) -> None:
+    """Let the mishap happen to a run that has begun."""
+    began = time.monotonic()
+    for outage_s in mishap.outages_s:
+        time.sleep(max(0.0, outage_s - (time.monotonic() - began)))
+        robot.drop(mishap.away_s)
+    while mishap.drops_item and process.poll() is None:
+        with robot.state.alive() as state:
+            if state.held is not None:
+                break
+        time.sleep(0.2)
+    if mishap.drops_item:
+        time.sleep(1.0)
+        robot.inject(FaultKind.DROPPED_ITEM)
+    if mishap.killed:
+        time.sleep(KILLED_AFTER_S)
+        process.kill()
 
 
 def _small_disk() -> None:

@@ -1,4 +1,4 @@
-"""What doctor, replay and the viewer say of runs in which something went wrong; docs/spot.md has the whole table."""
+"""What doctor, replay and the viewer say of runs in which something went wrong; docs/spot.md shows the table."""
 
 from __future__ import annotations
 
