@@ -19,6 +19,7 @@ from workbench.execution.events import Event, RunEnded
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
 from workbench.execution.start import MAX_KNOWN_SHARE, TaskStart, known_at_start, scenario_start
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.perception_json import perception_to_settings
@@ -175,7 +176,11 @@ def record_trial(
         force=force,
         sink=sink,
         audience=audience,
-        settings=perception_to_settings(missing_at(trial.miss_rate)) | memory_to_settings(trial.memory),
+        settings={
+            **perception_to_settings(missing_at(trial.miss_rate)),
+            **memory_to_settings(trial.memory),
+            **estimator_to_settings(ready.setup.estimator),
+        },
     ) as recorder:
         if begun is not None:
             begun()

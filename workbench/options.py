@@ -53,6 +53,9 @@ Upload = Annotated[
 ]
 DryRun = Annotated[bool, Option("--dry-run", help="Print what would be run, and stop.")]
 Force = Annotated[bool, Option("--force", help="Replace the output.")]
+Ask = Annotated[
+    bool, Option("--ask", help="Ask the --estimator for answers that neither the log nor the cache holds.")
+]
 Json = Annotated[bool, Option("--json", help="Print the result as JSON on standard output.")]
 ServePort = Annotated[
     int | None,

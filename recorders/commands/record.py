@@ -27,7 +27,8 @@ def record(
     task: Annotated[Path | None, Option("--task", help="A task file (YAML).")] = None,
     strategy: Annotated[str, Option("--strategy", "-s", help="Strategy or search policy.")] = "conditioned-lios",
     estimator: Annotated[
-        str, Option("--estimator", help="counts, fcnn, best, people, mixed, or a .safetensors of lios train.")
+        str,
+        Option("--estimator", help="counts, fcnn, best, people, mixed, a .safetensors, a .prompt, or module:Class."),
     ] = "best",
     seed: Annotated[int, Option("--seed", help="Seed of the scenario and of the containers known at the start.")] = 0,
     known: Annotated[
@@ -73,7 +74,7 @@ def record(
     import recorders
     from recorders.sinks.files import LogFiles, Split
     from recorders.sinks.mirrored import watched
-    from workbench.errors import Failed, OutputExists
+    from workbench.errors import Failed, OutputExists, Unsupported
     from workbench.execution.events import RunStatus
     from workbench.planning.strategies import resolved_name
     from workbench.remote.upload import require_upload, send
@@ -126,6 +127,8 @@ def record(
             send(part, upload, force=force)
     if end.status is RunStatus.PLANNER_FAILED:
         raise Failed(f"{by} broke: {end.reason}")
+    if end.status is RunStatus.ESTIMATOR_FAILED:
+        raise Unsupported(f"{end.reason} What was recorded until then is in {output}.")
 
 
 def _emit(trial: Trial, by: str, end: RunEnded, output: Path, parts: Sequence[Path] | None) -> None:
@@ -156,7 +159,7 @@ def _tell(end: RunEnded, output: Path, parts: Sequence[Path] | None) -> None:
 
     looked = counted(end.searches, "container")
     say(f"{end.status}: cost {end.cost:.1f}, {looked} searched, {end.travel_m:.1f} m walked")
-    if end.status not in (RunStatus.DONE, RunStatus.PLANNER_FAILED):
+    if end.status not in (RunStatus.DONE, RunStatus.PLANNER_FAILED, RunStatus.ESTIMATOR_FAILED):
         say(f"Why: {end.reason}")
     if parts is None:
         say(f"Recorded to {output}. Next: lios replay {output} --strategies all, or lios view {output}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from workbench.errors import BadValue
-from workbench.options import Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
+from workbench.options import Ask, Json, MemoryLogs, MoveRatesFile, Scheduler, Upload
 from workbench.parameters import Argument, Option
 from workbench.terminal import counted
 
@@ -47,6 +47,7 @@ def replay(
             help='"log": as in the log; "first": the log\'s first belief, held fixed; or a name: best, people, ...',
         ),
     ] = "log",
+    ask: Ask = False,
     worlds: Annotated[int, Option("--worlds", min=0, help="Worlds sampled for the estimate; 0 for none.")] = 200,
     budget: Annotated[
         int,
@@ -129,6 +130,7 @@ def replay(
     from replayers.batch.replay_all import LogFailed
     from replayers.batch.replay_rows import pair_rows, replay_row
     from replayers.counterfactual.bounds.bounds import Budget
+    from replayers.counterfactual.logged_belief import ask_whom
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.counterfactual.relevance import Assumptions
     from workbench.beliefs.memory.move_rates import read_rates
@@ -142,6 +144,7 @@ def replay(
     settings = ReplaySettings(
         estimator=estimator,
         estimator_origin=NameOrigin.USER,
+        ask=ask_whom(estimator, ask=ask),
         worlds=worlds,
         budget=Budget(stretches=budget),
         assumptions=Assumptions(inventory=not no_inventory, unique=unique, misses=misses),

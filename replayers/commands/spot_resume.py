@@ -79,8 +79,8 @@ def resume(
     from workbench.errors import BadValue, OutputExists
     from workbench.worlds.sites.site import load_site
 
-    log = logs[0]
-    output = output or log.with_name(f"{log.stem}-resumed.mcap")
+    interrupted, *_ = logs
+    output = output or interrupted.with_name(f"{interrupted.stem}-resumed.mcap")
     if output.exists() and not force and not dry_run:
         raise OutputExists(output)
     if speed is not None and not 0 < speed <= 1.6:

@@ -6,6 +6,7 @@ from workbench.execution.events import (
     ActionEnded,
     BeliefUpdated,
     ContainerObserved,
+    EstimatorAnswered,
     Event,
     FindCostsUpdated,
     PlanMade,
@@ -32,6 +33,8 @@ def event_line(event: Event) -> str:
         case ActionEnded():
             result = "" if event.success else f" refused: {event.reason}"
             return f"{event.step}{result} ({(event.stamp_ns - event.start_ns) / 1e9:.0f} s)"
+        case EstimatorAnswered():
+            return f"Asked {event.answer.model} ({event.answer.seconds:.1f} s)"
         case BeliefUpdated():
             return f"Believes by {event.belief.estimator}"
         case FindCostsUpdated():

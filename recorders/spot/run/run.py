@@ -33,6 +33,7 @@ from workbench.errors import LiosError
 from workbench.execution.events import Event, PlanMade, RunEnded, RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.setup import RunSetup, set_up
+from workbench.log_schema.asking_json import estimator_to_settings
 from workbench.log_schema.events import RunInfo
 from workbench.log_schema.memory_json import memory_to_settings
 from workbench.log_schema.place import Place
@@ -173,7 +174,11 @@ def _recorder(
         audience=run.audience,
         background=not stepped,
         receipt_ns=None if stepped else connection.clock.now_ns,
-        settings={"spot": {**_settings(run), **found}, **memory_to_settings(run.memory)},
+        settings={
+            "spot": {**_settings(run), **found},
+            **memory_to_settings(run.memory),
+            **estimator_to_settings(setup.estimator),
+        },
     )
 
 

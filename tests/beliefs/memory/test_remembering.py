@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from toy import BED, COUNTER, DESK, FRIDGE, TABLE, item, toy_house, toy_plan, toy_travel
 
+from workbench.beliefs.asking.answered_estimator import answered
+from workbench.beliefs.asking.state_questions import StateQuestions
 from workbench.beliefs.belief import Belief
 from workbench.beliefs.memory.memory import Memory, NothingEarlier, PastLook, remember
 from workbench.beliefs.memory.move_rates import NS_PER_DAY, MoveRates
@@ -129,3 +131,10 @@ def test_what_is_gone_from_its_place_may_be_anywhere() -> None:
     held = memory(look(TABLE, MUG), look(DESK), day=0.5)
     assert believed(held, MUG, DESK) < 0.12
     assert believed(held, MUG, DESK, start().seen(TABLE, ())) == pytest.approx(0.2)
+
+
+def test_an_estimator_that_asks_has_no_memory() -> None:
+    asks = answered(StateQuestions("asks", None, names_alone=False), may_ask=False)
+    with pytest.raises(BadValue, match="an estimator that asks nobody"):
+        remembering(asks, memory(look(DESK, MUG), day=1.0))
+    assert remembering(asks, None) is asks

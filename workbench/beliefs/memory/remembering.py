@@ -19,8 +19,10 @@ from typing import final
 import numpy as np
 
 from workbench.arrays import Floats
+from workbench.beliefs.asking.answered_estimator import AnsweredEstimator
 from workbench.beliefs.belief import Belief, Estimator
 from workbench.beliefs.memory.memory import Memory, PastLook
+from workbench.errors import BadValue
 from workbench.worlds.house import Item, ItemId, ItemType
 from workbench.worlds.knowledge import Knowledge
 
@@ -104,8 +106,16 @@ class Remembering:
 
 
 def remembering(estimator: Estimator, memory: Memory | None) -> Estimator:
-    """The estimator with a memory; itself where there is none."""
-    return estimator if memory is None else Remembering(base=estimator, memory=memory)
+    """The estimator with a memory; itself where there is none.
+
+    Raises:
+        BadValue: the estimator's answers cost something: those that it gives by what is remembered are in no log.
+    """
+    if memory is None:
+        return estimator
+    if isinstance(estimator, AnsweredEstimator):
+        raise BadValue("--memory", estimator.name, "given with an estimator that asks nobody")
+    return Remembering(base=estimator, memory=memory)
 
 
 def without_memory(name: str) -> str:

@@ -102,7 +102,16 @@ def _map(site: Site) -> Iterator[SiteFinding]:
             what="there is none; ways are drawn as straight lines and other starts cannot be used",
             fix="Add map: with the YAML of map_saver",
         )
-    grey = 0 if site.file.map is None else read_survey_map(site.path.parent / site.file.map).grey_read_as_free
+    surveyed = None if site.file.map is None else read_survey_map(site.path.parent / site.file.map)
+    if surveyed is not None and surveyed.read_otherwise:
+        yield SiteFinding(
+            level="warning",
+            where="map",
+            what=f"{surveyed.read_otherwise} cells are free by one release of map_server and not by another "
+            "(equal to a threshold, transparent, or coloured)",
+            fix="Save the map as plain grey, and choose thresholds that no grey of it equals",
+        )
+    grey = 0 if surveyed is None else surveyed.grey_read_as_free
     if grey:
         yield SiteFinding(
             level="warning",
