@@ -103,8 +103,8 @@ def search(
     if memory or rates is not None:
         from recorders.commands.memory_tables import show_searches
 
-        if not memory or record or request.folds is not None or dry_run or miss_rate:
-            given = "given for --rates, and without --record, --folds, --miss-rate and --dry-run"
+        if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
+            given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
             raise BadValue("--memory", memory, given)
         show_searches(request, rates, output, force=force, json=json)
         return

@@ -128,8 +128,8 @@ def tasks(
     if memory or rates is not None:
         from recorders.commands.memory_tables import show_tasks
 
-        if not memory or record or cells or dealt_as is not None or dry_run or scheduler or miss_rate:
-            given = "given for --rates, and without --record, --folds, --scheduler, --miss-rate, -k and --dry-run"
+        if not memory or record or cells or dealt_as is not None or dry_run or scheduler or miss_rate or workers > 1:
+            given = "given for --rates, and alone: without --record, --folds, --workers, --scheduler, --miss-rate, -k"
             raise BadValue("--memory", memory, given)
         show_tasks(request, rates, output, force=force, json=json)
         return
