@@ -15,7 +15,9 @@ from workbench.evaluation.tasks.trials import PreparedTrial
 from workbench.execution.events import Event
 from workbench.files import file_name_of
 from workbench.log_schema.events import RunInfo
+from workbench.log_schema.perception_json import perception_to_settings
 from workbench.log_schema.place import Place
+from workbench.worlds.perception import missing_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +44,7 @@ class RecordTo:
             costs=staged.costs,
             truth=staged.house.contents,
             force=True,
+            settings=perception_to_settings(missing_at(staged.misses_of(strategy))),
         ) as recorder:
             recorder.record(first)
             yield first
@@ -57,10 +60,12 @@ def log_path(folder: Path, scenario: str, trial: int, strategy: str) -> Path:
 
 def _info(staged: PreparedTrial, strategy: str, estimator: Estimator, first: Event) -> RunInfo:
     key, place = staged.key, staged.house.plan.name
+    rate = staged.misses_of(strategy)
+    missing = f"/miss rate {rate!r}" if rate else ""
     return run_info(
         staged.task,
         Driver(strategy=strategy, estimator=estimator.name, seed=key.seed),
-        id=run_id(f"{place}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}"),
+        id=run_id(f"{place}/{key.scenario}/{key.trial}/{key.seed}/{strategy}/{estimator.name}{missing}"),
         place=place,
         started_ns=first.stamp_ns,
     )

@@ -13,6 +13,7 @@ from workbench.options import (
     Houses,
     Json,
     MissRate,
+    MoveRatesFile,
     RecordTrials,
     Scheduler,
     Split,
@@ -44,6 +45,11 @@ def search(
     workers: Workers = 1,
     scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of drawn queries and of the bootstrap.")] = 0,
+    memory: Annotated[
+        bool,
+        Option("--memory", help="Measure instead what memory of five earlier searches in each house saves."),
+    ] = False,
+    rates: MoveRatesFile = None,
     assets: AssetsOrBeside = None,
     output: Annotated[
         Path | None, Option("--output", "-o", help="A folder for the table, the trials and the figures.")
@@ -69,13 +75,16 @@ def search(
 
         lios evaluate search --queries 20 --record -o out
 
+        lios evaluate search --houses houses.jsonl.gz --memory --policies conditioned-lios
+
         lios evaluate search --houses mine.jsonl.gz --folds 5 --workers 2 -o out
 
         lios evaluate search --miss-rate 0.2 --policies robust-lios,conditioned-lios,conditioned-lios@start-over
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_training import Workforce, trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import trained_per_fold
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
+    from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 
@@ -96,6 +105,14 @@ def search(
         folds=folds_from_options(folds, also),
         miss_rate=miss_rate,
     )
+    if memory or rates is not None:
+        from recorders.commands.memory_tables import show_searches
+
+        if not memory or record or request.folds is not None or dry_run or miss_rate or workers > 1:
+            given = "given for --rates, and without --record, --folds, --miss-rate, --workers and --dry-run"
+            raise BadValue("--memory", memory, given)
+        show_searches(request, rates, output, force=force, json=json)
+        return
     experiment = request.experiment()
     if dry_run:
         count = sum(1 for _ in request.chosen_houses())

@@ -15,6 +15,8 @@ from workbench.options import (
     FoldCount,
     Houses,
     Json,
+    MissRate,
+    MoveRatesFile,
     RecordTrials,
     Scheduler,
     Split,
@@ -43,6 +45,7 @@ def tasks(
         Option("-k", help='Only these cells, as pytest -k: "deliver and not greedy", "coffee or breakfast".'),
     ] = "",
     trials: Annotated[int, Option("--trials", "-n", min=1, help="Trials of each scenario.")] = 100,
+    miss_rate: MissRate = 0.0,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     split: Split = "test",
@@ -54,6 +57,10 @@ def tasks(
     ] = "fcnn",
     seed: Annotated[int, Option("--seed", help="Seed of houses, tasks, starts and the bootstrap.")] = 0,
     assets: AssetsOrBeside = None,
+    memory: Annotated[
+        bool, Option("--memory", help="Measure instead what memory of five earlier tasks in each house saves.")
+    ] = False,
+    rates: MoveRatesFile = None,
     record: RecordTrials = False,
     output: Annotated[
         Path | None, Option("--output", "-o", help="A folder for the trials and the table; resumable.")
@@ -65,7 +72,8 @@ def tasks(
     """Measure strategies on tasks: the paper's table of five scenarios.
 
     All strategies, the oracle among them, run the same trials. To resume a stopped evaluation, give the same
-    command again; costs do not depend on the number of workers.
+    command again; costs do not depend on the number of workers. With --miss-rate, looks miss items, by the same draws
+    for every strategy, and strategies go on until what must exist is found; the oracle's looks never miss.
 
     Examples:
 
@@ -73,11 +81,15 @@ def tasks(
 
         lios evaluate tasks --scenarios deliver-3,coffee --strategies paper,conditioned-lios --trials 20 -o out
 
+        lios evaluate tasks --memory --scenarios deliver-3 --strategies conditioned-lios --trials 60
+
         lios evaluate tasks -k "deliver and (model or conditioned)" --dry-run
 
         lios evaluate tasks --scheduler tcp://10.0.0.1:8786 --record -o out
 
         lios evaluate tasks --houses mine.jsonl.gz --folds 5 --scenarios deliver-3 --workers 2 -o out
+
+        lios evaluate tasks --miss-rate 0.2 --scenarios deliver-3 --strategies robust-lios,conditioned-lios -o out
     """
     from workbench.errors import BadValue
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
@@ -85,9 +97,11 @@ def tasks(
     from workbench.evaluation.tasks.cell_filter import cell_filter
     from workbench.evaluation.tasks.store import TrialStore
     from workbench.terminal import emit_json
+    from workbench.worlds.perception import missing_at
     from workbench.worlds.procthor.assets import assets_for
     from workbench.worlds.shipped import shipped_houses
 
+    missing_at(miss_rate)
     if record and output is None:
         raise BadValue("-o/--output", None, "a folder, for --record to record to")
     table = assets_for(houses or shipped_houses(), assets)
@@ -104,12 +118,21 @@ def tasks(
         assets=str(table.absolute()) if table else "",
         folds=dealt_as.count if dealt_as else 0,
         also=tuple(str(path.absolute()) for path in dealt_as.also) if dealt_as else (),
+        miss_rate=miss_rate,
     )
     meant = cell_filter(cells)
     chosen = [(s, n) for s in request.scenarios for n in request.strategies if meant(s, n)]
     if not chosen:
         raise BadValue("-k", cells, "met by at least one cell; --dry-run without -k lists them")
     request.require_estimators()
+    if memory or rates is not None:
+        from recorders.commands.memory_tables import show_tasks
+
+        if not memory or record or cells or dealt_as is not None or dry_run or scheduler or miss_rate or workers > 1:
+            given = "given for --rates, and alone: without --record, --folds, --workers, --scheduler, --miss-rate, -k"
+            raise BadValue("--memory", memory, given)
+        show_tasks(request, rates, output, force=force, json=json)
+        return
     dealt = request.dealt()
     planned = experiment.plan_trials(request, dealt)
     _say_refused(planned)
@@ -141,7 +164,8 @@ class _How(NamedTuple):
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
     from recorders.task_trials import RecordTo
-    from workbench.evaluation.beliefs.fold_training import Workforce, trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import trained_per_fold
+    from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.workers import run_units
     from workbench.terminal import progress, say
@@ -189,6 +213,7 @@ def _answer(request: TaskRequest, planned: Plan, rows: Sequence[TaskRow]) -> dic
         "split": request.house_description,
         "also": list(request.also),
         "assets": request.assets or None,
+        "miss_rate": request.miss_rate,
         "seed": request.seed,
         "rows": table(rows, seed=request.seed),
         "pairs": pairs(rows, seed=request.seed),
@@ -233,7 +258,7 @@ def _show(answer: dict[str, Any], output: Path | None) -> None:
     shown = [row | {"against_model_lios": signed_percentage(row["against_model_lios"])} for row in answer["rows"]]
     emit_table(shown, columns=(*SHOWN, *TIMES))
     for pair in answer["pairs"]:
-        if pair["b"] != "model-lios" or pair["a"] == "conditioned-lios":
+        if pair["b"] != "model-lios" or pair["a"] in ("conditioned-lios", "robust-lios"):
             share = ends_in_words(pair["share_ci95"], "+.1f", scale=100)
             say(
                 f"{pair['scenario']}: {pair['a']} against {pair['b']}: {100 * pair['share']:+.1f} % "

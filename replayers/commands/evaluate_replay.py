@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from workbench.options import DryRun, Force, Houses, Json, Scheduler, Split, Workers
+from workbench.options import DryRun, Force, Houses, Json, MissRate, Scheduler, Split, Workers
 from workbench.parameters import Option
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ def replay(
             help="Pieces of run, from one unopened container to the next, that the bounds of one replay may take.",
         ),
     ] = 400,
+    miss_rate: MissRate = 0.0,
     workers: Workers = 1,
     scheduler: Scheduler = "",
     seed: Annotated[int, Option("--seed", help="Seed of the tasks and of the sampled worlds.")] = 0,
@@ -57,18 +58,25 @@ def replay(
     interval_mass. The probability integral transform is free of that: its share within the central 90 % is
     interval_coverage, its distance from the even distribution pit_distance, its ten bars pit (with --json).
 
+    With --miss-rate, logs are recorded with looks that miss, and each is replayed with --misses K, K being how many
+    items its looks overlooked; the truth is a run that overlooks nothing.
+
     Examples:
 
         lios evaluate replay -n 200
 
         lios evaluate replay --houses houses.jsonl.gz --scenarios deliver-3 -n 2000 -j 2 -o replay.csv
+
+        lios evaluate replay --miss-rate 0.2 --scenarios find -n 200
     """
     from replayers.counterfactual.bounds.bounds import Budget
     from replayers.counterfactual.prepared_log import ReplaySettings
     from replayers.evaluation.trials import MeasurementSettings, outside_bounds, tasks_for
     from workbench.errors import Failed, OutputExists, WrongKind
     from workbench.terminal import say
+    from workbench.worlds.perception import missing_at
 
+    missing_at(miss_rate)
     if output is not None and output.exists() and not force:
         raise OutputExists(output)
     names, wanted = _asked(strategies, scenarios)
@@ -78,7 +86,8 @@ def replay(
     places = tasks_for(houses, part, wanted, count=count, per_place=len(names) * (len(names) - 1), seed=seed)
     settings = ReplaySettings(worlds=worlds, budget=Budget(stretches=budget), seed=seed)
     plans = [
-        MeasurementSettings(places=places, strategies=names, settings=settings, estimator=name) for name in believers
+        MeasurementSettings(places=places, strategies=names, settings=settings, estimator=name, miss_rate=miss_rate)
+        for name in believers
     ]
     each = len(places) * len(names) * (len(names) - 1)
     if dry_run:
@@ -197,7 +206,7 @@ def _shown(row: dict[str, Any]) -> dict[str, Any]:
     names = (
         "estimator", "scenario", "counterfactuals", "inside_bounds", "exact", "exact_or_within_10_percent",
         "interval_coverage_closed", "interval_mass", "interval_coverage", "pit_distance", "not_exact",
-        "both_sides_reached", "undetermined_alone",
+        "both_sides_reached", "undetermined_alone", "misses",
     )  # fmt: skip
     return {name: row[name] for name in names}
 

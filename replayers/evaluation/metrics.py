@@ -51,6 +51,8 @@ def summary(found: Sequence[Counterfactual]) -> dict[str, object]:
         "estimate_bias": _mean((c.estimate or 0.0) - c.true_cost for c in open_ended if c.estimate is not None),
         "inside_if_beliefs_stand": _share(c.inside_if_beliefs_stand for c in found),
         "exact_if_beliefs_stand": _share(c.exact_if_beliefs_stand for c in found),
+        "misses": _mean(float(c.misses) for c in found),
+        "with_misses": _share(c.misses > 0 for c in found),
         "houses": len({c.house for c in found}),
         "tasks": len({(c.house, c.scenario, c.seed) for c in found}),
     }

@@ -9,7 +9,7 @@ bounds, how many are exact or narrow, and how often the estimate's interval cove
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,13 +18,14 @@ from recorders.simulated_run import TaskRequest, Trial, record_trial, trial_even
 from replayers.counterfactual.prepared_log import ReplaySettings, prepare_log
 from replayers.counterfactual.replay import replay_on
 from replayers.evaluation.calibration import Stretch, pit_interval, share_within
-from replayers.runs.run import read
+from replayers.runs.run import Run, read
 from workbench.errors import BadValue, LiosError, Unsupported
 from workbench.evaluation.cluster import run_in_order
 from workbench.evaluation.splits import split_indices
 from workbench.execution.events import RunStatus
 from workbench.execution.loop import outcome_of
 from workbench.execution.start import scenario_start
+from workbench.planning.actions import relevant_types
 from workbench.plugins import NameOrigin
 from workbench.tolerances import NEAR_COST
 from workbench.worlds.house import House
@@ -54,17 +55,24 @@ class MeasurementSettings:
     Attributes:
         strategies: each records a log of every task, and is replayed over the logs of the others.
         estimator: the estimator whose beliefs the runs use.
+        miss_rate: the chance that a look of the recorded run misses an item. Replays are told how many items were
+            overlooked; the truth is a run that overlooks nothing, as a replayed strategy does.
     """
 
     places: tuple[ReplayTask, ...]
     strategies: tuple[str, ...]
     settings: ReplaySettings
     estimator: str = "counts"
+    miss_rate: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterfactual:
-    """One measured replay; an infinite upper is none."""
+    """One measured replay; an infinite upper is none.
+
+    Attributes:
+        misses: how many items that matter to the task the recorded looks overlooked.
+    """
 
     estimator: str
     house: str
@@ -88,6 +96,7 @@ class Counterfactual:
     upper_if_beliefs_stand: float
     open: int
     stretches: int
+    misses: int = 0
 
     @property
     def inside(self) -> bool:
@@ -197,8 +206,9 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
     with TemporaryDirectory(prefix="lios-replay-") as folder:
         for trial in trials:
             log = Path(folder) / f"{trial.strategy}.mcap"
-            record_trial(trial, log)
-            ground = prepare_log(read(log), plan.settings)
+            record_trial(replace(trial, miss_rate=plan.miss_rate), log)
+            misses = overlooked_items(read(log, with_truth=True)) if plan.miss_rate else 0
+            ground = prepare_log(read(log), _told(plan.settings, misses) if plan.miss_rate else plan.settings)
             for other in plan.strategies:
                 if other == trial.strategy:
                     continue
@@ -231,7 +241,28 @@ def measure(place: ReplayTask, plan: MeasurementSettings) -> Iterator[Counterfac
                     upper_if_beliefs_stand=standing.upper,
                     open=len(ground.evidence.open),
                     stretches=made.stretches,
+                    misses=misses,
                 )
+
+
+def overlooked_items(run: Run) -> int:
+    """How many items of types that matter to the task stood where the run looked, and were never seen.
+
+    Raises:
+        ValueError: the run was read without its truth.
+    """
+    if run.truth is None:
+        raise ValueError("the run was read without its truth")
+    looked = {o.container for o in run.observations if not o.known_at_start}
+    seen = {item.id for o in run.observations for item in o.items}
+    types = frozenset(relevant_types(run.task.goal))
+    there = (item for c in sorted(looked) for item in run.truth.contents.get(c, ()))
+    return sum(item.type in types and item.id not in seen for item in there)
+
+
+def _told(settings: ReplaySettings, misses: int) -> ReplaySettings:
+    """The settings with so many misses allowed for."""
+    return replace(settings, assumptions=replace(settings.assumptions, misses=misses))
 
 
 def outside_bounds(found: Iterable[Counterfactual]) -> tuple[Counterfactual, ...]:

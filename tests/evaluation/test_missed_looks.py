@@ -6,15 +6,23 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 from toy import toy_house, toy_travel
 
+from recorders.task_trials import RecordTo
+from replayers.batch.verify import verify
+from replayers.runs.run import read
 from workbench.beliefs.estimators import estimator
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.evaluation.search.experiment import Experiment, policies_named, run_experiment
 from workbench.evaluation.search.missed_looks import MissedLooks, search_with_misses
 from workbench.evaluation.search.strategies import strategy_of
+from workbench.evaluation.tasks.experiment import TaskRequest
+from workbench.evaluation.tasks.store import OtherEvaluation, TrialStore
+from workbench.evaluation.tasks.trials import trial_keys
+from workbench.evaluation.tasks.workers import Unit, run_unit
 from workbench.execution.events import ContainerObserved
 from workbench.execution.loop import outcome_of, run_task
 from workbench.planning.strategies import strategy
@@ -117,3 +125,29 @@ def test_a_rate_out_of_range_is_one_line(rate: str, said: str, capsys: pytest.Ca
 def test_starting_over_is_for_looks_that_miss() -> None:
     with pytest.raises(BadValue, match="--miss-rate"):
         policies_named(["conditioned-lios@start-over"])
+
+
+def test_tasks_with_misses_draw_them_alike_and_are_recorded(tmp_path: Path) -> None:
+    """Each log is reproduced with its misses; the looks of the oracle, which never miss, are plain ones."""
+    key = trial_keys("any-of-three", str(shipped_houses()), (6,), trials=1, seed=4)[0]
+    unit = Unit(
+        key=key,
+        strategies=(("conditioned-lios", "counts"), ("robust-lios", "counts"), ("oracle", "counts")),
+        miss_rate=0.5,
+        tap=RecordTo(folder=tmp_path),
+    )
+    rows = run_unit(unit)
+    assert all(row.success for row in rows)
+    for row in rows:
+        run = read(RecordTo(folder=tmp_path).log_of(row))
+        looks = [o.look for o in run.observations if not o.known_at_start]
+        assert all(look is None for look in looks) == (row.strategy == "oracle")
+        assert row.strategy == "oracle" or verify(run).same
+    settings_ = TaskRequest(
+        houses="h", split="all", scenarios=("any-of-three",), strategies=("robust-lios",), trials=1, seed=0,
+        estimator="counts", paper_estimator="counts",
+    )  # fmt: skip
+    with TrialStore(tmp_path / "out", settings_) as store:
+        store.add(rows[:1])
+    with pytest.raises(OtherEvaluation, match="miss_rate"):
+        TrialStore(tmp_path / "out", msgspec.structs.replace(settings_, miss_rate=0.1))

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from replayers.counterfactual.bounds.bounds import Budget
 from replayers.counterfactual.durations import Durations
+from replayers.counterfactual.prepared_log import ReplaySettings
 from replayers.evaluation.metrics import summary
-from replayers.evaluation.trials import Counterfactual, tasks_for
+from replayers.evaluation.trials import Counterfactual, MeasurementSettings, ReplayTask, measure, tasks_for
 from workbench.cli import run as lios
 from workbench.errors import BadValue
 from workbench.execution.events import ActionEnded
 from workbench.planning.plans import PlanStep
 from workbench.worlds.house import START
+from workbench.worlds.shipped import shipped_houses
 
 
 def counted(
@@ -100,3 +104,28 @@ def test_all_three_estimators_are_measured_unless_others_are_named(capsys: pytes
     assert [row["counterfactuals"] for row in answer["by_estimator"]] == [2, 2, 2]
     assert [row["inside_bounds"] for row in answer["by_estimator"]] == [1.0, 1.0, 1.0]
     assert lios(["evaluate", "replay", *arguments, "--estimator", "nobody"]) == 2
+
+
+def test_logs_recorded_with_misses_are_replayed_with_as_many() -> None:
+    """In this house a robot whose looks miss half of what is there overlooks one of the items that it seeks."""
+    place = ReplayTask(house=f"{shipped_houses()}:10", scenario="find", seed=5)
+    plan = MeasurementSettings(
+        places=(place,),
+        strategies=("opt-greedy", "model-lios"),
+        settings=ReplaySettings(worlds=0, budget=Budget(stretches=100)),
+        miss_rate=0.5,
+    )
+    made = [c for c in measure(place, plan) if isinstance(c, Counterfactual)]
+    assert len(made) == 2
+    assert [c.misses for c in made] == [1, 1]
+    assert all(c.inside for c in made)
+    assert (summary(made)["misses"], summary(made)["with_misses"]) == (1.0, 1.0)
+    told = replace(plan, miss_rate=0.0)
+    sure = [c for c in measure(place, told) if isinstance(c, Counterfactual)]
+    assert [c.true_cost for c in made] == [c.true_cost for c in sure], "the truth overlooks nothing"
+    assert {c.misses for c in sure} == {0}
+
+
+def test_a_rate_out_of_range_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert lios(["evaluate", "replay", "--miss-rate", "1"]) == 2
+    assert "miss rate" in capsys.readouterr().err

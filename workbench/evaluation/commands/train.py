@@ -10,19 +10,27 @@ from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.beliefs.training.train import TrainingSet, Watch
-    from workbench.evaluation.beliefs.fold_training import Workforce
     from workbench.evaluation.beliefs.fold_weights import Folds
+    from workbench.evaluation.cluster import Workforce
 
 
+PEOPLE = "people"
+"""The estimator that is made from votes instead of houses."""
 ENCODER = "encoder"
 """The name that writes vectors of names, like the shipped ones, instead of training an estimator."""
 
 
 def train(
-    houses: Annotated[list[Path], Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")],
+    houses: Annotated[
+        list[Path] | None, Option("--houses", help="Houses (.jsonl.gz, .jsonl); repeat for several.")
+    ] = None,
     estimator: Annotated[
-        str, Option("--estimator", "-e", help="counts, fcnn or best; or encoder, for vectors of names.")
+        str, Option("--estimator", "-e", help="counts, fcnn, best; people, of votes; encoder, for vectors of names.")
     ] = "best",
+    votes: Annotated[
+        Path | None,
+        Option("--votes", help="For people: a table of votes (CSV) with object, room, receptacle and three counts."),
+    ] = None,
     output: Annotated[
         Path | None,
         Option(
@@ -63,6 +71,8 @@ def train(
         lios train --houses mine.jsonl.gz --estimator encoder -o vectors.safetensors
 
         lios train --houses mine.jsonl.gz --folds 5 --scheduler tcp://10.0.0.1:8786 -o folds
+
+        lios train --estimator people --votes housekeep_placement.csv.gz -o people.safetensors
     """
     from secrets import randbelow
     from time import perf_counter
@@ -70,21 +80,26 @@ def train(
     from workbench.beliefs.training.train import TRAINERS
     from workbench.beliefs.training.train import train as run
     from workbench.errors import BadValue, OutputExists, UnknownName
-    from workbench.evaluation.beliefs.fold_training import Workforce
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.beliefs.training_sets import training_set_of
+    from workbench.evaluation.cluster import Workforce
     from workbench.terminal import say
 
     if folds is not None or also:
         wanted = folds_from_options(folds, also)
-        made = _train_folds(houses, estimator, wanted, output, (assets, seed), Workforce(workers, scheduler), force)
+        made = _train_folds(
+            houses or [], estimator, wanted, output, (assets, seed), Workforce(workers, scheduler), force
+        )
         _answer_folds(made, as_json=json)
         return
     if scheduler:
         raise BadValue("--scheduler", scheduler, "given with --folds; one training runs in one process")
     target = output or Path(f"{estimator}.safetensors")
-    if estimator != ENCODER and estimator not in TRAINERS:
-        raise UnknownName("estimator to train", estimator, (*TRAINERS, ENCODER))
+    if estimator not in (*TRAINERS, ENCODER, PEOPLE):
+        raise UnknownName("estimator to train", estimator, (*TRAINERS, PEOPLE, ENCODER))
+    if (votes is not None) != (estimator == PEOPLE) or bool(houses) == (estimator == PEOPLE):
+        needed = "given, and --houses not" if estimator == PEOPLE else "left out, and --houses given"
+        raise BadValue(f"--votes for {estimator}", None if votes is None else str(votes), needed)
     if not 0 < hold_out < 1:
         raise BadValue("--hold-out", hold_out, "between 0 and 1")
     if seed is not None and seed >= 2**63:
@@ -93,6 +108,10 @@ def train(
         raise OutputExists(target)
     if not target.absolute().parent.is_dir():
         raise BadValue("folder of -o/--output", str(target.absolute().parent), "a folder that exists")
+    if votes is not None:
+        _count_votes(votes, encoder, target, as_json=json)
+        return
+    assert houses, "checked with the votes"
     if estimator == ENCODER:
         _encode(houses, encoder, target, as_json=json)
         return
@@ -125,8 +144,8 @@ def _train_folds(
 
     assets, seed = setting
     require_trainable([estimator])
-    if folds is None or len(houses) > 1:
-        given = " ".join(map(str, houses))
+    if folds is None or len(houses) != 1:
+        given = " ".join(map(str, houses)) or None
         raise BadValue("--houses", given, "one file with --folds; give further training houses with --also")
     dealt = make_folds(houses[0], folds, assets=assets, seed=seed or 0)
     folder = output or Path(f"{estimator}-folds")
@@ -149,6 +168,18 @@ def _answer_folds(files: tuple[str, ...], *, as_json: bool) -> None:
         emit_json({"files": list(files)})
         return
     say(f"{len(files)} weights: {files[0]} and so on")
+
+
+def _count_votes(votes: Path, encoder: str, target: Path, *, as_json: bool) -> None:
+    """Write the weights of the estimator that goes by people's votes."""
+    from time import perf_counter
+
+    from workbench.beliefs.encoder import text_encoder
+    from workbench.beliefs.people.votes import write_votes
+
+    begin = perf_counter()
+    weights = write_votes(votes, target, text_encoder(encoder))
+    _answer(weights, perf_counter() - begin, as_json=as_json)
 
 
 def _encode(houses: list[Path], encoder: str, target: Path, *, as_json: bool) -> None:

@@ -36,6 +36,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
         estimator: estimator of our strategies and plug-ins; paper_estimator: estimator of the paper's five.
         folds: number of cross-validation folds over the training houses; 0 for none.
         also: files of training-only houses, with folds.
+        miss_rate: the chance that a look misses an item.
     """
 
     houses: str
@@ -49,6 +50,7 @@ class TaskRequest(msgspec.Struct, frozen=True, kw_only=True):
     assets: str = ""
     folds: int = 0
     also: tuple[str, ...] = ()
+    miss_rate: float = 0.0
 
     @property
     def fold_settings(self) -> Folds | None:
@@ -192,7 +194,7 @@ def remaining_units(
         if names:
             house = house_name(Path(key.houses), key.house_index)
             pairs = tuple((name, weights.of(request.estimator_of(name), house)) for name in names)
-            units.append(Unit(key=key, strategies=pairs, assets=request.assets, tap=tap))
+            units.append(Unit(key=key, strategies=pairs, assets=request.assets, tap=tap, miss_rate=request.miss_rate))
     return units
 
 

@@ -101,7 +101,7 @@ def _locked_folder(folder: Path) -> BinaryIO:
 
 def _same_request(folder: Path, theirs: TaskRequest, ours: TaskRequest) -> None:
     """Check that only trials, scenarios or strategies differ, which extend the evaluation."""
-    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also"):
+    for field in ("houses", "split", "seed", "estimator", "paper_estimator", "assets", "folds", "also", "miss_rate"):
         if getattr(theirs, field) != getattr(ours, field):
             raise OtherEvaluation(folder, field, getattr(theirs, field), getattr(ours, field))
 

@@ -24,7 +24,11 @@ from workbench.tolerances import NEAR_COST
 
 REFERENCE = "model-lios"
 """The reference of paired differences: the paper's own strategy."""
-OURS = (("conditioned-lios", "model-lios"), ("scout-lios", "conditioned-lios"))
+OURS = (
+    ("conditioned-lios", "model-lios"),
+    ("scout-lios", "conditioned-lios"),
+    ("robust-lios", "conditioned-lios"),
+)
 
 
 def table(rows: Sequence[TaskRow], *, seed: int = 0) -> list[dict[str, Any]]:

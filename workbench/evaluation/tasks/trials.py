@@ -23,12 +23,14 @@ from workbench.execution.setup import set_up
 from workbench.execution.start import scenario_start
 from workbench.planning.plans import PlanStatus
 from workbench.planning.scenarios.house_items import ScenarioUnsupported
+from workbench.planning.strategies import needs_truth
 from workbench.planning.strategy import Strategy
 from workbench.planning.tasks import Task
 from workbench.plugins import NameOrigin
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import ContainerId, House
 from workbench.worlds.maps.navigation import Navigation, navigate
+from workbench.worlds.perception import missing_at
 from workbench.worlds.procthor.load import load_house
 from workbench.worlds.simulated import SimulatedWorld
 
@@ -46,7 +48,11 @@ class TrialKey:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PreparedTrial:
-    """A prepared trial: everything but the strategy."""
+    """A prepared trial: everything but the strategy.
+
+    Attributes:
+        miss_rate: the chance that a look misses an item, drawn alike for every strategy; the oracle's never miss.
+    """
 
     key: TrialKey
     house: House
@@ -54,6 +60,11 @@ class PreparedTrial:
     task: Task
     known: tuple[ContainerId, ...]
     costs: ActionCosts
+    miss_rate: float = 0.0
+
+    def misses_of(self, strategy: str | Strategy) -> float:
+        """The chance that a look of a run with that strategy misses an item."""
+        return 0.0 if isinstance(strategy, str) and needs_truth(strategy) else self.miss_rate
 
     def events(self, strategy: str | Strategy, estimator: str | Estimator) -> Iterator[Event]:
         """Run it in simulation.
@@ -61,6 +72,7 @@ class PreparedTrial:
         Raises:
             UnknownName, PluginNotLoaded: as set_up.
         """
+        rate = self.misses_of(strategy)
         setup = set_up(
             self.task,
             strategy=strategy,
@@ -68,8 +80,10 @@ class PreparedTrial:
             costs=self.costs,
             seed=self.key.seed % 2**31,
             house=self.house,
+            perception=missing_at(rate),
         )
-        return setup.events(SimulatedWorld(self.house, self.navigation, known=self.known))
+        world = SimulatedWorld(self.house, self.navigation, known=self.known, miss_rate=rate, seed=self.key.seed)
+        return setup.events(world)
 
 
 EventHook = Callable[[PreparedTrial, str, Estimator, Iterator[Event]], Iterator[Event]]
@@ -90,7 +104,7 @@ def supported_houses(
     refused: list[ScenarioUnsupported] = []
     for index in indices:
         try:
-            house, navigation = _house(houses, index, assets)
+            house, navigation = house_of(houses, index, assets)
             scenario_start(scenario, house, seed=seed, travel=navigation.travel)
             fine.append(index)
         except ScenarioUnsupported as refusal:
@@ -119,7 +133,7 @@ def trial_keys(
 
 
 def prepare_trial(
-    key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION_COSTS
+    key: TrialKey, *, assets: Path | None = None, costs: ActionCosts = SIMULATION_COSTS, miss_rate: float = 0.0
 ) -> PreparedTrial:
     """The trial's house, task and start.
 
@@ -129,7 +143,7 @@ def prepare_trial(
     Raises:
         ScenarioUnsupported: no seed works.
     """
-    house, navigation = _house(key.houses, key.house_index, assets)
+    house, navigation = house_of(key.houses, key.house_index, assets)
     for attempt in range(50):
         seed = (key.seed + attempt) % 2**63
         try:
@@ -139,7 +153,13 @@ def prepare_trial(
                 raise
             continue
         return PreparedTrial(
-            key=key, house=start.house, navigation=navigation, task=start.task, known=start.known, costs=costs
+            key=key,
+            house=start.house,
+            navigation=navigation,
+            task=start.task,
+            known=start.known,
+            costs=costs,
+            miss_rate=miss_rate,
         )
     raise AssertionError("unreachable")
 
@@ -199,6 +219,6 @@ def _row(
 
 
 @lru_cache(maxsize=8)
-def _house(houses: str, index: int, assets: Path | None) -> tuple[House, Navigation]:
+def house_of(houses: str, index: int, assets: Path | None) -> tuple[House, Navigation]:
     house = load_house(f"{houses}:{index}", assets=assets)
     return house, navigate(house.plan)

@@ -21,11 +21,13 @@ class Unit:
     strategies: tuple[tuple[str, str], ...]
     assets: str = ""
     tap: EventHook | None = None
+    miss_rate: float = 0.0
 
 
 def run_unit(unit: Unit) -> list[TaskRow]:
     """Run one trial with several strategies; executed by workers."""
-    staged = prepare_trial(unit.key, assets=Path(unit.assets) if unit.assets else None)
+    assets = Path(unit.assets) if unit.assets else None
+    staged = prepare_trial(unit.key, assets=assets, miss_rate=unit.miss_rate)
     return [run_trial(staged, name, estimator=believer, tap=unit.tap) for name, believer in unit.strategies]
 
 
