@@ -39,12 +39,13 @@ def learn_moves(
 
     if output.exists() and not force:
         raise OutputExists(output)
-    if _is_episodes(sources):
+    episodes = _episodes_among(sources)
+    if episodes is not None:
         if known is not None:
             raise BadValue("--rates", str(known), "left out with a file of episodes, which departs from nothing")
         from workbench.beliefs.memory.episodes import rates_from_episodes
 
-        rows = rates_from_episodes(sources[0])
+        rows = rates_from_episodes(episodes)
     else:
         rows = _from_logs(sources, shipped_rates() if known is None else read_rates(known))
     write_rates(output, rows)
@@ -57,8 +58,10 @@ def learn_moves(
     say(f"{others.moves:g} moves in {others.days:.1f} item-days. Written to {output}; use it: --rates {output}")
 
 
-def _is_episodes(sources: list[Path]) -> bool:
-    return len(sources) == 1 and sources[0].name.endswith((".jsonl", ".jsonl.gz"))
+def _episodes_among(sources: list[Path]) -> Path | None:
+    """The file of episodes, where that is what is given."""
+    first, *others = sources
+    return first if not others and first.name.endswith((".jsonl", ".jsonl.gz")) else None
 
 
 def _from_logs(sources: list[Path], known: MoveRates) -> tuple[RateRow, ...]:

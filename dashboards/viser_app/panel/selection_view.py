@@ -1,20 +1,23 @@
-"""The selection of a folder in one browser's panel: worked out once, in a thread, since it reads every log."""
+"""The selection of a folder in one browser's panel: worked out once, in a thread, since it reads every log
+and loads what the dashboard needs for nothing else.
+"""
 
 from __future__ import annotations
 
 import threading
 from functools import lru_cache
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING, final
 
 from markupsafe import Markup
 
-from dashboards.model.selection import FolderSelection, selection_in
 from dashboards.panels.markup import error_line
-from dashboards.panels.selection import selection
 from dashboards.viser_app.session import Session
 from replayers.batch.store import SUFFIX
 from workbench.errors import LiosError
+
+if TYPE_CHECKING:
+    from dashboards.model.selection import FolderSelection
 
 
 @final
@@ -31,6 +34,8 @@ class SelectionView:
         threading.Thread(target=self._fill, name="selection", daemon=True).start()
 
     def _fill(self) -> None:
+        from dashboards.panels.selection import selection
+
         try:
             content = selection(_selection(self._folder, _version(self._folder)), self._folder)
         except LiosError as error:
@@ -44,6 +49,8 @@ class SelectionView:
 @lru_cache(maxsize=4)
 def _selection(folder: Path, version: tuple[tuple[str, int], ...]) -> FolderSelection:
     """Worked out once for all browsers, and again when replays are added."""
+    from dashboards.model.selection import selection_in
+
     del version
     return selection_in(folder)
 
