@@ -82,8 +82,9 @@ def search(
         lios evaluate search --miss-rate 0.2 --policies robust-lios,conditioned-lios,conditioned-lios@start-over
     """
     from workbench.errors import BadValue
-    from workbench.evaluation.beliefs.fold_training import Workforce, trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import trained_per_fold
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
+    from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.search.report import SearchRequest, answer_of, measure, output_folder
     from workbench.terminal import emit_json, progress, say
 

@@ -164,7 +164,8 @@ class _How(NamedTuple):
 def _run(request: TaskRequest, planned: Plan, store: TrialStore | None, how: _How) -> list[TaskRow]:
     """Run the missing trials; returns all rows."""
     from recorders.task_trials import RecordTo
-    from workbench.evaluation.beliefs.fold_training import Workforce, trained_per_fold
+    from workbench.evaluation.beliefs.fold_training import trained_per_fold
+    from workbench.evaluation.cluster import Workforce
     from workbench.evaluation.tasks import experiment
     from workbench.evaluation.tasks.workers import run_units
     from workbench.terminal import progress, say

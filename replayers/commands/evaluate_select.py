@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from replayers.evaluation.selection_experiment import Campaign, EliminationCheck, SelectorRow
     from replayers.evaluation.selection_pool import PoolTrial
     from replayers.evaluation.trials import MeasurementSettings
+    from workbench.evaluation.cluster import Workforce
 
 POOL_FILE, FIGURE_FILE = "pool.jsonl", "regret.png"
 TASK_SEEDS = 1000
@@ -63,6 +64,7 @@ def select(
         lios evaluate select --houses houses.jsonl.gz --scenario any-of-three --json
     """
     from workbench.errors import Failed
+    from workbench.evaluation.cluster import Workforce
     from workbench.terminal import say
 
     wanted = (houses, part, scenario, strategies)
@@ -76,9 +78,10 @@ def select(
         say(f"{tasks} tasks, {len(names)} strategies: {tasks * len(names) ** 2} replays; "
             f"{seeds} seeds of {trials} trials for each of {pools} pools")  # fmt: skip
         return
+    on = Workforce(workers, scheduler)
     measured = [
         _measured(
-            *_pool(plan, output, number=number, on=(workers, scheduler), force=force),
+            *_pool(plan, output, on, number=number, force=force),
             number=number, trials=trials, seeds=seeds, seed=seed, proofs=proofs,
         )
         for number, plan in enumerate(plans)
@@ -127,13 +130,9 @@ def _plan(
 
 
 def _pool(
-    plan: MeasurementSettings, output: Path | None, *, number: int, on: tuple[int, str], force: bool
+    plan: MeasurementSettings, output: Path | None, on: Workforce, *, number: int, force: bool
 ) -> tuple[tuple[PoolTrial, ...], int]:
-    """The pool and how many tasks it lacks; what an earlier call into the folder has made is not made again.
-
-    Args:
-        on: the number of workers and the scheduler.
-    """
+    """The pool and how many tasks it lacks; what an earlier call into the folder has made is not made again."""
     from dataclasses import replace
 
     from replayers.evaluation.selection_pool import pool_trials, read_pool, write_pool
@@ -151,8 +150,7 @@ def _pool(
             raise OutputExists(path)
         left = tuple(p for p in left if (p.house, p.scenario, p.seed) not in made)
     skipped: list[str] = []
-    workers, scheduler = on
-    trials = pool_trials(replace(plan, places=left), workers=workers, scheduler=scheduler)
+    trials = pool_trials(replace(plan, places=left), workers=on.workers, scheduler=on.scheduler)
     for one in progress(trials, title="driving and replaying", total=len(left)):
         if isinstance(one, SkippedTask):
             skipped.append(f"skipped {one.place.scenario} in {one.place.house}: {one.reason}")
@@ -160,7 +158,7 @@ def _pool(
         found.append(one)
         if path is not None:
             write_pool(path, found)
-    order = {(p.house, p.scenario, p.seed): number for number, p in enumerate(plan.places)}
+    order = {(p.house, p.scenario, p.seed): place for place, p in enumerate(plan.places)}
     found.sort(key=lambda t: order[t.house, t.scenario, t.seed])
     for words in skipped:
         say(words)

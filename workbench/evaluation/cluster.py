@@ -16,7 +16,7 @@ from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
 from multiprocessing import current_process
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from workbench import __version__
 from workbench.errors import Failed, InputError, MissingExtra
@@ -73,6 +73,13 @@ class FolderNotShared(InputError):
 
     def __init__(self, folder: str) -> None:
         super().__init__(f"a Dask worker has no folder {folder}: files and planners must be in a shared one.")
+
+
+class Workforce(NamedTuple):
+    """Who does the work: processes here, or a Dask cluster: the arguments of run_in_order."""
+
+    workers: int = 1
+    scheduler: str = ""
 
 
 def run_in_order(

@@ -12,23 +12,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
 
 from workbench.beliefs.training.train import houses_sha256, train
 from workbench.beliefs.weights import read_weights
 from workbench.errors import InputError
 from workbench.evaluation.beliefs.fold_weights import Believers, FoldSource, FoldSplit, make_folds, require_trainable
-from workbench.evaluation.cluster import run_in_order
+from workbench.evaluation.cluster import Workforce, run_in_order
 from workbench.files import atomic
 
 Watched = Callable[[Iterable[Path], int], Iterable[Path]]
-
-
-class Workforce(NamedTuple):
-    """Who does the work: processes here, or a Dask cluster, as workbench.evaluation.cluster.run_in_order takes it."""
-
-    workers: int = 1
-    scheduler: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

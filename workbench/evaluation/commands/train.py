@@ -10,8 +10,8 @@ from workbench.parameters import Option
 
 if TYPE_CHECKING:
     from workbench.beliefs.training.train import TrainingSet, Watch
-    from workbench.evaluation.beliefs.fold_training import Workforce
     from workbench.evaluation.beliefs.fold_weights import Folds
+    from workbench.evaluation.cluster import Workforce
 
 
 PEOPLE = "people"
@@ -80,9 +80,9 @@ def train(
     from workbench.beliefs.training.train import TRAINERS
     from workbench.beliefs.training.train import train as run
     from workbench.errors import BadValue, OutputExists, UnknownName
-    from workbench.evaluation.beliefs.fold_training import Workforce
     from workbench.evaluation.beliefs.fold_weights import folds_from_options
     from workbench.evaluation.beliefs.training_sets import training_set_of
+    from workbench.evaluation.cluster import Workforce
     from workbench.terminal import say
 
     if folds is not None or also:
@@ -145,7 +145,7 @@ def _train_folds(
     assets, seed = setting
     require_trainable([estimator])
     if folds is None or len(houses) != 1:
-        given = " ".join(map(str, houses))
+        given = " ".join(map(str, houses)) or None
         raise BadValue("--houses", given, "one file with --folds; give further training houses with --also")
     dealt = make_folds(houses[0], folds, assets=assets, seed=seed or 0)
     folder = output or Path(f"{estimator}-folds")
