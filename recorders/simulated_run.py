@@ -26,7 +26,7 @@ from workbench.planning.tasks import Task, find_task
 from workbench.search.costs import SIMULATION_COSTS, ActionCosts
 from workbench.worlds.house import START, ContainerId, House, ItemType
 from workbench.worlds.maps.navigation import navigate
-from workbench.worlds.perception import missing_at
+from workbench.worlds.perception import PERFECT, Perception, missing_at
 from workbench.worlds.simulated import SimulatedWorld
 
 
@@ -39,6 +39,7 @@ class Trial:
         known: containers whose contents the robot knows before it starts.
         strategy, estimator: names that a user gives; a strategy may be given itself.
         miss_rate: the chance that a look misses an item, in [0, 1); the robot knows it.
+        trusts_looks: the robot does not know it, and takes every look at its word.
     """
 
     house: House
@@ -49,6 +50,12 @@ class Trial:
     known: tuple[ContainerId, ...] = ()
     costs: ActionCosts = SIMULATION_COSTS
     miss_rate: float = 0.0
+    trusts_looks: bool = False
+
+    @property
+    def perception(self) -> Perception:
+        """How surely a look shows what is there, as the robot believes it."""
+        return PERFECT if self.trusts_looks else missing_at(self.miss_rate)
 
 
 class NotOneTask(InputError):
@@ -169,7 +176,7 @@ def record_trial(
         force=force,
         sink=sink,
         audience=audience,
-        settings=perception_to_settings(missing_at(trial.miss_rate)),
+        settings=perception_to_settings(trial.perception),
     ) as recorder:
         if begun is not None:
             begun()
@@ -205,7 +212,7 @@ def _prepare(trial: Trial) -> _PreparedRun:
         costs=trial.costs,
         seed=trial.seed,
         house=trial.house,
-        perception=missing_at(trial.miss_rate),
+        perception=trial.perception,
     )
     return _PreparedRun(
         setup=setup,
@@ -222,7 +229,7 @@ def _info(trial: Trial, ready: _PreparedRun) -> RunInfo:
         task_to_json(trial.task),
         msgspec.json.encode([driver.strategy, driver.estimator, trial.seed, list(trial.known), trial.costs]),
         msgspec.json.encode({c: [i.id for i in items] for c, items in sorted(trial.house.contents.items())}),
-        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}".encode(),
+        b"" if not trial.miss_rate else f"miss rate {trial.miss_rate!r}{', trusted' * trial.trusts_looks}".encode(),
     )
     return run_info(
         trial.task,
